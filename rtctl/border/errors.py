@@ -1,0 +1,56 @@
+"""All that is raised on purpose: bad input (exit 2) and a run that failed (exit 1)."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from enum import StrEnum
+
+
+class RtctlError(Exception):
+    """Base of every error that a user reads: one message, no traceback."""
+
+    exit_code = 1
+
+
+class InputError(RtctlError):
+    """A file, a key, a unit or an option is wrong: found before anything moves. Exit code 2."""
+
+    exit_code = 2
+
+
+class RunError(RtctlError):
+    """It ran and failed. Exit code 1."""
+
+
+class Fault(StrEnum):
+    """Why a loop ended before its time, by name."""
+
+    NO_ANSWER = "no_answer"
+    STALE_REPLY = "stale_reply"
+    COMMAND_REFUSED = "command_refused"
+    WATCHDOG_TRIPPED = "watchdog_tripped"
+    SENSOR_FAULT = "sensor_fault"
+    NOT_ENABLED = "not_enabled"
+    NOT_FINITE = "not_finite"
+    OUT_OF_RANGE = "out_of_range"
+    FROZEN_COUNTER = "frozen_counter"
+    CONNECTION_LOST = "connection_lost"
+    INTERRUPTED = "interrupted"
+
+
+class DriverError(RunError):
+    """The wire or the device failed during a run; `fault` names how."""
+
+    def __init__(self, fault: Fault, message: str) -> None:
+        super().__init__(message)
+        self.fault = fault
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """`; did you mean "x"?`, or the list of what is known, to end a message about a misspelt word."""
+    names = sorted(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
+    if close:
+        return f'; did you mean "{close[0]}"?'
+    return f"; known: {', '.join(names)}" if names else ""

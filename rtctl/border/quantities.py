@@ -1,0 +1,134 @@
+"""Numbers with units in files: parsed by pint, checked by pydantic, one message for all that is wrong.
+
+A quantity is written `"1.8 ms"` or `{ value = 1.8, unit = "ms" }`; a bare number is refused, because its unit
+would be a guess. `Quantity("s")` makes the annotated type of a field that holds seconds.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pint
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from rtctl.border.errors import InputError, nearest
+
+_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*)$")
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+class Checked(BaseModel):
+    """Base of every table that is read from a file: frozen, unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+@lru_cache(maxsize=1)
+def unit_registry() -> pint.UnitRegistry[float]:
+    """The one registry of the program (building it costs tenths of a second)."""
+    return pint.UnitRegistry()
+
+
+def convert(value: float, unit: str, to: str) -> float:
+    """`value unit` in `to`. Raises ValueError in words for an unknown or incompatible unit."""
+    registry = unit_registry()
+    try:
+        return float(registry.Quantity(value, unit).to(to).magnitude)
+    except pint.UndefinedUnitError as error:
+        raise ValueError(f'unknown unit "{unit}" (expected one of {to})') from error
+    except pint.DimensionalityError as error:
+        raise ValueError(f'unit "{unit}" is not compatible with {to}') from error
+
+
+def parse_quantity(raw: Any, unit: str) -> float:
+    """A quantity of a file in `unit`. Raises ValueError in words."""
+    if isinstance(raw, dict):
+        if not {"value", "unit"} <= raw.keys() or not isinstance(raw["value"], int | float):
+            raise ValueError(f'a quantity is {{ value = <number>, unit = "{unit}" }}, got {raw!r}')
+        return convert(float(raw["value"]), str(raw["unit"]), unit)
+    if isinstance(raw, bool) or not isinstance(raw, str | int | float):
+        raise ValueError(f'a quantity with its unit is needed, such as "1 {unit}", got {raw!r}')
+    if isinstance(raw, int | float):
+        if unit == "":
+            return float(raw)
+        raise ValueError(f'{raw!r} has no unit; write "{raw} {unit}"')
+    match = _QUANTITY.match(raw.strip())
+    if match is None:
+        raise ValueError(f'a quantity is "<number> <unit>", such as "1 {unit}", got {raw!r}')
+    if not match[2] and unit:
+        raise ValueError(f'{raw!r} has no unit; write "{raw} {unit}"')
+    return convert(float(match[1]), match[2] or "dimensionless", unit or "dimensionless")
+
+
+def Quantity(unit: str) -> BeforeValidator:
+    """Annotation: `period_s: Annotated[float, Quantity("s")]`."""
+    return BeforeValidator(lambda raw: parse_quantity(raw, unit))
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The tables of a TOML file. Raises InputError that names the file."""
+    try:
+        with path.open("rb") as file:
+            return tomllib.load(file)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, a TOML file is needed") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def check(model: type[ModelT], tables: dict[str, Any], source: str) -> ModelT:
+    """`tables` as a `model`; every finding in one InputError, each with file, key and the nearest valid key."""
+    try:
+        return model.model_validate(tables)
+    except ValidationError as error:
+        lines = [f"{source}: {_finding(model, dict(item))}" for item in error.errors()]
+        raise InputError("\n".join(dict.fromkeys(lines))) from None
+
+
+def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
+    where = [str(part) for part in item["loc"]]
+    key = ".".join(where)
+    kind, message = item["type"], str(item["msg"])
+    if kind == "extra_forbidden":
+        return f'unknown key "{key}"{nearest(where[-1], _keys_at(model, item["loc"][:-1]))}'
+    if kind == "missing":
+        return f'key "{key}" is missing'
+    return f'key "{key}": {message.removeprefix("Value error, ")}'
+
+
+def _keys_at(model: Any, location: tuple[Any, ...]) -> list[str]:
+    """The valid keys of the table at `location` below `model` (unions: those of the named member)."""
+    candidates = _models_in(model)
+    for part in location:
+        named = [m for m in candidates if _tag_of(m) == part]
+        if named:
+            candidates = named
+            continue
+        inner: list[type[BaseModel]] = []
+        for candidate in candidates:
+            field = _fields(candidate).get(str(part))
+            inner += _models_in(field) if field is not None else []
+        candidates = inner or candidates
+    return sorted({name for candidate in candidates for name in _fields(candidate)})
+
+
+def _fields(model: type[BaseModel]) -> dict[str, Any]:
+    return {(info.alias or name): info.annotation for name, info in model.model_fields.items()}
+
+
+def _tag_of(model: type[BaseModel]) -> str | None:
+    kind = model.model_fields.get("kind")
+    return str(kind.default) if kind is not None else None
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for arg in getattr(annotation, "__args__", ()) for model in _models_in(arg)]

@@ -1,0 +1,116 @@
+"""Records and protocols between the loop, a driver and a device.
+
+Units are those of the register map: mA, ohm, um, Hz; times in seconds unless a name says otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import NamedTuple, Protocol
+
+
+class DeviceStatus(IntFlag):
+    """Status bits of register 104."""
+
+    ENABLED = 1
+    WATCHDOG_TRIPPED = 2
+    CLAMPED = 4
+    SENSOR_FAULT = 8
+    REFUSED = 16
+
+
+class Measurement(NamedTuple):
+    """What one exchange brings back."""
+
+    sensed: tuple[float, ...]
+    """What the loop may use, in the profile's order (vo2: resistance [ohm])."""
+    reference: float
+    """External instrument, for scoring only (vo2: deflection [um]); NaN where there is none."""
+    counter: int
+    """Sample counter, uint32, wraps."""
+    time_us: int
+    """Device time [us], uint32, wraps."""
+    sequence: int
+    """Sequence number of the command in force, uint16."""
+    status: int
+    """`DeviceStatus` bits."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Channel:
+    """One float32 quantity of a device and the register pair that carries it."""
+
+    name: str
+    unit: str
+    register: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviceProfile:
+    """Which quantities a kind of device takes and gives; the loop reads this instead of branching on it."""
+
+    kind: str
+    commands: tuple[Channel, ...]
+    sensed: tuple[Channel, ...]
+    reference: Channel
+
+
+VO2 = DeviceProfile(
+    kind="vo2",
+    commands=(Channel(name="current", unit="mA", register=0),),
+    sensed=(Channel(name="resistance", unit="ohm", register=100),),
+    reference=Channel(name="deflection", unit="um", register=107),
+)
+
+PROFILES = {profile.kind: profile for profile in (VO2,)}
+
+
+class Device(Protocol):
+    """A device as its wire sees it: register semantics without the bytes.
+
+    Commands and readings are float32 on every path, so a run in-process and one over a wire agree to the bit.
+    """
+
+    profile: DeviceProfile
+    identity: str
+
+    def exchange(self, levels: Sequence[float], sequence: int) -> Measurement:
+        """Registers 0-2 written, 100-111 read, as one transaction. Raises ValueError on a NaN level."""
+        ...
+
+    def read(self) -> Measurement:
+        """Registers 100-111 read, no command."""
+        ...
+
+    def set_enable(self, on: bool) -> None:
+        """Register 3; off, then on, clears a tripped watchdog."""
+        ...
+
+    def set_watchdog(self, period_ms: int) -> None:
+        """Register 4; 0: none."""
+        ...
+
+    def set_clock(self, *, lockstep: bool, period_us: int) -> None:
+        """Registers 5 and 6-7."""
+        ...
+
+
+class Driver(Protocol):
+    """One end of a wire. Raises `DriverError` with a named fault, never returns data it does not trust."""
+
+    profile: DeviceProfile
+    identity: str
+
+    def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
+        """Connect, set clock and watchdog, enable, read once. `lockstep_period_us=None`: free-running."""
+        ...
+
+    def exchange(self, levels: Sequence[float]) -> Measurement:
+        """Send one command, return the reply that belongs to it (its sequence number is checked)."""
+        ...
+
+    def close(self, safe_levels: Sequence[float]) -> None:
+        """Command the safe levels as far as the wire still carries them, disable, disconnect. Never raises."""
+        ...

@@ -1,0 +1,59 @@
+"""The register map of the device on the wire: addresses, 32-bit words (high word first), float32.
+
+Modbus holding registers of unit 1. The map is fixed: foreign devices and clients are written against it.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+COMMAND = 0  # float32, two registers a channel; channels beyond the first have addresses of their own
+SEQUENCE = 2
+ENABLE = 3
+WATCHDOG_MS = 4
+CLOCK = 5  # 0 free-running, 1 lockstep
+PERIOD_US = 6  # uint32
+READING = 100
+COUNTER = 102
+STATUS = 104
+TIME_US = 105
+REFERENCE = 107
+SEQUENCE_IN_FORCE = 109
+READING_COUNT = 10  # 100-109 in one read
+IDENTITY = 120
+IDENTITY_COUNT = 8
+MAP_END = 128
+
+
+def float32_words(value: float) -> tuple[int, int]:
+    """Two registers, high word first, of a float32. Raises OverflowError beyond float32's range."""
+    high, low = struct.unpack(">HH", struct.pack(">f", value))
+    return high, low
+
+
+def words_float32(high: int, low: int) -> float:
+    """The float32 in two registers."""
+    value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
+    return value
+
+
+def uint32_words(value: int) -> tuple[int, int]:
+    """Two registers, high word first, of an integer modulo 2^32."""
+    return (value >> 16) & 0xFFFF, value & 0xFFFF
+
+
+def words_uint32(high: int, low: int) -> int:
+    """The uint32 in two registers."""
+    return (high << 16) | low
+
+
+def identity_words(identity: str) -> list[int]:
+    """Eight registers: ASCII, 16 bytes, zero-padded."""
+    raw = identity.encode("ascii", "replace")[:16].ljust(16, b"\0")
+    return list(struct.unpack(">8H", raw))
+
+
+def words_identity(words: Sequence[int]) -> str:
+    """The ASCII identity in eight registers, without padding."""
+    return struct.pack(">8H", *words).rstrip(b"\0 ").decode("ascii", "replace")

@@ -1,0 +1,81 @@
+"""Protocols inside rtctl: what the loop asks of an estimator, a controller and a clock."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntFlag
+from typing import NamedTuple, Protocol
+
+
+class EstimateStatus(IntFlag):
+    """Why an estimate deserves less trust; 0 is a plain good estimate."""
+
+    OK = 0
+    SATURATED = 1  # the reading is at or beyond what the model can produce: clamped
+    IN_GAP = 2  # between the heating and the cooling envelope: any temperature there gives this reading
+    OUT_OF_RANGE = 4  # the surrogate lies outside the identified current range
+    NOT_FINITE = 8  # the reading was NaN or infinite: held
+    DISAGREES = 16  # two sources of the same quantity differ by more than their errors explain
+
+
+class Estimate(NamedTuple):
+    """An estimator's answer for one sample."""
+
+    value: float
+    """Estimated output (vo2: deflection [um])."""
+    surrogate: float
+    """Temperature surrogate: the constant current [mA] that would hold this temperature; NaN where unused."""
+    confidence: float
+    """Standard error of `value` as the estimator believes it, same unit."""
+    status: int
+    """`EstimateStatus` bits."""
+
+
+class Estimator(Protocol):
+    """Sensed values to the controlled output. Holds its own memory; `start` forgets it."""
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """Begin on the branch that a full cooling leaves, at the applied command levels."""
+        ...
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """One sample: `levels` were applied since the last sample, `sensed` was measured at its end."""
+        ...
+
+
+class ControlAction(NamedTuple):
+    """A controller's answer with its terms, so that a recording shows why."""
+
+    level: float
+    """Command before the limits [command unit]."""
+    proportional: float
+    integral: float
+    feedforward: float
+
+
+class Controller(Protocol):
+    """Setpoint and estimate to a command level."""
+
+    def start(self, level: float, setpoint: float, estimate: float) -> None:
+        """Bumpless: the first command continues from the applied `level`."""
+        ...
+
+    def step(self, setpoint: float, estimate: float, elapsed_s: float) -> ControlAction:
+        """One sample."""
+        ...
+
+    def applied(self, level: float) -> None:
+        """What the limits let through of the last action (anti-windup)."""
+        ...
+
+
+class Clock(Protocol):
+    """Time as the loop sees it: injected, so that a lockstep run never looks at the machine's clock."""
+
+    def start(self, period_s: float) -> None: ...
+
+    def wait(self, step: int) -> float:
+        """Wait for the deadline of `step`; returns the lateness [s] (0 on a simulated clock)."""
+        ...
+
+    def now_s(self) -> float: ...
