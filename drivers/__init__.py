@@ -1,0 +1,1 @@
+"""Wires: every driver speaks `rtctl.border.records.Driver` and knows neither plant nor controller."""
