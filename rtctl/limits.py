@@ -1,0 +1,73 @@
+"""What may reach the device and what may be believed of it; it trusts neither controller nor wire."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rtctl.border.errors import Fault
+from rtctl.border.records import DeviceStatus, Measurement
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommandLimits:
+    """Bounds of one command channel, in its unit (vo2: mA)."""
+
+    low: float
+    high: float
+    safe: float
+    slew_per_s: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise ValueError(f"limits: low = {self.low:g} must be below high = {self.high:g}")
+        if not 0.0 <= self.safe <= self.high:
+            raise ValueError(f"limits: safe = {self.safe:g} must lie between 0 and high = {self.high:g}")
+        if not self.slew_per_s > 0.0:
+            raise ValueError(f"limits: slew = {self.slew_per_s:g} a second must be > 0")
+
+    def clip(self, level: float, previous: float, elapsed_s: float) -> float:
+        """`level` within bounds and slew. A level that is not finite becomes the safe one."""
+        if not math.isfinite(level):
+            return self.safe
+        reach = self.slew_per_s * elapsed_s
+        level = min(max(level, previous - reach), previous + reach)
+        return min(max(level, self.low), self.high)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plausibility:
+    """What a believable reading looks like: finite, in range, fresh, from a healthy device."""
+
+    sensed_low: tuple[float, ...]
+    sensed_high: tuple[float, ...]
+    names: tuple[str, ...]
+    """Channel names with units, for messages: `"resistance [ohm]"`."""
+
+    def judge(self, new: Measurement, previous: Measurement) -> tuple[Fault, str] | None:
+        """The fault of a reading and its sentence, or None."""
+        status = new.status
+        if status != DeviceStatus.ENABLED and (found := _status_fault(status)):
+            return found
+        for value, low, high, name in zip(
+            new.sensed, self.sensed_low, self.sensed_high, self.names, strict=True
+        ):
+            if not low <= value <= high:
+                if not math.isfinite(value):
+                    return Fault.NOT_FINITE, f"{name} read {value}, which is not a number to control on"
+                return Fault.OUT_OF_RANGE, f"{name} read {value:.6g}, outside the plausible {low:.6g} to {high:.6g}"
+        if new.counter == previous.counter:
+            return Fault.FROZEN_COUNTER, f"the sample counter stands still at {new.counter}: no new measurement"
+        return None
+
+
+def _status_fault(status: int) -> tuple[Fault, str] | None:
+    if status & DeviceStatus.WATCHDOG_TRIPPED:
+        return Fault.WATCHDOG_TRIPPED, "the device's watchdog tripped; write enable 0, then 1, to re-arm"
+    if status & DeviceStatus.SENSOR_FAULT:
+        return Fault.SENSOR_FAULT, "the device reports a sensor fault (status bit 3)"
+    if status & DeviceStatus.REFUSED:
+        return Fault.COMMAND_REFUSED, "the device refused the command (status bit 4)"
+    if not status & DeviceStatus.ENABLED:
+        return Fault.NOT_ENABLED, "the device is no longer enabled (status bit 0)"
+    return None  # clamped: recorded, not a fault

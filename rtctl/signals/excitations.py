@@ -1,0 +1,128 @@
+"""Open-loop excitations of the command [mA], as one value a sample.
+
+`damped_oscillation` is the paper's figure 4(a); `reversal_curves` visits the minor loops that a damped
+oscillation leaves out (first-order reversal curves); both are staircases whose holds end in steady state.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from rtctl.border.quantities import Checked, Quantity
+from rtctl.signals.levels import FloatArray, Level, LevelIn, hold, samples_in
+
+Use = Literal["identify", "fit", "test"]
+
+
+class _Excitation(Checked):
+    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0)]
+    use: Use = "fit"
+
+    def held(self, values: FloatArray, period_s: float) -> FloatArray:
+        return hold(values, samples_in(self.hold_s, period_s, "excitation.hold"))
+
+
+class DampedOscillation(_Excitation):
+    """Triangular sweeps between low and high whose reversal points close in on the middle, `cycles` times."""
+
+    kind: Literal["damped_oscillation"] = "damped_oscillation"
+    cycles: Annotated[int, Field(ge=1)] = 8
+    step: Annotated[Level, LevelIn("mA")] = Level(1.0, True)
+    centre: Annotated[Level, LevelIn("mA")] = Level(66.0, True)
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Current [mA] a sample, from `low`."""
+        centre = self.centre.resolve(low, high)
+        shrink = np.linspace(1.0, 0.0, self.cycles, endpoint=False)
+        turns = [low]
+        for factor in shrink:
+            turns += [centre + factor * (high - centre), centre - factor * (centre - low)]
+        return self.held(sweep(turns, self.step.resolve_width(low, high)), period_s)
+
+
+class ReversalCurves(_Excitation):
+    """First-order reversal curves of both branches: up to a point and back, then from the top down and back."""
+
+    kind: Literal["reversal_curves"] = "reversal_curves"
+    curves: Annotated[int, Field(ge=2)] = 12
+    span: tuple[Annotated[Level, LevelIn("mA")], Annotated[Level, LevelIn("mA")]] = (
+        Level(35.0, True),
+        Level(95.0, True),
+    )
+    step: Annotated[Level, LevelIn("mA")] = Level(1.5, True)
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Current [mA] a sample, from `low`."""
+        first, last = (level.resolve(low, high) for level in self.span)
+        turns = [low]
+        for point in np.linspace(first, last, self.curves):
+            turns += [float(point), low]
+        turns.append(high)
+        for point in np.linspace(last, first, self.curves):
+            turns += [float(point), high]
+        return self.held(sweep(turns, self.step.resolve_width(low, high)), period_s)
+
+
+class RandomStaircase(_Excitation):
+    """Independent uniform levels, each held: the paper's figure 12(a)."""
+
+    kind: Literal["random_staircase"] = "random_staircase"
+    levels: Annotated[int, Field(ge=1)]
+    seed: int
+    low: Annotated[Level, LevelIn("mA")] = Level(0.0, True)
+    high: Annotated[Level, LevelIn("mA")] = Level(100.0, True)
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Current [mA] a sample."""
+        draw = np.random.default_rng(self.seed).uniform
+        values = draw(self.low.resolve(low, high), self.high.resolve(low, high), self.levels)
+        return self.held(values, period_s)
+
+
+class LevelSequence(_Excitation):
+    """Given levels one after the other, the list repeated `times`."""
+
+    kind: Literal["levels"] = "levels"
+    levels: Annotated[tuple[Annotated[Level, LevelIn("mA")], ...], Field(min_length=1)]
+    times: Annotated[int, Field(ge=1)] = 1
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Current [mA] a sample."""
+        values = [level.resolve(low, high) for level in self.levels]
+        return self.held(np.tile(np.asarray(values), self.times), period_s)
+
+
+class CurrentSine(_Excitation):
+    """A sine of one frequency about an offset (figure 6: loops at several frequencies)."""
+
+    kind: Literal["sine"] = "sine"
+    hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0)]
+    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0)]
+    offset: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
+    amplitude: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Current [mA] a sample, starting at its minimum."""
+        time_s = period_s * np.arange(samples_in(self.hold_s, period_s, "excitation.duration"))
+        swing = -np.cos(2.0 * np.pi * self.frequency_hz * time_s)
+        value: FloatArray = self.offset.resolve(low, high) + self.amplitude.resolve_width(low, high) * swing
+        return value
+
+
+Excitation = Annotated[
+    DampedOscillation | ReversalCurves | RandomStaircase | LevelSequence | CurrentSine, Field(discriminator="kind")
+]
+
+
+def sweep(turning_points: list[float], step: float) -> FloatArray:
+    """A staircase through the turning points in equal steps of at most `step`, each turning point met exactly."""
+    if not step > 0.0:
+        raise ValueError(f"excitation.step must be > 0, got {step!r}")
+    parts = [np.asarray(turning_points[:1])]
+    for start, end in zip(turning_points, turning_points[1:], strict=False):
+        count = max(1, int(np.ceil(abs(end - start) / step - 1e-9)))
+        parts.append(np.linspace(start, end, count + 1)[1:])
+    return np.concatenate(parts)

@@ -1,0 +1,59 @@
+"""A level in a scenario: absolute with its unit, or in percent of a range that is known only later."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator
+
+from rtctl.border.quantities import parse_quantity
+
+FloatArray = NDArray[np.float64]
+
+
+class Level(NamedTuple):
+    """`value` in the channel's unit, or in percent of its range where `relative`."""
+
+    value: float
+    relative: bool
+
+    def resolve(self, low: float, high: float) -> float:
+        """In the channel's unit; 0 % is `low`, 100 % is `high`."""
+        return low + (high - low) * self.value / 100.0 if self.relative else self.value
+
+    def resolve_width(self, low: float, high: float) -> float:
+        """The same for a difference of levels (an amplitude)."""
+        return (high - low) * self.value / 100.0 if self.relative else self.value
+
+
+def parse_level(raw: Any, unit: str) -> Level:
+    """`"30 um"` or `"50 %"` (of the range)."""
+    if isinstance(raw, Level):
+        return raw
+    if isinstance(raw, str) and raw.strip().endswith("%"):
+        try:
+            return Level(float(raw.strip()[:-1]), True)
+        except ValueError:
+            raise ValueError(f'a level is "<number> {unit}" or "<number> %" of the range, got {raw!r}') from None
+    return Level(parse_quantity(raw, unit), False)
+
+
+def LevelIn(unit: str) -> BeforeValidator:
+    """Annotation of a level whose absolute form is in `unit`."""
+    return BeforeValidator(lambda raw: parse_level(raw, unit))
+
+
+def hold(values: Sequence[float] | FloatArray, samples: int) -> FloatArray:
+    """Each value repeated for `samples` samples (a staircase)."""
+    return np.repeat(np.asarray(values, dtype=np.float64), samples)
+
+
+def samples_in(duration_s: float, period_s: float, key: str) -> int:
+    """Whole samples in a duration. Raises ValueError if it is not at least one period."""
+    count = round(duration_s / period_s)
+    if count < 1:
+        raise ValueError(f"{key} = {duration_s:g} s is shorter than the loop's period {period_s:g} s")
+    return count

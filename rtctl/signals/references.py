@@ -1,0 +1,53 @@
+"""References of the controlled output [um]: steps and sums of sines, as one value a sample."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from rtctl.border.quantities import Checked, Quantity
+from rtctl.signals.levels import FloatArray, Level, LevelIn, hold, samples_in
+
+
+class Steps(Checked):
+    """Levels one after the other, each held."""
+
+    kind: Literal["steps"] = "steps"
+    levels: Annotated[tuple[Annotated[Level, LevelIn("um")], ...], Field(min_length=1)]
+    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0)]
+
+    def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
+        """The reference [um] at each time; the list starts over when it ends."""
+        period_s = time_s[1] - time_s[0] if len(time_s) > 1 else self.hold_s
+        values = [level.resolve(low, high) for level in self.levels]
+        once = hold(values, samples_in(self.hold_s, period_s, "reference.hold"))
+        return np.resize(once, len(time_s))
+
+
+class Sine(Checked):
+    """One component of a multisine."""
+
+    amplitude: Annotated[Level, LevelIn("um")]
+    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0)]
+    phase_rad: Annotated[float, Quantity("rad"), Field(alias="phase")] = 0.0
+
+
+class Multisine(Checked):
+    """offset + sum of amplitude sin(2 pi f t + phase)."""
+
+    kind: Literal["multisine"] = "multisine"
+    offset: Annotated[Level, LevelIn("um")]
+    sines: Annotated[tuple[Sine, ...], Field(min_length=1)]
+
+    def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
+        """The reference [um] at each time."""
+        value = np.full(len(time_s), self.offset.resolve(low, high))
+        for sine in self.sines:
+            phase = 2.0 * np.pi * sine.frequency_hz * time_s + sine.phase_rad
+            value += sine.amplitude.resolve_width(low, high) * np.sin(phase)
+        return value
+
+
+Reference = Annotated[Steps | Multisine, Field(discriminator="kind")]
