@@ -1,0 +1,89 @@
+"""Hysteresis as a population of domains: each a relay, up above its T_up, down below its T_down.
+
+Domain j of the film has its transition temperature `T_c` (logistic), its width `w` (log-normal, correlated
+with `T_c`: a strained grain is both late and wide), hence `T_up = T_c + w/2`, `T_down = T_c - w/2`. The
+structural transition of the same domain happens at `T_c + offset + scatter`, with the width times a ratio: two
+banks of relays that are related but not the same. Neighbours pull each other along: a relay of a bank with
+transformed fraction `f` sees the field `h = T + coupling (f - 1/2)`, which is solved for self-consistently.
+
+The draw is a lattice with a random shift (Roberts' additive recurrence), not random numbers: 4096 domains
+then resolve the loop far below a thousandth of its height, for every seed.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from scipy.special import ndtri
+
+from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
+from rtctl.border.quantities import Checked, Quantity
+
+Floats = NDArray[np.float64]
+
+ELECTRICAL, STRUCTURAL = 0, 1
+"""Rows of every array of relays."""
+
+
+class Domains(Checked):
+    """The `[hysteresis]` table with `kind = "domains"`."""
+
+    kind: Literal["domains"]
+    seed: Annotated[int, Field(ge=0)]
+    """Of the film's own draw: another seed, another specimen of the same fabrication."""
+    count: Annotated[int, Field(ge=16, le=65536)] = 4096
+    centre: Annotated[float, Quantity("degC"), FINITE]
+    """Mean of T_c [degC]."""
+    spread: Annotated[float, Quantity("K"), POSITIVE]
+    """Standard deviation of T_c [K]."""
+    width: Annotated[float, Quantity("K"), POSITIVE]
+    """Mean of w [K]."""
+    width_spread: Annotated[float, Quantity(""), NOT_NEGATIVE]
+    """Standard deviation of ln w."""
+    width_correlation: Annotated[float, Quantity(""), Field(ge=-1.0, le=1.0)]
+    """Between ln w and T_c's normal score."""
+    coupling: Annotated[float, Quantity("K"), NOT_NEGATIVE]
+    """By how much the field rises from none transformed to all [K]."""
+    structural_offset: Annotated[float, Quantity("K"), FINITE]
+    """Structural minus electrical T_c, mean [K]."""
+    structural_scatter: Annotated[float, Quantity("K"), NOT_NEGATIVE]
+    """The same, standard deviation [K]."""
+    structural_width_ratio: Annotated[float, Quantity(""), POSITIVE]
+    """Structural over electrical width of a domain."""
+
+
+class Thresholds(NamedTuple):
+    """Switching temperatures [degC] of each bank (row) and domain (column), in the draw's order."""
+
+    t_up: Floats
+    t_down: Floats
+
+
+def lattice(count: int, dimensions: int, rng: np.random.Generator) -> Floats:
+    """`count` points of the unit cube, evenly spread in every projection: shape (dimensions, count).
+
+    M. Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018): multiples of powers of the
+    inverse of the root of `x^(d+1) = x + 1`, shifted at random.
+    """
+    root = 2.0
+    for _ in range(60):  # fixed-point iteration, contracts by more than two a round
+        root = (1.0 + root) ** (1.0 / (dimensions + 1))
+    strides = root ** -np.arange(1.0, dimensions + 1.0)
+    points = (rng.random(dimensions)[:, None] + strides[:, None] * np.arange(count)) % 1.0
+    return np.asarray(np.clip(points, 0.25 / count, 1.0 - 0.25 / count))
+
+
+def draw(domains: Domains) -> Thresholds:
+    """The film's switching temperatures; the same table gives the same bits."""
+    along, across, apart = lattice(domains.count, 3, np.random.default_rng(domains.seed))
+    centre = domains.centre + domains.spread * (np.sqrt(3.0) / np.pi) * np.log(along / (1.0 - along))
+    rho = domains.width_correlation
+    score = rho * ndtri(along) + np.sqrt(1.0 - rho**2) * ndtri(across)
+    width = domains.width * np.exp(domains.width_spread * score - 0.5 * domains.width_spread**2)
+    lag = domains.structural_offset + domains.structural_scatter * ndtri(apart)
+    centres = np.stack([centre, centre + lag])
+    halves = 0.5 * np.stack([width, width * domains.structural_width_ratio])
+    return Thresholds(t_up=centres + halves, t_down=centres - halves)

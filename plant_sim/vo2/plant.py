@@ -1,0 +1,180 @@
+"""The VO2 microactuator: current -> temperature -> two transitions -> resistance and deflection -> readings.
+
+One kernel call a step. The hysteresis decides which kernel, its memory travels as the last arguments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant_sim.kernels import compiled, pack
+from plant_sim.sensing import (
+    OCTAVES,
+    REFERENCE,
+    WHITE,
+    NoiseSource,
+    drift,
+    read_deflection,
+    read_resistance,
+)
+from plant_sim.vo2.deflection import deflection_at
+from plant_sim.vo2.device_file import DeviceFile
+from plant_sim.vo2.domains import ELECTRICAL, STRUCTURAL, Domains, Floats, draw
+from plant_sim.vo2.heating import heat
+from plant_sim.vo2.limiting_loop import cold_memory, follow
+from plant_sim.vo2.relays import banks, settle
+from plant_sim.vo2.resistance import resistance_at
+from rtctl.border.records import VO2
+
+Array = NDArray[Any]
+
+STATE = np.dtype(
+    [
+        ("temperature", np.float64),  # degC
+        ("electrical", np.float64),  # fractions
+        ("structural", np.float64),
+        ("unread", np.float64),  # s, since the last reading
+        ("flicker", np.float64, (OCTAVES,)),  # standard deviations
+    ]
+)
+
+
+@compiled
+def hold_domains(
+    parameters: Array,
+    state: Array,
+    current_mA: float,
+    dt_s: float,
+    t_up: Floats,
+    t_down: Floats,
+    by_t_down: Array,
+    is_up: Array,
+    counters: Array,
+) -> None:
+    """Hold a current on a device whose film is a population of domains."""
+    p, s = parameters[0], state[0]
+    s.temperature = heat(p.heating, s.temperature, np.float64(np.float32(current_mA)), dt_s)
+    s.unread += dt_s
+    T, coupling = s.temperature, p.hysteresis.coupling
+    e, m = ELECTRICAL, STRUCTURAL
+    s.electrical = settle(t_up[e], t_down[e], by_t_down[e], is_up[e], counters[e], T, coupling)
+    s.structural = settle(t_up[m], t_down[m], by_t_down[m], is_up[m], counters[m], T, coupling)
+
+
+@compiled
+def hold_limiting_loop(
+    parameters: Array, state: Array, current_mA: float, dt_s: float, memory: Floats
+) -> None:
+    """Hold a current on a device whose film follows limiting loops."""
+    p, s = parameters[0], state[0]
+    s.temperature = heat(p.heating, s.temperature, np.float64(np.float32(current_mA)), dt_s)
+    s.unread += dt_s
+    s.electrical = follow(p.hysteresis.electrical, memory[ELECTRICAL], s.temperature)
+    s.structural = follow(p.hysteresis.structural, memory[STRUCTURAL], s.temperature)
+
+
+@compiled
+def true_outputs(parameters: Array, state: Array) -> tuple[float, float]:
+    """Resistance [ohm] and deflection [um], without instruments."""
+    p, s = parameters[0], state[0]
+    resistance = resistance_at(p.resistance, s.temperature, s.electrical)
+    deflection = deflection_at(p.deflection, s.temperature - p.heating.ambient, s.structural)
+    return resistance, deflection
+
+
+@compiled
+def read(parameters: Array, state: Array, normals: Array, row: int) -> tuple[float, float]:
+    """Both instruments' readings [ohm], [um]; consumes a row of `normals`."""
+    p, s = parameters[0], state[0]
+    resistance, deflection = true_outputs(parameters, state)
+    flicker = drift(s.flicker, normals[row], s.unread)
+    s.unread = 0.0
+    return (
+        read_resistance(p.sensing, resistance, flicker, normals[row, WHITE]),
+        read_deflection(p.sensing, deflection, normals[row, REFERENCE]),
+    )
+
+
+class Vo2Plant:
+    """A simulated device (see `plant_sim.plant.Plant`). Commands and readings are float32 on every path."""
+
+    profile = VO2
+
+    def __init__(self, device: DeviceFile, seed: int | None = None) -> None:
+        """`seed` replaces the file's seed of the noise; the film stays the same specimen."""
+        self.identity = device.plant.name
+        self.low: tuple[float, ...] = (device.current.low,)
+        self.high: tuple[float, ...] = (device.current.high,)
+        self.safe: tuple[float, ...] = (device.current.safe,)
+        self._device = device
+        self._seed = device.plant.seed if seed is None else seed
+        self._parameters = pack(device)
+        hysteresis = device.hysteresis
+        self._thresholds = draw(hysteresis) if isinstance(hysteresis, Domains) else None
+        self._hold = hold_limiting_loop if self._thresholds is None else hold_domains
+        self.reset()
+
+    def reset(self) -> None:
+        """Full cooling, clocks and noise as at power-up."""
+        self._state = np.zeros(1, dtype=STATE)
+        self._state["temperature"] = self._device.heating.ambient
+        self._memory = self._cold_memory()
+        self._noise = NoiseSource(self._seed)
+        self._state["flicker"] = self._noise.block[self._noise.next_row(), :OCTAVES]
+        self.advance((0.0,), 0.0)
+
+    def _cold_memory(self) -> tuple[Array, ...]:
+        hysteresis, ambient = self._device.hysteresis, self._device.heating.ambient
+        if self._thresholds is not None:
+            return tuple(banks(self._thresholds))
+        assert not isinstance(hysteresis, Domains)
+        loops = (hysteresis.electrical, hysteresis.structural)
+        return (np.stack([cold_memory(loop, ambient) for loop in loops]),)
+
+    def advance(self, levels: Sequence[float], dt_s: float) -> None:
+        """Hold `levels` ([mA],) for `dt_s` [s]. Raises ValueError on a current that is not finite."""
+        (current_mA,) = levels
+        if not (math.isfinite(current_mA) and dt_s >= 0.0):
+            raise ValueError(f"current {current_mA!r} mA for {dt_s!r} s: needs a finite current, a time >= 0")
+        self._hold(self._parameters, self._state, current_mA, dt_s, *self._memory)
+
+    def measure(self) -> tuple[tuple[float, ...], float]:
+        """Readings: ((resistance [ohm],), deflection [um])."""
+        noise = self._noise
+        resistance, deflection = read(self._parameters, self._state, noise.block, noise.next_row())
+        return (resistance,), deflection
+
+    def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
+        """`advance`, then `measure`."""
+        self.advance(levels, dt_s)
+        return self.measure()
+
+    @property
+    def temperature_degC(self) -> float:
+        """The true temperature."""
+        return float(self._state["temperature"][0])
+
+    @property
+    def electrical_fraction(self) -> float:
+        """Which part of the film conducts as a metal."""
+        return float(self._state["electrical"][0])
+
+    @property
+    def structural_fraction(self) -> float:
+        """Which part of the film has the high-temperature structure."""
+        return float(self._state["structural"][0])
+
+    @property
+    def resistance_ohm(self) -> float:
+        """The true resistance."""
+        return true_outputs(self._parameters, self._state)[0]
+
+    @property
+    def deflection_um(self) -> float:
+        """The true deflection."""
+        return true_outputs(self._parameters, self._state)[1]
