@@ -1,0 +1,1 @@
+"""Rate-independent hysteresis: compiled kernels and frozen models."""

@@ -1,0 +1,109 @@
+"""Envelopes of a generalised play: gamma_R = tanh(a_R v + b_R), gamma_L = tanh(a_L v + b_L) (eqs. 16-17).
+
+R is the heating (rising, lower) edge, L the cooling (falling, upper) one; -b/a is the centre of a branch in
+the unit of v. Order preservation gamma_R - r <= gamma_L + r must hold on the whole range: two tanh of
+unequal slopes cross somewhere, so it is a property of envelopes and range together.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.kernels import FloatArray, kernel
+
+EnvelopeLines = tuple[FloatArray, FloatArray] | tuple[float, float]
+
+_CHECKED_POINTS = 2001
+_ORDER_TOLERANCE = 1e-9  # two envelopes that touch do so only to rounding
+
+
+class Line(NamedTuple):
+    """The argument a v + b of one tanh: a [1/unit of v], b [-]."""
+
+    a: float
+    b: float
+
+
+@kernel
+def envelope(a: float, b: float, v: float) -> float:
+    """gamma(v) = tanh(a v + b)."""
+    return math.tanh(a * v + b)
+
+
+@kernel
+def envelope_slope(a: float, gamma: float) -> float:
+    """d gamma / dv = a (1 - gamma^2) at the value gamma."""
+    return a * (1.0 - gamma) * (1.0 + gamma)
+
+
+@kernel
+def envelope_inverse(a: float, b: float, gamma: float) -> float:
+    """v = (arctanh(gamma) - b) / a, for |gamma| < 1."""
+    return (math.atanh(gamma) - b) / a
+
+
+def crossing_depth(
+    heating: EnvelopeLines,
+    cooling: EnvelopeLines,
+    r: FloatArray,
+    v_range: tuple[float, float],
+) -> FloatArray:
+    """How far order preservation is broken on the range: max over v of gamma_R - gamma_L - 2 r, shape (n,).
+
+    `heating` = (a_R, b_R), `cooling` = (a_L, b_L), each (n,) or common to all plays; r (n,); a value <= 0
+    is a play in order. On a grid for r > 0; for r = 0 the tanh arguments decide, and as lines they do so
+    exactly at the two ends.
+    """
+    v = np.linspace(*v_range, _CHECKED_POINTS)[:, None]
+    x_R, x_L = heating[0] * v + heating[1], cooling[0] * v + cooling[1]
+    depth: FloatArray = np.max(np.tanh(x_R) - np.tanh(x_L), axis=0) - 2.0 * r
+    worst_line = np.maximum(x_R[0] - x_L[0], x_R[-1] - x_L[-1])
+    return np.where(r == 0.0, worst_line, depth)
+
+
+def check_order(
+    heating: EnvelopeLines,
+    cooling: EnvelopeLines,
+    r: FloatArray,
+    v_range: tuple[float, float],
+) -> None:
+    """Raise ValueError unless the range is one, every envelope rises (a > 0) and no play breaks the order."""
+    low, high = v_range
+    if not low < high:
+        raise ValueError(f"v_low = {low:g} must be below v_high = {high:g}")
+    for name, a in (("a_R", heating[0]), ("a_L", cooling[0])):
+        if not np.all(np.greater(a, 0.0)):
+            raise ValueError(
+                f"{name} must be > 0, got {np.min(a):g}: model the negative of a falling quantity"
+            )
+    if not (r >= 0.0).all():
+        raise ValueError(f"radii r must be >= 0, got {r.min():g}")
+    depth = crossing_depth(heating, cooling, r, v_range)
+    worst = int(depth.argmax())
+    if depth[worst] > _ORDER_TOLERANCE:
+        raise ValueError(
+            f"play {worst}: gamma_R - r exceeds gamma_L + r by {depth[worst]:.3g} in {low:g} to {high:g}; "
+            "move the cooling envelope up or narrow the range"
+        )
+
+
+def cooling_line(heating: Line, gaps: tuple[float, float], v_range: tuple[float, float]) -> Line:
+    """The cooling envelope that lies `gaps` >= 0 above the heating one at the ends of the range.
+
+    The gap parametrisation of an identification: gaps are differences of the tanh arguments [-] at
+    `v_range`; with both >= 0 the order holds on the whole range for every play. Raises ValueError for a
+    negative gap.
+    """
+    if not min(gaps) >= 0.0:
+        raise ValueError(f"gaps of the tanh arguments must be >= 0 at both ends of the range, got {gaps}")
+    slope = (gaps[1] - gaps[0]) / (v_range[1] - v_range[0])
+    return Line(heating.a + slope, heating.b + gaps[0] - slope * v_range[0])
+
+
+def gaps_of(heating: Line, cooling: Line, v_range: tuple[float, float]) -> tuple[float, float]:
+    """The inverse of `cooling_line`: differences of the tanh arguments at the two ends of the range [-]."""
+    low, high = ((cooling.a - heating.a) * v + (cooling.b - heating.b) for v in v_range)
+    return low, high
