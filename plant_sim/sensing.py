@@ -2,9 +2,9 @@
 
 `V = R I_s (1 + flicker) + white`, rounded to the converter's step, `R_read = V / I_s`. The flicker is 1/f
 noise of the resistance: a sum of first-order processes with equal variance, their corner frequencies f_k an
-octave apart. Each has the one-sided density `(2 variance/(pi f_k)) / (1 + (f/f_k)^2)`; with the sum over octaves
-taken as an integral over `ln f_k / ln 2` they give `S(f) = variance / (f ln 2)` between the outermost corners.
-Each process is propagated exactly (`a = exp(-2 pi f_k dt)`), so the spectrum does not depend on the step.
+octave apart. Each has the one-sided density `(2 variance/(pi f_k)) / (1 + (f/f_k)^2)`; with the sum over
+octaves taken as an integral over `ln f_k / ln 2` they give `S(f) = variance / (f ln 2)` between the outermost
+corners. Each process is propagated exactly (`a = exp(-2 pi f_k dt)`): the spectrum is the same for any step.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Deflection of the tip: the structural transition bends one way, thermal expansion the other.
 
-`D = D_0 + S f + e (T - T_0)`: stroke S by the structurally transformed fraction f, expansion e < 0. Because the
-two oppose each other, deflection is not monotone in temperature (fig. 4c of the composite-model paper).
+`D = D_0 + S f + e (T - T_0)`: stroke S by the structurally transformed fraction f, expansion e < 0. Because
+the two oppose each other, deflection is not monotone in temperature (fig. 4c of the composite-model paper).
 """
 
 from __future__ import annotations

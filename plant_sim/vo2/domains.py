@@ -1,10 +1,12 @@
 """Hysteresis as a population of domains: each a relay, up above its T_up, down below its T_down.
 
 Domain j of the film has its transition temperature `T_c` (logistic), its width `w` (log-normal, correlated
-with `T_c`: a strained grain is both late and wide), hence `T_up = T_c + w/2`, `T_down = T_c - w/2`. The
-structural transition of the same domain happens at `T_c + offset + scatter`, with the width times a ratio: two
-banks of relays that are related but not the same. Neighbours pull each other along: a relay of a bank with
-transformed fraction `f` sees the field `h = T + coupling (f - 1/2)`, which is solved for self-consistently.
+with `T_c`: a strained grain is both late and wide), hence `T_up = T_c + w/2`, `T_down = T_c - w/2`. A few
+domains, near grain boundaries, are almost reversible: without them the start of every minor loop would be
+less steep than a semiconductor, which it is not in a film. The structural transition of a domain happens at
+`T_c + offset + scatter`, with the width times a ratio: two banks of relays, related but not the same.
+Neighbours pull each other along: a relay of a bank with transformed fraction `f` sees the field
+`h = T + coupling (f - 1/2)`, which is solved for self-consistently.
 
 The draw is a lattice with a random shift (Roberts' additive recurrence), not random numbers: 4096 domains
 then resolve the loop far below a thousandth of its height, for every seed.
@@ -27,6 +29,9 @@ Floats = NDArray[np.float64]
 ELECTRICAL, STRUCTURAL = 0, 1
 """Rows of every array of relays."""
 
+REVERSIBLE_WIDTH = 0.05
+"""Width of an almost reversible domain, as part of what it would be."""
+
 
 class Domains(Checked):
     """The `[hysteresis]` table with `kind = "domains"`."""
@@ -45,6 +50,8 @@ class Domains(Checked):
     """Standard deviation of ln w."""
     width_correlation: Annotated[float, Quantity(""), Field(ge=-1.0, le=1.0)]
     """Between ln w and T_c's normal score."""
+    reversible: Annotated[float, Quantity(""), Field(ge=0.0, le=1.0)] = 0.0
+    """Share of the domains that are almost reversible."""
     coupling: Annotated[float, Quantity("K"), NOT_NEGATIVE]
     """By how much the field rises from none transformed to all [K]."""
     structural_offset: Annotated[float, Quantity("K"), FINITE]
@@ -78,11 +85,12 @@ def lattice(count: int, dimensions: int, rng: np.random.Generator) -> Floats:
 
 def draw(domains: Domains) -> Thresholds:
     """The film's switching temperatures; the same table gives the same bits."""
-    along, across, apart = lattice(domains.count, 3, np.random.default_rng(domains.seed))
+    along, across, apart, loose = lattice(domains.count, 4, np.random.default_rng(domains.seed))
     centre = domains.centre + domains.spread * (np.sqrt(3.0) / np.pi) * np.log(along / (1.0 - along))
     rho = domains.width_correlation
     score = rho * ndtri(along) + np.sqrt(1.0 - rho**2) * ndtri(across)
     width = domains.width * np.exp(domains.width_spread * score - 0.5 * domains.width_spread**2)
+    width = np.where(loose < domains.reversible, REVERSIBLE_WIDTH * width, width)
     lag = domains.structural_offset + domains.structural_scatter * ndtri(apart)
     centres = np.stack([centre, centre + lag])
     halves = 0.5 * np.stack([width, width * domains.structural_width_ratio])
