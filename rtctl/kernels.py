@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 P = ParamSpec("P")
 T = TypeVar("T")
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
