@@ -19,7 +19,7 @@ Table = dict[str, Any]
 
 def table_of(model: Any, kind: str) -> Table:
     """`model`, a dataclass of floats and arrays, as `{"kind": kind, field: float | list}`."""
-    values = {field.name: getattr(model, field.name) for field in dataclasses.fields(model)}
+    values = {field.name: getattr(model, field.name) for field in dataclasses.fields(model) if field.init}
     plain = {name: v.tolist() if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
     return {"kind": kind, **plain}
 
@@ -28,7 +28,7 @@ def model_of(model: type[ModelT], kind: str, table: Table) -> ModelT:
     """The model in `table`. Raises InputError that names the key that is wrong, missing or unknown."""
     if table.get("kind") != kind:
         raise InputError(f'hysteresis table: kind is {table.get("kind")!r}, "{kind}" is needed here')
-    fields = {field.name: field for field in dataclasses.fields(model)}  # type: ignore[arg-type]
+    fields = {field.name: field for field in dataclasses.fields(model) if field.init}  # type: ignore[arg-type]
     given = {key: value for key, value in table.items() if key != "kind"}
     for key in given.keys() - fields.keys():
         raise InputError(f'hysteresis table "{kind}": unknown key "{key}"{nearest(key, fields)}')

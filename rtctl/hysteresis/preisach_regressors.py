@@ -1,0 +1,56 @@
+"""The Preisach output as a linear function of its masses: y = c + sign (rows @ mu) + c1 v + c2 v^2.
+
+Row k holds the share of each cell that is on at sample k; with mu >= 0 the identification is a non-negative
+least squares. The stack of extrema is that of `preisach`, with a row of shares in the place of each H_m.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.hysteresis.everett import add_shares
+from rtctl.hysteresis.preisach import cooled_stack, move_input
+from rtctl.hysteresis.tables import inputs
+from rtctl.kernels import FloatArray, kernel
+
+
+def preisach_regressors(v: FloatArray, grid: FloatArray, state: FloatArray | None = None) -> FloatArray:
+    """Rows (samples, cells) for the inputs v (samples,), in the order of `everett.cell_index`.
+
+    From a full cooling, or from the stack of a model's `state`, which is not modified. Inputs are clipped
+    to the grid.
+    """
+    grid = np.ascontiguousarray(grid, dtype=np.float64)
+    n = grid.size - 1
+    if n < 1 or not (np.diff(grid) > 0.0).all():
+        raise ValueError(f"grid needs two nodes or more that rise strictly, got {grid.tolist()}")
+    stack = cooled_stack(grid) if state is None else state.copy()
+    return _regressors(stack, np.clip(inputs(v), grid[0], grid[-1]), grid)
+
+
+@kernel
+def _regressors(stack: FloatArray, v: FloatArray, grid: FloatArray) -> FloatArray:
+    n = grid.size - 1
+    cells = n * (n + 1) // 2
+    rows = np.empty((v.size, cells))
+    levels = np.zeros((stack.size // 2, cells))
+    for m in range(1, int(stack[0]) + 1):
+        _fill_level(levels, m, stack, grid)
+    for k in range(v.size):
+        top = move_input(stack, v[k])
+        _fill_level(levels, top, stack, grid)
+        rows[k] = levels[top]
+    return rows
+
+
+@kernel
+def _fill_level(levels: FloatArray, m: int, stack: FloatArray, grid: FloatArray) -> None:
+    """Shares at the extremum s_m (stack[1 + m]) from those at s_{m-1}."""
+    if m == 0:
+        levels[0] = 0.0
+    elif m % 2 == 1:
+        levels[m] = levels[m - 1]
+        add_shares(levels[m], stack[1 + m], stack[m], 1.0, grid)
+    else:
+        levels[m] = levels[m - 1]
+        add_shares(levels[m], stack[m], stack[1 + m], -1.0, grid)
