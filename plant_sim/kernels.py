@@ -1,7 +1,8 @@
 """Compiled kernels and the records they read: one typed place where numba is met.
 
 A kernel takes its parameters as a one-element structured array (a field a quantity), because a call with
-few array arguments costs a fifth of one that unpacks a NamedTuple.
+few array arguments costs a fifth of one that unpacks a NamedTuple. The cache on disk watches the file of a
+kernel, not those of the kernels it calls: after editing one of those, delete `__pycache__`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from plant_sim.vo2.deflection import Deflection
 from plant_sim.vo2.domains import Domains
 from plant_sim.vo2.heating import Heating
 from plant_sim.vo2.limiting_loop import LimitingLoop
-from plant_sim.vo2.resistance import Resistance
+from plant_sim.vo2.resistance import Resistance, semiconductor_at
 from rtctl.border.quantities import Checked, Quantity, check, read_toml
 
 
@@ -54,6 +54,18 @@ class DeviceFile(Checked):
     resistance: Resistance
     deflection: Deflection
     sensing: Sensing
+
+    @model_validator(mode="after")
+    def _converter_reaches(self) -> DeviceFile:
+        film, sensing = self.resistance, self.sensing
+        coldest_ohm = film.metal + semiconductor_at(film.prefactor, film.activation, self.heating.ambient)
+        voltage = 1e-3 * sensing.current * coldest_ohm
+        if not voltage < sensing.converter_range:
+            raise ValueError(
+                f"sensing.converter_range ({sensing.converter_range} V) must exceed the {voltage:.3g} V that "
+                f"sensing.current ({sensing.current} mA) drops across the cold film's {coldest_ohm:.4g} ohm"
+            )
+        return self
 
 
 def read_device(path: Path) -> DeviceFile:

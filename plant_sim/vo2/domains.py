@@ -72,13 +72,13 @@ class Thresholds(NamedTuple):
 def lattice(count: int, dimensions: int, rng: np.random.Generator) -> Floats:
     """`count` points of the unit cube, evenly spread in every projection: shape (dimensions, count).
 
-    M. Roberts, "The unreasonable effectiveness of quasirandom sequences" (2018): multiples of powers of the
-    inverse of the root of `x^(d+1) = x + 1`, shifted at random.
+    Along the first dimension equidistant, along the others M. Roberts, "The unreasonable effectiveness of
+    quasirandom sequences" (2018): multiples of powers of the inverse of the root of `x^d = x + 1`.
     """
     root = 2.0
     for _ in range(60):  # fixed-point iteration, contracts by more than two a round
-        root = (1.0 + root) ** (1.0 / (dimensions + 1))
-    strides = root ** -np.arange(1.0, dimensions + 1.0)
+        root = (1.0 + root) ** (1.0 / dimensions)
+    strides = np.append(1.0 / count, root ** -np.arange(1.0, dimensions))
     points = (rng.random(dimensions)[:, None] + strides[:, None] * np.arange(count)) % 1.0
     return np.asarray(np.clip(points, 0.25 / count, 1.0 - 0.25 / count))
 

@@ -1,6 +1,7 @@
 """The VO2 microactuator: current -> temperature -> two transitions -> resistance and deflection -> readings.
 
-One kernel call a step. The hysteresis decides which kernel, its memory travels as the last arguments.
+Two kernel calls a step: hold a current, read the instruments. The kind of hysteresis decides which kernel
+holds; its memory travels as that kernel's last arguments.
 """
 
 from __future__ import annotations

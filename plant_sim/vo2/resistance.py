@@ -32,6 +32,10 @@ class Mixing(IntEnum):
     SERIES = 2
 
 
+LOGARITHMIC, BRUGGEMAN = int(Mixing.LOGARITHMIC), int(Mixing.BRUGGEMAN)
+"""For the kernel, which takes plain numbers only."""
+
+
 def _mixing(raw: Any) -> Mixing:
     names = {law.name.lower(): law for law in Mixing}
     if raw not in names:
@@ -54,6 +58,12 @@ class Resistance(Checked):
 
 
 @compiled
+def semiconductor_at(prefactor: float, activation: float, temperature: float) -> float:
+    """R_s [ohm] at `temperature` [degC], of `prefactor` [ohm] and `activation` [K]."""
+    return prefactor * math.exp(activation / (temperature + KELVIN))
+
+
+@compiled
 def bruggeman(semiconductor: float, metal: float, fraction: float, dimension: float) -> float:
     """Effective resistance [ohm] of `fraction` at `metal` [ohm], the rest at `semiconductor` [ohm]."""
     g_s, g_m = 1.0 / semiconductor, 1.0 / metal
@@ -65,9 +75,9 @@ def bruggeman(semiconductor: float, metal: float, fraction: float, dimension: fl
 @compiled
 def resistance_at(film: Record, temperature: float, fraction: float) -> float:
     """Resistance [ohm] at `temperature` [degC] with the metallic `fraction`."""
-    semiconductor = film.prefactor * math.exp(film.activation / (temperature + KELVIN))
-    if film.mixing == 0:
+    semiconductor = semiconductor_at(film.prefactor, film.activation, temperature)
+    if film.mixing == LOGARITHMIC:
         return float(semiconductor ** (1.0 - fraction) * film.metal**fraction)
-    if film.mixing == 1:
+    if film.mixing == BRUGGEMAN:
         return bruggeman(semiconductor, film.metal, fraction, film.dimension)
     return float((1.0 - fraction) * semiconductor + film.metal)
