@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from enum import IntFlag
 from typing import NamedTuple, Protocol
 
+from rtctl.clock import Tick
+
 
 class EstimateStatus(IntFlag):
     """Why an estimate deserves less trust; 0 is a plain good estimate."""
@@ -46,25 +48,25 @@ class Estimator(Protocol):
 class ControlAction(NamedTuple):
     """A controller's answer with its terms, so that a recording shows why."""
 
-    level: float
-    """Command before the limits [command unit]."""
+    levels: tuple[float, ...]
+    """Command before the limits, one a channel of the device."""
     proportional: float
     integral: float
     feedforward: float
 
 
 class Controller(Protocol):
-    """Setpoint and estimate to a command level."""
+    """Setpoint and estimate to command levels."""
 
-    def start(self, level: float, setpoint: float, estimate: float) -> None:
-        """Bumpless: the first command continues from the applied `level`."""
+    def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
+        """Bumpless: the first command continues from the applied `levels`."""
         ...
 
-    def step(self, setpoint: float, estimate: float, elapsed_s: float) -> ControlAction:
-        """One sample."""
+    def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
+        """One sample. `upcoming` is the setpoint one period ahead, which feedforward may aim at."""
         ...
 
-    def applied(self, level: float) -> None:
+    def applied(self, levels: Sequence[float]) -> None:
         """What the limits let through of the last action (anti-windup)."""
         ...
 
@@ -72,10 +74,18 @@ class Controller(Protocol):
 class Clock(Protocol):
     """Time as the loop sees it: injected, so that a lockstep run never looks at the machine's clock."""
 
-    def start(self, period_s: float) -> None: ...
-
-    def wait(self, step: int) -> float:
-        """Wait for the deadline of `step`; returns the lateness [s] (0 on a simulated clock)."""
+    def start(self, period_s: float) -> None:
+        """Set the period of the deadlines and count from here."""
         ...
 
-    def now_s(self) -> float: ...
+    def wait(self) -> Tick:
+        """Wait for the next deadline."""
+        ...
+
+
+class SignalRecorder(Protocol):
+    """Takes one row a step and must not block."""
+
+    def append(self, row: tuple[float, ...]) -> None:
+        """One row, in the order of the recorder's columns."""
+        ...

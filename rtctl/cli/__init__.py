@@ -1,0 +1,59 @@
+"""The command line: one verb a file. Heavy imports happen inside a verb, so that `--help` answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from types import ModuleType
+
+from rtctl import __version__
+from rtctl.border.errors import RtctlError
+
+VERBS = {
+    "run": "play a scenario in closed loop (or open loop) and score it",
+    "acquire": "play an open-loop excitation through a driver into a dataset",
+    "identify": "measured data -> model",
+    "simulate": "how far a model's free run is from measured data",
+    "serve": "a simulated device on a wire",
+    "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
+}
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> None:  # type: ignore[override]
+        self.exit(2, f"{self.prog}: {message}\n{self.format_usage()}")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all verbs."""
+    parser = _Parser(prog="rtctl", description="Feedback control of actuators that sense themselves.")
+    parser.add_argument("--version", action="version", version=f"rtctl {__version__}")
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for name, summary in VERBS.items():
+        verb = verbs.add_parser(name, help=summary, description=_module(name).__doc__)
+        _module(name).add_arguments(verb)
+        verb.add_argument("--quiet", action="store_true", help="print nothing but errors")
+        verb.add_argument("--json", action="store_true", help="print the result as JSON instead of tables")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
+    args = build_parser().parse_args(argv)
+    try:
+        return int(_module(args.verb).run(args))
+    except RtctlError as error:
+        print(f"rtctl {args.verb}: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print(f"rtctl {args.verb}: stopped by the user", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # the reader of our output went away: nothing left to tell
+        sys.stderr.close()
+        return 1
+
+
+def _module(verb: str) -> ModuleType:
+    return importlib.import_module(f"rtctl.cli.{verb}")

@@ -1,0 +1,102 @@
+"""Discrete PI with anti-windup, bumpless start and an optional feedforward.
+
+    u[k] = f[k] + P[k] + I[k],   P[k] = kp e[k],   I[k] = I[k-1] + ki e[k] h,   e = deadband(setpoint - estimate)
+
+State: the integral term I [command unit], so a change of ki does not bump. Where a limit holds the command back,
+I gives up what did not get through (back-calculation in one step), so no error winds up behind a limit.
+The deadband ends the hunting of an integrator across a hysteresis gap, where the plant's own gain is negative.
+Reference: K. J. Astrom, T. Hagglund, Advanced PID Control, section 3.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from rtctl.interfaces import ControlAction, Estimate
+
+
+class PiTerms(NamedTuple):
+    """The terms of one step [command unit]."""
+
+    proportional: float
+    integral: float
+
+
+def pi_step(integral: float, error: float, elapsed_s: float, kp: float, ki: float) -> PiTerms:
+    """One PI step: the new terms. `integral` [mA], `error` [um], kp [mA/um], ki [mA/(um s)]."""
+    return PiTerms(kp * error, integral + ki * error * elapsed_s)
+
+
+def beyond(error: float, deadband: float) -> float:
+    """What of an error lies beyond the deadband, continuous at its edges."""
+    if error > deadband:
+        return error - deadband
+    return error + deadband if error < -deadband else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PiGains:
+    """kp [mA/um] and ki [mA/(um s)]."""
+
+    kp: float
+    ki: float
+
+    def __post_init__(self) -> None:
+        if not self.kp >= 0.0 or not self.ki > 0.0:
+            raise ValueError(f"PI gains need kp >= 0 mA/um and ki > 0 mA/(um s), got {self.kp!r}, {self.ki!r}")
+
+
+class Feedforward(Protocol):
+    """Setpoint to a command level by a model of the plant."""
+
+    def start(self, level: float) -> float:
+        """Forget the past; the command [mA] that the model holds for the applied level."""
+        ...
+
+    def step(self, upcoming: float, elapsed_s: float) -> float:
+        """The command [mA] that brings the model's output to `upcoming` [um] in one period."""
+        ...
+
+
+class NoFeedforward:
+    """The PI alone."""
+
+    def start(self, level: float) -> float:
+        """0."""
+        return 0.0
+
+    def step(self, upcoming: float, elapsed_s: float) -> float:
+        """0."""
+        return 0.0
+
+
+class PiController:
+    """PI on the first command channel; `Controller` of the loop."""
+
+    def __init__(self, gains: PiGains, feedforward: Feedforward, *, deadband: float) -> None:
+        self.gains = gains
+        self.deadband = deadband
+        self._feedforward = feedforward
+        self._integral = 0.0
+        self._asked = 0.0
+
+    def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
+        """The first command equals the applied level whatever the first error is."""
+        assumed = self._feedforward.start(levels[0])
+        self._integral = levels[0] - assumed - self.gains.kp * beyond(setpoint - estimate.value, self.deadband)
+
+    def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
+        """P, I and feedforward of one sample."""
+        error = beyond(setpoint - estimate.value, self.deadband)
+        terms = pi_step(self._integral, error, elapsed_s, self.gains.kp, self.gains.ki)
+        forward = self._feedforward.step(upcoming, elapsed_s)
+        self._integral = terms.integral
+        self._asked = terms.proportional + terms.integral + forward
+        return ControlAction((self._asked,), terms.proportional, terms.integral, forward)
+
+    def applied(self, levels: Sequence[float]) -> None:
+        """Anti-windup."""
+        if levels[0] != self._asked:
+            self._integral += levels[0] - self._asked

@@ -1,0 +1,1 @@
+"""Measured data to a model: staircases to hysteresis models, step responses to the heating's time constant."""

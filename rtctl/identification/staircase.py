@@ -1,0 +1,79 @@
+"""Quasi-static staircases: the end of each hold is a steady state, so current is the temperature surrogate.
+
+Paper, section II.C: each current is held 10 ms, five time constants of the heating and more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.errors import InputError
+from rtctl.measured.dataset import Dataset, Record
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteadyStates:
+    """Ends of holds of one or more staircases, one after the other.
+
+    Each staircase is preceded by one sample far below the range (`weight` 0): it puts any hysteresis model on the
+    branch that a full cooling leaves, which is where each record starts.
+    """
+
+    current_mA: FloatArray
+    resistance_ohm: FloatArray
+    deflection_um: FloatArray
+    """NaN where a record has none."""
+    weight: FloatArray
+    """1 for measured samples, 0 for the reset samples and for what the manifest says not to score."""
+
+    @property
+    def scored(self) -> NDArray[np.bool_]:
+        """Which samples were measured."""
+        return self.weight > 0.0
+
+
+def hold_ends(current_mA: FloatArray) -> NDArray[np.intp]:
+    """Indices of the last sample of each run of equal current."""
+    changes = np.flatnonzero(np.diff(current_mA) != 0.0)
+    return np.append(changes, len(current_mA) - 1)
+
+
+def steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
+    """All staircases of a vo2 dataset. Raises InputError where there is none."""
+    records = [record for record in dataset.records if record.use == use]
+    if not records:
+        raise InputError(
+            f'{dataset.path}: no record has use = "{use}": a quasi-static staircase is needed, '
+            'such as `rtctl acquire` makes'
+        )
+    return _concatenate([_ends_of(record) for record in records])
+
+
+def _ends_of(record: Record) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    current = record.signals["current"]
+    ends = hold_ends(current)
+    if len(ends) < 20:
+        raise InputError(
+            f"{record.name}: only {len(ends)} distinct holds of current; a staircase over the range has hundreds"
+        )
+    deflection = record.signals["deflection"] if record.has("deflection") else np.full(len(current), np.nan)
+    weight = (ends >= record.ignore_first).astype(np.float64)
+    return current[ends], record.signals["resistance"][ends], deflection[ends], weight
+
+
+def _concatenate(parts: Sequence[tuple[FloatArray, ...]]) -> SteadyStates:
+    columns: list[list[FloatArray]] = [[], [], [], []]
+    for part in parts:
+        reset = (np.zeros(1), part[1][:1], part[2][:1], np.zeros(1))
+        for column, first, rest in zip(columns, reset, part, strict=True):
+            column += [first, rest]
+    current, resistance, deflection, weight = (np.concatenate(column) for column in columns)
+    return SteadyStates(
+        current_mA=current, resistance_ohm=resistance, deflection_um=deflection, weight=weight
+    )

@@ -1,0 +1,213 @@
+"""A vo2 dataset to a `Vo2Model`: staircases to read-outs, transients to the heating's time constant.
+
+The read-outs are fitted to the ends of the holds (v = current there), each baseline of the paper on the same data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.errors import InputError
+from rtctl.hysteresis.egpi import EgpiModel
+from rtctl.hysteresis.gap_free import GapFreeModel
+from rtctl.hysteresis.gpi import GpiModel
+from rtctl.identification.play_fit import PlayFit, PlayProblem, fit_plays, spread_starts
+from rtctl.identification.preisach_fit import fit_preisach
+from rtctl.identification.staircase import SteadyStates, steady_states
+from rtctl.identification.thermal import fit_time_constant
+from rtctl.measured.dataset import Dataset
+from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Span, Vo2Model
+
+FloatArray = NDArray[np.float64]
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vo2FitOptions:
+    """What a user may choose."""
+
+    plays: int = 6
+    starts: int = 3
+    fine_cells: int = 40
+    paper_levels: int = 10
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Data:
+    """The samples in the forms that the fits take; `u` is -ln R."""
+
+    v: FloatArray
+    u: FloatArray
+    deflection: FloatArray
+    scored: NDArray[np.bool_]
+    deflection_scored: NDArray[np.bool_]
+    ends: SteadyStates
+
+
+def identify_vo2(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
+    """Identify everything. `report` is told each stage. Raises InputError where the data cannot do it."""
+    data = _prepare(dataset)
+    report("resistance: GPI with an analytic inverse")
+    gpi, gpi_error = _fit_gpi(data, options)
+    report("resistance: gap-free")
+    gap_free, gap_free_error = _fit_gap_free(data, options)
+    report("deflection: EGPI")
+    egpi, egpi_error = _fit_egpi(data.v, data, options)
+    report("Preisach models")
+    fine_r = fit_preisach(data.v, data.u, data.scored, cells=options.fine_cells)
+    fine_d = fit_preisach(data.v, data.deflection, data.deflection_scored, cells=options.fine_cells)
+    direct_d = fit_preisach(
+        data.u, data.deflection, data.deflection_scored, cells=options.paper_levels, uniform_share=1.0,
+        memoryless=(True, False),
+    )  # fmt: skip
+    report("baseline: EGPI on resistance")
+    direct_egpi, direct_error = _fit_egpi(data.u, data, options)
+    report("time constant of the heating")
+    moving = [record for record in dataset.records if record.use != "test"]
+    tau = fit_time_constant(moving, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
+    resistance_span, deflection_span = _span(np.exp(-data.u[data.scored])), _span(data.deflection[data.deflection_scored])
+    u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
+    return Vo2Model(
+        identity=dataset.conditions_text("identity"),
+        time_constant_s=tau.value_s if tau else NOMINAL_TIME_CONSTANT_S,
+        time_constant_error_s=tau.standard_error_s if tau else float("inf"),
+        current=_span(data.v[data.scored]),
+        resistance=resistance_span,
+        deflection=deflection_span,
+        reading_error=float(np.std(fine_r.residual)),
+        deflection_error=float(np.std(fine_d.residual)),
+        resistance_gpi=gpi,
+        deflection_egpi=egpi,
+        resistance_gap_free=gap_free,
+        resistance_preisach=fine_r.model,
+        deflection_preisach=fine_d.model,
+        direct_preisach=direct_d.model,
+        direct_egpi=direct_egpi,
+        quality={
+            "resistance_gpi": _quality(gpi_error, "ln ohm", u_width),
+            "resistance_gap_free": _quality(gap_free_error, "ln ohm", u_width),
+            "resistance_preisach": _quality(fine_r.residual, "ln ohm", u_width),
+            "deflection_egpi": _quality(egpi_error, "um", d_width),
+            "deflection_preisach": _quality(fine_d.residual, "um", d_width),
+            "direct_preisach": _quality(direct_d.residual, "um", d_width),
+            "direct_egpi": _quality(direct_error, "um", d_width),
+        },
+    )
+
+
+def _prepare(dataset: Dataset) -> _Data:
+    if dataset.plant != "vo2":
+        raise InputError(f'{dataset.path}: dataset.plant is "{dataset.plant}", --kind vo2 needs "vo2"')
+    ends = steady_states(dataset)
+    if not (ends.resistance_ohm > 0.0).all():
+        raise InputError(f"{dataset.path}: resistance must be > 0 ohm everywhere; is the unit right?")
+    has_deflection = ends.scored & np.isfinite(ends.deflection_um)
+    if has_deflection.sum() < 100:
+        raise InputError(
+            f"{dataset.path}: {int(has_deflection.sum())} steady states with deflection; identification needs the "
+            "external instrument once (at least 100)"
+        )
+    u = -np.log(ends.resistance_ohm)
+    low, width = float(u[ends.scored].min()), float(np.ptp(u[ends.scored]))
+    u = np.where(ends.current_mA == 0.0, low - width, u)  # the reset samples reset models of u as well
+    return _Data(
+        v=ends.current_mA,
+        u=u,
+        deflection=np.nan_to_num(ends.deflection_um),
+        scored=ends.scored,
+        deflection_scored=has_deflection,
+        ends=ends,
+    )
+
+
+def _radii(count: int) -> FloatArray:
+    return np.arange(count) / count  # the paper's (i - 1) / 6
+
+
+def _fit_gpi(data: _Data, options: Vo2FitOptions) -> tuple[GpiModel, FloatArray]:
+    problem = PlayProblem(
+        v=data.v,
+        y=data.u,
+        scored=data.scored,
+        radii=_radii(options.plays),
+        common=True,
+        free=np.ones((len(data.v), 1)),
+        nonnegative=np.empty((len(data.v), 0)),
+        least_first_weight=0.01 * float(np.ptp(data.u[data.scored])),
+    )
+    fit = fit_plays(problem, spread_starts(problem, 3 * options.starts, options.seed), evaluations=60)
+    low, high = problem.range
+    model = GpiModel(
+        p=fit.weights,
+        r=problem.radii,
+        a_R=float(fit.envelopes.a_R[0]),
+        b_R=float(fit.envelopes.b_R[0]),
+        a_L=float(fit.envelopes.a_L[0]),
+        b_L=float(fit.envelopes.b_L[0]),
+        c=float(fit.free[0]),
+        v_low=low,
+        v_high=high,
+    )
+    return model, fit.residual
+
+
+def _fit_gap_free(data: _Data, options: Vo2FitOptions) -> tuple[GapFreeModel, FloatArray]:
+    least_slope = 0.01 * float(np.ptp(data.u[data.scored])) / float(np.ptp(data.v[data.scored]))
+    problem = PlayProblem(
+        v=data.v,
+        y=data.u - least_slope * data.v,
+        scored=data.scored,
+        radii=_radii(options.plays),
+        common=False,
+        free=np.ones((len(data.v), 1)),
+        nonnegative=np.stack((data.v, data.v**2), axis=1),
+    )
+    fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=40)
+    low, high = problem.range
+    model = GapFreeModel(
+        **_plays(fit, problem),
+        q1=float(fit.nonnegative[0]) + least_slope,
+        q2=float(fit.nonnegative[1]),
+        c=float(fit.free[0]),
+        v_low=low,
+        v_high=high,
+    )
+    return model, fit.residual
+
+
+def _fit_egpi(v: FloatArray, data: _Data, options: Vo2FitOptions) -> tuple[EgpiModel, FloatArray]:
+    problem = PlayProblem(
+        v=v,
+        y=data.deflection,
+        scored=data.deflection_scored,
+        radii=_radii(options.plays),
+        common=False,
+        free=np.stack((np.ones_like(v), v), axis=1),
+        nonnegative=np.empty((len(v), 0)),
+    )
+    fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=40)
+    low, high = problem.range
+    model = EgpiModel(
+        **_plays(fit, problem), c3=float(fit.free[0]), c2=float(fit.free[1]), v_low=low, v_high=high
+    )
+    return model, fit.residual
+
+
+def _plays(fit: PlayFit, problem: PlayProblem) -> dict[str, FloatArray]:
+    return {"p": fit.weights, "r": problem.radii, **fit.envelopes._asdict()}
+
+
+def _span(values: FloatArray) -> Span:
+    return Span(float(values.min()), float(values.max()))
+
+
+def _quality(residual: FloatArray, unit: str, width: float) -> FitQuality:
+    error = np.abs(residual)
+    return FitQuality(mean_abs=float(error.mean()), max_abs=float(error.max()), unit=unit, range=width)
+
+

@@ -1,0 +1,179 @@
+"""The loop: exchange, estimate, control, limit, command, record. Only here does time pass.
+
+In lockstep an exchange carries the command u[k], lets the device live one period with it and brings back the
+reading at the period's end; the next command is computed from that reading. Live, the reading of an exchange is
+from before its command takes effect: one period of delay, which the tuning knows.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.errors import DriverError, Fault
+from rtctl.border.records import Driver, Measurement
+from rtctl.interfaces import Clock, Controller, Estimate, Estimator, SignalRecorder
+from rtctl.limits import CommandLimits, Plausibility
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopParts:
+    """Everything that the loop calls, already real or simulated: `rtctl.wiring` decides."""
+
+    driver: Driver
+    estimator: Estimator
+    controller: Controller
+    limits: tuple[CommandLimits, ...]
+    plausibility: Plausibility
+    clock: Clock
+    signals: SignalRecorder
+    timings: SignalRecorder
+    stop_requested: Callable[[], bool]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopPlan:
+    """What a run does: the setpoint of each sample [controlled unit] after a settling hold at the safe levels."""
+
+    period_s: float
+    setpoints: NDArray[np.float64]
+    settle_steps: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopOutcome:
+    """How a run ended. `fault` is None after a whole run."""
+
+    steps: int
+    overruns: int
+    fault: Fault | None
+    message: str
+
+
+def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcome:
+    """Run the plan on an open driver whose first reading is `first`; always ends at the safe levels.
+
+    Raises nothing for faults of wire or device: they end the run and are named in the outcome.
+    """
+    safe = tuple(limit.safe for limit in parts.limits)
+    progress = _Progress()
+    try:
+        reading = _settle(parts, plan, first, safe)
+        _track(parts, plan, reading, safe, progress)
+        fault, message = None, ""
+    except DriverError as error:
+        fault, message = error.fault, str(error)
+    parts.driver.close(safe)
+    return LoopOutcome(steps=progress.steps, overruns=progress.overruns, fault=fault, message=message)
+
+
+@dataclass(slots=True)
+class _Progress:
+    steps: int = 0
+    overruns: int = 0
+
+
+def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence[float]) -> Measurement:
+    """Full cooling at the safe levels: every model starts on the branch that this leaves."""
+    reading = first
+    parts.clock.start(plan.period_s)
+    for _ in range(plan.settle_steps):
+        parts.clock.wait()
+        reading = _checked_exchange(parts, safe, reading)
+    return reading
+
+
+def _track(
+    parts: LoopParts, plan: LoopPlan, reading: Measurement, safe: tuple[float, ...], progress: _Progress
+) -> None:
+    levels = safe
+    setpoints = plan.setpoints.tolist()
+    estimate = parts.estimator.start(levels, reading.sensed)
+    parts.controller.start(levels, setpoints[0], estimate)
+    levels = _next_levels(parts, setpoints[0], setpoints[0], estimate, levels, plan.period_s)[0]
+    exchange, step_estimator = parts.driver.exchange, parts.estimator.step
+    record, record_timing, now_ns = parts.signals.append, parts.timings.append, time.perf_counter_ns
+    last, previous_index = len(setpoints) - 1, -1
+    parts.clock.start(plan.period_s)
+    while previous_index < last:
+        index, lateness_s = parts.clock.wait()
+        if index > last:
+            break
+        begun_ns = now_ns()
+        new = exchange(levels)
+        answered_ns = now_ns()
+        _refuse_implausible(parts, new, reading)
+        reading = new
+        estimate = step_estimator(levels, reading.sensed)
+        setpoint, upcoming = setpoints[index], setpoints[min(index + 1, last)]
+        elapsed_s = (index - previous_index) * plan.period_s
+        commanded = levels
+        levels, action = _next_levels(parts, setpoint, upcoming, estimate, levels, elapsed_s)
+        record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action,
+                reading.counter, reading.time_us, reading.status))  # fmt: skip
+        decided_ns = now_ns()
+        record_timing((lateness_s * 1e6, (answered_ns - begun_ns) * 1e-3, (decided_ns - answered_ns) * 1e-3))
+        progress.steps += 1
+        progress.overruns += index - previous_index - 1
+        previous_index = index
+
+
+def _next_levels(
+    parts: LoopParts, setpoint: float, upcoming: float, estimate: Estimate, levels: tuple[float, ...], elapsed_s: float
+) -> tuple[tuple[float, ...], tuple[float, float, float]]:
+    """Control, then limit; the controller learns what was let through."""
+    asked, *terms = parts.controller.step(setpoint, upcoming, estimate, elapsed_s)
+    if len(asked) == 1:
+        allowed: tuple[float, ...] = (parts.limits[0].clip(asked[0], levels[0], elapsed_s),)
+    else:
+        allowed = tuple(
+            limit.clip(level, old, elapsed_s)
+            for limit, level, old in zip(parts.limits, asked, levels, strict=True)
+        )
+    parts.controller.applied(allowed)
+    return allowed, (terms[0], terms[1], terms[2])
+
+
+def _checked_exchange(parts: LoopParts, levels: Sequence[float], previous: Measurement) -> Measurement:
+    new = parts.driver.exchange(levels)
+    _refuse_implausible(parts, new, previous)
+    return new
+
+
+def _refuse_implausible(parts: LoopParts, new: Measurement, previous: Measurement) -> None:
+    """Raise DriverError for a reading that must not be controlled on, or when the user asked to stop."""
+    found = parts.plausibility.judge(new, previous)
+    if found is not None:
+        raise DriverError(*found)
+    if parts.stop_requested():
+        raise DriverError(Fault.INTERRUPTED, "stopped by the user; what was recorded until then is written")
+
+
+def signal_columns(driver: Driver, controlled: str, unit: str) -> list[tuple[str, str]]:
+    """Names and units of the recorded signals, in the order in which the loop appends them."""
+    profile = driver.profile
+    command_unit = profile.commands[0].unit
+    return [
+        ("index", ""),
+        ("setpoint", unit),
+        ("estimate", unit),
+        ("surrogate", command_unit),
+        ("estimate_standard_error", unit),
+        ("estimate_status", ""),
+        (controlled, unit),
+        *((channel.name, channel.unit) for channel in profile.sensed),
+        *((channel.name, channel.unit) for channel in profile.commands),
+        ("proportional", command_unit),
+        ("integral", command_unit),
+        ("feedforward", command_unit),
+        ("counter", ""),
+        ("device_time", "us"),
+        ("device_status", ""),
+    ]
+
+
+TIMING_COLUMNS = [("lateness", "us"), ("round_trip", "us"), ("compute", "us")]

@@ -1,0 +1,1 @@
+"""Model files: what the simulation, the estimator and the tuning believe of a device."""

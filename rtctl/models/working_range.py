@@ -1,0 +1,41 @@
+"""Where a model can be controlled: the currents between which more current means more deflection.
+
+Thermal expansion bends the beam against the transition, so deflection falls again with current beyond both ends of
+the transition: there a PI of fixed sign would push the wrong way and stay. The working range runs from the minimum of
+the cooling branch to the maximum of the heating branch.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.models.vo2 import Span
+
+
+class WorkingRange(NamedTuple):
+    """Currents [mA], deflections [um] and steepest slope [um/mA] of the controllable part of the major loop."""
+
+    current: Span
+    deflection: Span
+    steepest_slope: float
+
+
+def working_range(deflection: PreisachModel, current: Span, points: int = 400) -> WorkingRange:
+    """Read it off the major loop of v -> deflection. Raises ValueError where the model does not rise at all."""
+    v = np.linspace(current.low, current.high, points)
+    loop = deflection.simulate(np.concatenate(([0.0], v, v[::-1])))[1:]
+    heating, cooling = loop[:points], loop[points:][::-1]
+    low, high = int(np.argmin(cooling)), int(np.argmax(heating))
+    if not low < high:
+        raise ValueError("the deflection model falls with current: there is no range to control it in")
+    spacing = v[1] - v[0]
+    window = max(1, points // 100)  # over 1 % of the range: a single cell of the grid is not a slope
+    slope = max(
+        float(np.max(np.abs(branch[window:] - branch[:-window]))) / (window * spacing) for branch in (heating, cooling)
+    )
+    return WorkingRange(
+        Span(float(v[low]), float(v[high])), Span(float(cooling[low]), float(heating[high])), slope
+    )
