@@ -1,0 +1,184 @@
+"""Drivers of a device on a Modbus wire: one exchange is one transaction of function 23.
+
+A device without function 23 (exception 1) is driven with 16, then 3, from then on. A reply counts only if
+the sequence number in force (register 109) is that of the command just sent, or if the device says that it
+refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+from drivers.modbus_clients import PromptSerialClient, PromptTcpClient
+from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
+from rtctl.border.errors import DriverError, Fault, InputError
+from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
+from rtctl.border.registers import (
+    CLOCK,
+    COMMAND,
+    COUNTER,
+    ENABLE,
+    IDENTITY,
+    IDENTITY_COUNT,
+    READING,
+    READING_COUNT,
+    SEQUENCE_IN_FORCE,
+    STATUS,
+    TIME_US,
+    WATCHDOG_MS,
+    float32_words,
+    uint32_words,
+    words_float32,
+    words_identity,
+    words_uint32,
+)
+
+_REFUSED = int(DeviceStatus.REFUSED)
+
+
+class ModbusDriver:
+    """`rtctl.border.records.Driver` over any Modbus client; use it through the two classes below."""
+
+    def __init__(
+        self, make_client: Callable[[float], Client], name: str, unit: int, profile: DeviceProfile
+    ) -> None:
+        """`make_client` takes the timeout [s]; `name` stands in messages."""
+        if [channel.register for channel in profile.commands] != [COMMAND]:
+            raise ValueError(f"profile {profile.kind}: one command at register {COMMAND} can be driven")
+        self.profile = profile
+        self.identity = ""
+        self._make_client = make_client
+        self._name = name
+        self._unit = unit
+        self._line: ModbusLine | None = None
+        self._sequence = 0
+        self._has_function_23 = True
+
+    def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
+        """Connect, set clock [us] and watchdog [ms], re-arm, read once. `timeout_s` is for one transaction.
+
+        Raises DriverError; then nothing stays open.
+        """
+        if not 0 <= watchdog_ms <= 0xFFFF:
+            raise InputError(f"{self._name}: watchdog must be 0 (none) to 65535 ms, got {watchdog_ms!r} ms")
+        self._line = line = ModbusLine(self._make_client(timeout_s), self._name, self._unit, timeout_s)
+        try:
+            line.connect()
+            self._set_up(line, lockstep_period_us, watchdog_ms)
+            self.identity = _read_identity(line)
+            first = self._measurement(line.read(READING, READING_COUNT))
+        except ExceptionReply as reply:
+            self._disconnect()
+            raise DriverError(
+                Fault.COMMAND_REFUSED, f"{line.name}: {reply}: is this device of kind {self.profile.kind}?"
+            ) from None
+        except DriverError:
+            self._disconnect()
+            raise
+        self._sequence = first.sequence
+        return first
+
+    def exchange(self, levels: Sequence[float]) -> Measurement:
+        """Command `levels` (profile's units) and read. Raises DriverError."""
+        if self._line is None:
+            raise DriverError(Fault.CONNECTION_LOST, f"{self._name}: is not open")
+        self._sequence = sequence = (self._sequence + 1) & 0xFFFF  # never sent twice, whatever comes of it
+        try:
+            (level,) = levels
+            words = [*float32_words(level), sequence]
+            measurement = self._measurement(self._command(self._line, words))
+        except (ExceptionReply, OverflowError) as refusal:
+            raise DriverError(
+                Fault.COMMAND_REFUSED,
+                f"{self._line.name}: command {tuple(levels)} {self.profile.commands[0].unit}: {refusal}",
+            ) from None
+        if measurement.sequence != sequence and not measurement.status & _REFUSED:
+            raise DriverError(
+                Fault.STALE_REPLY,
+                f"{self._line.name}: command number {measurement.sequence} is in force, sent was {sequence}: "
+                "the reply is a late one and not used; a longer timeout may help",
+            )
+        return measurement
+
+    def close(self, safe_levels: Sequence[float]) -> None:
+        """Command `safe_levels`, disable, disconnect: as far as the wire carries it. Never raises."""
+        if self._line is None:
+            return
+        with suppress(DriverError, ValueError):
+            self.exchange(safe_levels)
+        with suppress(DriverError, ExceptionReply):
+            self._line.write(ENABLE, [0])
+        self._disconnect()
+
+    def _set_up(self, line: ModbusLine, lockstep_period_us: int | None, watchdog_ms: int) -> None:
+        line.write(ENABLE, [0])
+        if lockstep_period_us is None:
+            line.write(CLOCK, [0])
+        else:
+            line.write(CLOCK, [1, *uint32_words(lockstep_period_us)])
+        line.write(WATCHDOG_MS, [watchdog_ms])
+        line.write(ENABLE, [1])
+
+    def _command(self, line: ModbusLine, words: list[int]) -> Sequence[int]:
+        if self._has_function_23:
+            try:
+                return line.write_then_read(COMMAND, words, READING, READING_COUNT)
+            except ExceptionReply as reply:
+                if reply.code != ILLEGAL_FUNCTION:
+                    raise
+                self._has_function_23 = False
+        line.write(COMMAND, words)
+        return line.read(READING, READING_COUNT)
+
+    def _measurement(self, words: Sequence[int]) -> Measurement:
+        """From registers 100-109."""
+
+        def float_at(register: int) -> float:
+            at = register - READING
+            return words_float32(words[at], words[at + 1])
+
+        counter, time_us = COUNTER - READING, TIME_US - READING
+        return Measurement(
+            sensed=tuple(float_at(channel.register) for channel in self.profile.sensed),
+            reference=float_at(self.profile.reference.register),
+            counter=words_uint32(words[counter], words[counter + 1]),
+            time_us=words_uint32(words[time_us], words[time_us + 1]),
+            sequence=words[SEQUENCE_IN_FORCE - READING],
+            status=words[STATUS - READING],
+        )
+
+    def _disconnect(self) -> None:
+        if self._line is not None:
+            self._line.disconnect()
+        self._line = None
+
+
+class ModbusRtuDriver(ModbusDriver):
+    """A device on a serial port, 8N1."""
+
+    def __init__(self, *, port: str, baud: int, unit: int, profile: DeviceProfile) -> None:
+        """`port`: path of the serial port; `baud` [bit/s]."""
+        super().__init__(
+            lambda timeout_s: PromptSerialClient(port, baud, timeout_s), f"modbus-rtu {port}", unit, profile
+        )
+
+
+class ModbusTcpDriver(ModbusDriver):
+    """A device behind a TCP address."""
+
+    def __init__(self, *, host: str, port: int, unit: int, profile: DeviceProfile) -> None:
+        super().__init__(
+            lambda timeout_s: PromptTcpClient(host, port, timeout_s),
+            f"modbus-tcp {host}:{port}",
+            unit,
+            profile,
+        )
+
+
+def _read_identity(line: ModbusLine) -> str:
+    """The device's name, or "" where the device has none."""
+    try:
+        return words_identity(line.read(IDENTITY, IDENTITY_COUNT))
+    except ExceptionReply:
+        return ""
