@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from plant_sim.sensing import NORMALS, OCTAVES, drift
+from plant_sim.sensing import NORMALS, OCTAVES, NoiseSource, drift
 
 SENSE_A = 21e-6
 STEP_OHM = 20.0 / 2**16 / SENSE_A
@@ -86,9 +86,17 @@ def test_flicker_has_the_density_of_its_octaves_at_any_step(dt_s):
 
 def test_flicker_does_not_move_while_no_time_passes(make_device, silent):
     device = make_device("vo2_a", silent | {"sensing.flicker": "1e-2 1/Hz^0.5"})
-    first, again = device.measure(), device.measure()
-    assert first == again
+    first = device.step((0.0,), 1e-3)
+    assert device.measure() == first
     assert device.step((0.0,), 1e-3) != first
+
+
+def test_flicker_of_the_resistance_is_relative_and_has_the_stated_density(make_device, silent):
+    """Readings 100 s apart are independent; the variance is that of 14 octaves of `S(1 Hz) ln 2`."""
+    device = make_device("vo2_a", silent | {"sensing.flicker": "1e-3 1/Hz^0.5"})
+    readings = np.array([device.step((4.0,), 100.0)[0][0] for _ in range(4000)])
+    expected = 1e-3 * math.sqrt(OCTAVES * math.log(2.0))
+    assert readings.std() / device.resistance_ohm == pytest.approx(expected, rel=5.0 / math.sqrt(2.0 * 4000))
 
 
 def readings(device, count: int = 600) -> list[object]:
@@ -112,7 +120,7 @@ def test_another_seed_changes_every_reference_reading_but_not_the_film(make_devi
     assert one.deflection_um == other.deflection_um
 
 
-def test_noise_does_not_repeat_from_block_to_block(make_device, silent):
-    device = make_device("vo2_a", silent | {"sensing.reference": "0.05 um"})
-    values = [device.measure()[1] for _ in range(1000)]
-    assert len(set(values)) > 990
+def test_no_row_of_noise_is_used_twice():
+    source = NoiseSource(3)
+    values = [source.block[source.next_row(), 0] for _ in range(1000)]
+    assert len(set(values)) == 1000
