@@ -138,7 +138,7 @@ class GpiInverse:
 
     @classmethod
     def of(cls, model: GpiModel, *, deadband: float = 0.0, u_limit: float = 1.0 - 1e-6) -> GpiInverse:
-        """`deadband` [y unit] as in `gpi_inverse_step`; `u_limit` [-] clamps arctanh's argument.
+        """`deadband` [y unit] as in `gpi_inverse_step`, never below rounding; `u_limit` [-] clamps arctanh.
 
         Raises ValueError unless r_0 = 0 <= r_1 <= ... < u_limit < 1, p_0 > 0 and every P_k > 0.
         """
@@ -151,9 +151,11 @@ class GpiInverse:
             raise ValueError(f"every partial sum of the weights must be > 0, got {partial.tolist()}")
         p_hat = np.concatenate(([1.0 / p[0]], -p[1:] / (partial[1:] * partial[:-1])))
         r_hat = np.concatenate(([0.0], np.cumsum(partial[:-1] * np.diff(r))))  # eq. 9 by its differences
+        y_limit = float(p @ (u_limit - r))
+        rounding = 16.0 * np.finfo(np.float64).eps * (y_limit + abs(model.c))
         params = GpiInverseParams(
             p_hat, r_hat, model.a_R, model.b_R, model.a_L, model.b_L, model.c, model.v_low, model.v_high,
-            float(p @ (u_limit - r)), float(u_limit), float(deadband),
+            y_limit, float(u_limit), max(float(deadband), float(rounding)),
         )  # fmt: skip
         return cls(model=model, params=params)
 
