@@ -31,9 +31,14 @@ def pack(model: BaseModel) -> NDArray[Any]:
 
     Floats become float64, whole numbers and enumerations int64; text, of no use to a kernel, is left out.
     """
-    array = np.zeros(1, dtype=_layout(model))
+    layout = _layout(model)
+    array = np.zeros(1, dtype=_LAYOUTS.setdefault(repr(layout), layout))
     array[0] = _values(model)
     return array
+
+
+_LAYOUTS: dict[str, np.dtype[Any]] = {}
+"""One dtype object a layout: numba recognises an object at once, an equal one only by a slow comparison."""
 
 
 def _numbers(model: BaseModel) -> list[tuple[str, Any]]:

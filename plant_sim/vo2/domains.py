@@ -8,8 +8,8 @@ less steep than a semiconductor, which it is not in a film. The structural trans
 Neighbours pull each other along: a relay of a bank with transformed fraction `f` sees the field
 `h = T + coupling (f - 1/2)`, which is solved for self-consistently.
 
-The draw is a lattice with a random shift (Roberts' additive recurrence), not random numbers: 4096 domains
-then resolve the loop far below a thousandth of its height, for every seed.
+The draw is a lattice with a random shift (Roberts' additive recurrence), not random numbers: 8192 domains
+then stay within 0.1 % rms, 0.4 % at worst, of the loop's height from infinitely many; one weighs 0.012 %.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Domains(Checked):
     kind: Literal["domains"]
     seed: Annotated[int, Field(ge=0)]
     """Of the film's own draw: another seed, another specimen of the same fabrication."""
-    count: Annotated[int, Field(ge=16, le=65536)] = 4096
+    count: Annotated[int, Field(ge=16, le=65536)] = 8192
     centre: Annotated[float, Quantity("degC"), FINITE]
     """Mean of T_c [degC]."""
     spread: Annotated[float, Quantity("K"), POSITIVE]

@@ -53,7 +53,7 @@ def test_a_wrong_key_is_named_with_its_file(tmp_path, old, new, words):
 
 
 def test_every_finding_is_told_at_once(tmp_path):
-    text = message(tmp_path, GOOD.replace('"1.8 ms"', '"1.8 mm"').replace('"62.25 um"', '"62 K"'))
+    text = message(tmp_path, GOOD.replace('"1.8 ms"', '"1.8 mm"').replace('"62.32 um"', '"62 K"'))
     assert "heating.time_constant" in text
     assert "deflection.stroke" in text
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from plant_sim.catalogue import load_plant
+from plant_sim.catalogue import bundled_plant, load_plant
 
 DEVICES = {"vo2_a": (3.68, 8.49), "vo2_b": (4.0, 9.2), "vo2_l2p": (3.68, 8.49)}
 
@@ -130,16 +130,22 @@ def test_a_cycle_through_both_ends_returns_to_the_cold_branch(name, make_device,
     assert device.deflection_um == pytest.approx(cold, abs=0.06)
 
 
-def test_a_relay_weighs_less_than_a_thousandth_of_the_range(make_device):
-    device = make_device("vo2_a")
-    assert 62.3 / device._thresholds.t_up.shape[1] < 0.3e-3 * 57.03
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_film_is_fine_grained(seed, make_device, quasi_static):
+    """Against eight times as many domains; independent draws of 8192 would be off by a few times as much."""
+    currents = np.append(sweep(3.68, 7.3, 300), sweep(7.3, 6.6, 150))
+    curves = [
+        quasi_static(make_device("vo2_a", {"hysteresis.seed": seed, "hysteresis.count": count}), currents)[1]
+        for count in (8192, 65536)
+    ]
+    off = curves[0] - curves[1]
+    assert off.std() < 1e-3 * 57.03
+    assert 0.0 < np.abs(off).max() < 4e-3 * 57.03
 
 
-def test_two_seeds_of_the_film_differ_by_less_than_the_noise(make_device, quasi_static):
-    """The draw is even: another specimen is another phase of the same lattice, not another device."""
-    currents = np.append(sweep(3.68, 7.3, 200), sweep(7.3, 6.6, 100))
-    curves = [quasi_static(make_device("vo2_a", {"hysteresis.seed": seed}), currents)[1] for seed in (1, 2)]
-    assert 0.0 < np.abs(curves[0] - curves[1]).max() < 0.6
+def test_devices_share_the_layout_of_their_parameters(make_device):
+    """Numba recognises a dtype object at once, an equal one only in microseconds a call."""
+    assert make_device("vo2_a")._parameters.dtype is make_device("vo2_b")._parameters.dtype
 
 
 def test_devices_a_and_b_are_clearly_different(make_device, quasi_static):
@@ -171,9 +177,7 @@ def test_the_accepted_current_is_a_float32(make_device):
 
 
 @pytest.mark.parametrize("name", DEVICES)
-def test_a_bundled_device_can_be_put_on_a_wire(name, make_device):
-    from plant_sim.catalogue import bundled_plant
-
+def test_a_bundled_device_can_be_put_on_a_wire(name):
     plant = load_plant(bundled_plant(name))
     assert 1 <= len(plant.identity.encode("ascii")) <= 16
     assert plant.profile.kind == "vo2"

@@ -38,7 +38,7 @@ def test_a_hold_divided_is_the_same_hold(make_device, before, current, parts):
     for part in parts:
         divided.advance((current,), part)
     assert divided.temperature_degC == pytest.approx(whole.temperature_degC, abs=1e-9)
-    one_relay = 1.5 / 4096  # a rounding in the temperature may decide one relay
+    one_relay = 1.5 / 8192  # a rounding in the temperature may decide one relay
     assert divided.electrical_fraction == pytest.approx(whole.electrical_fraction, abs=one_relay)
     assert divided.structural_fraction == pytest.approx(whole.structural_fraction, abs=one_relay)
 
