@@ -40,8 +40,8 @@ class Estimator(Protocol):
         """Begin on the branch that a full cooling leaves, at the applied command levels."""
         ...
 
-    def step(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """One sample: `levels` were applied since the last sample, `sensed` was measured at its end."""
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """One sample: `levels` were applied for `elapsed_s`, `sensed` was measured at the end of that."""
         ...
 
 

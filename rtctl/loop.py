@@ -42,6 +42,8 @@ class LoopPlan:
     period_s: float
     setpoints: NDArray[np.float64]
     settle_steps: int
+    reading_delay: int = 0
+    """1 where a reading comes from before the command of its own exchange (live), 0 in lockstep."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +92,7 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
 def _track(
     parts: LoopParts, plan: LoopPlan, reading: Measurement, safe: tuple[float, ...], progress: _Progress
 ) -> None:
-    levels = safe
+    levels = commanded = safe
     setpoints = plan.setpoints.tolist()
     estimate = parts.estimator.start(levels, reading.sensed)
     parts.controller.start(levels, setpoints[0], estimate)
@@ -108,9 +110,9 @@ def _track(
         answered_ns = now_ns()
         _refuse_implausible(parts, new, reading)
         reading = new
-        estimate = step_estimator(levels, reading.sensed)
-        setpoint, upcoming = setpoints[index], setpoints[min(index + 1, last)]
         elapsed_s = (index - previous_index) * plan.period_s
+        estimate = step_estimator(commanded if plan.reading_delay else levels, reading.sensed, elapsed_s)
+        setpoint, upcoming = setpoints[index], setpoints[min(index + 1, last)]
         commanded = levels
         levels, action = _next_levels(parts, setpoint, upcoming, estimate, levels, elapsed_s)
         record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action,

@@ -69,11 +69,11 @@ def find_plant(name: str, folder: Path) -> Path:
     return bundled_plant(name)
 
 
-def build_estimator(kind: str, model: Vo2Model, period_s: float) -> Estimator:
+def build_estimator(kind: str, model: Vo2Model) -> Estimator:
     """The estimator of `[estimator]`."""
     from rtctl.estimators import ESTIMATORS
 
-    return ESTIMATORS[kind](model, period_s)
+    return ESTIMATORS[kind](model)
 
 
 def build_controller(

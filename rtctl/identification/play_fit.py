@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 from scipy.optimize import least_squares
 
 from rtctl.identification.linear import LinearFit, fit_partly_nonnegative
@@ -82,6 +83,7 @@ def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) 
         result = least_squares(
             lambda theta: _inner(problem, theta)[0].residual,
             guess,
+            jac=lambda theta: _jacobian(problem, theta),
             bounds=(low, high),
             x_scale=np.tile([0.3, 0.5, 0.05 * span, 0.05 * span], pairs),
             max_nfev=evaluations,
@@ -149,6 +151,31 @@ def _inner(problem: PlayProblem, theta: FloatArray) -> tuple[LinearFit, Envelope
     columns = np.concatenate((plays, problem.nonnegative[problem.scored]), axis=1)
     target = problem.y[problem.scored] - problem.least_first_weight * plays[:, 0]
     return fit_partly_nonnegative(problem.free[problem.scored], columns, target), envelopes
+
+
+def _jacobian(problem: PlayProblem, theta: FloatArray) -> FloatArray:
+    """Derivative of the residual (scored samples, parameters), Kaufman's form: -P dW p, P off the active columns.
+
+    A parameter moves the outputs of its own play only, so each difference costs one play and not a whole fit.
+    """
+    inner, envelopes = _inner(problem, theta)
+    plays, scored = len(problem.radii), problem.scored
+    weights = inner.nonnegative[:plays].copy()
+    weights[0] += problem.least_first_weight
+    outputs = play_regressors(problem.v, problem.radii, *envelopes)[scored]
+    active = [problem.free[scored], outputs[:, inner.nonnegative[:plays] > 0.0]]
+    active.append(problem.nonnegative[scored][:, inner.nonnegative[plays:] > 0.0])
+    basis = qr(np.concatenate(active, axis=1), mode="economic")[0]
+    columns = np.zeros((len(outputs), len(theta)))
+    for index in range(len(theta)):
+        moved = theta.copy()
+        step = -1e-6 if theta[index] > 0.0 else 1e-6  # towards zero: inside the bounds for gap and skew
+        moved[index] += step
+        touched = np.arange(plays) if problem.common else np.array([index // PARAMETERS])
+        pair = EnvelopePairs(*(part[touched] for part in envelopes_of(moved, plays)))
+        change = play_regressors(problem.v, problem.radii[touched], *pair)[scored] - outputs[:, touched]
+        columns[:, index] = -(change @ weights[touched]) / step
+    return columns - basis @ (basis.T @ columns)
 
 
 @kernel

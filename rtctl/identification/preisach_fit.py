@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from rtctl.hysteresis.preisach import PreisachModel, preisach_regressors
+from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach_regressors import preisach_regressors
 from rtctl.kernels import kernel
 
 FloatArray = NDArray[np.float64]
@@ -75,7 +76,7 @@ def fit_preisach(
     terms = iter((sign * free_values[1:]).tolist())
     linear, quadratic = (next(terms) if used else 0.0 for used in memoryless)
     model = PreisachModel(
-        nodes=nodes, masses=masses, sign=sign, bias=float(sign * free_values[0]), linear=linear, quadratic=quadratic
+        grid=nodes, mu=masses, sign=sign, c=float(sign * free_values[0]), c1=linear, c2=quadratic
     )
     return PreisachFit(model, residual)
 

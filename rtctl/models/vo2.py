@@ -1,7 +1,7 @@
 """The identified VO2 model: heating, read-outs of resistance and deflection, and how well each fits.
 
-All read-outs of resistance give `-ln R` [ln ohm]: it rises with temperature as the envelopes do, and an error is
-the same fraction of R in the semiconductor and in the metal.
+Read-outs of resistance give `-ln R` [ln ohm]: it rises with temperature as the envelopes do, and an error is the
+same fraction of R in the semiconductor and in the metal. The paper's GPI alone gives -R, as in the paper.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ class FitQuality(NamedTuple):
 
     mean_abs: float
     max_abs: float
+    rms: float
     unit: str
     range: float
     """Of the output, same unit; the percentages are of this."""
@@ -62,11 +63,15 @@ class Vo2Model:
     deflection_error: float
     """Standard deviation of the fine deflection model on its data [um]."""
     resistance_gpi: GpiModel
-    """v -> -ln R with an analytic inverse: the paper's composite, first half."""
-    deflection_egpi: EgpiModel
-    """v -> deflection: the paper's composite, second half."""
+    """v -> -R [kohm] with an analytic inverse: the paper's composite, first half."""
+    composite_egpi: EgpiModel
+    """The surrogate of that inverse -> deflection: the paper's composite, second half."""
     resistance_gap_free: GapFreeModel
     """v -> -ln R, strictly increasing: inverse without a gap."""
+    gap_free_egpi: EgpiModel
+    """The surrogate of that inverse -> deflection."""
+    deflection_egpi: EgpiModel
+    """v -> deflection, v the applied current: what an EGPI can do if the surrogate is exact (figure 8b)."""
     resistance_preisach: PreisachModel
     """v -> -ln R on a fine grid."""
     deflection_preisach: PreisachModel
@@ -81,8 +86,10 @@ class Vo2Model:
 
 _HYSTERESIS: dict[str, Any] = {
     "resistance_gpi": GpiModel,
-    "deflection_egpi": EgpiModel,
+    "composite_egpi": EgpiModel,
     "resistance_gap_free": GapFreeModel,
+    "gap_free_egpi": EgpiModel,
+    "deflection_egpi": EgpiModel,
     "resistance_preisach": PreisachModel,
     "deflection_preisach": PreisachModel,
     "direct_preisach": PreisachModel,

@@ -1,0 +1,79 @@
+"""The paper's baselines: one hysteresis model straight from -ln R to deflection, without a temperature between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.hysteresis.egpi import EgpiModel, egpi_step
+from rtctl.hysteresis.preisach import PreisachModel, preisach_step
+from rtctl.interfaces import Estimate, EstimateStatus
+from rtctl.kernels import FloatArray
+from rtctl.models.vo2 import Span, Vo2Model
+
+OK, NOT_FINITE, OUT_OF_RANGE = (
+    int(status) for status in (EstimateStatus.OK, EstimateStatus.NOT_FINITE, EstimateStatus.OUT_OF_RANGE)
+)
+
+
+class _Direct:
+    """What the two share: the reading and its range."""
+
+    def __init__(self, model: Vo2Model, fit: str) -> None:
+        self._error = model.quality[fit].rms
+        self._range = Span(-math.log(model.resistance.high), -math.log(model.resistance.low))
+        self._state: FloatArray = np.empty(0)
+        self._last = 0.0
+
+    def _reading(self, resistance_ohm: float) -> tuple[float, int]:
+        """-ln R and its status; NaN where there is none."""
+        if not 0.0 < resistance_ohm < math.inf:
+            return math.nan, NOT_FINITE
+        u = -math.log(resistance_ohm)
+        return u, OK if self._range.low <= u <= self._range.high else OUT_OF_RANGE
+
+    def _estimate(self, value: float, status: int) -> Estimate:
+        if math.isfinite(value):
+            self._last = value
+        return Estimate(self._last, math.nan, self._error, status)
+
+
+class DirectEgpiEstimator(_Direct):
+    """`Estimator`: EGPI on -ln R."""
+
+    def __init__(self, model: Vo2Model) -> None:
+        super().__init__(model, "direct_egpi")
+        self._model: EgpiModel = model.direct_egpi
+        self._params = self._model.params
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """From a full cooling."""
+        self._state = self._model.initial_state(self._range.low)
+        return self.step(levels, sensed, 0.0)
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """One sample; the current is not used."""
+        u, status = self._reading(sensed[0])
+        return self._estimate(egpi_step(self._state, u, self._params), status)
+
+
+class DirectPreisachEstimator(_Direct):
+    """`Estimator`: Preisach with ten levels on -ln R."""
+
+    def __init__(self, model: Vo2Model) -> None:
+        super().__init__(model, "direct_preisach")
+        self._model: PreisachModel = model.direct_preisach
+        self._params = self._model.params
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """From a full cooling."""
+        self._state = self._model.initial_state(self._range.low)
+        return self.step(levels, sensed, 0.0)
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """One sample; the current is not used."""
+        u, status = self._reading(sensed[0])
+        found = preisach_step(self._state, u, self._params)
+        return self._estimate(found.y, status | int(found.status))

@@ -1,0 +1,67 @@
+"""The gap-free composite: -ln R -> inverse of a strictly rising play model -> surrogate -> EGPI -> deflection.
+
+Between the envelopes of a GPI every temperature gives the same resistance; a reversible rising term closes that gap,
+so the inverse neither guesses nor chatters. State: plays and last surrogate of the inverse, then the EGPI's plays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.estimators.composite import SURROGATE_MARGIN
+from rtctl.hysteresis.egpi import EgpiParams, egpi_step
+from rtctl.hysteresis.gap_free import GapFreeParams, gap_free_inverse_step
+from rtctl.hysteresis.status import BranchPoint
+from rtctl.interfaces import Estimate, EstimateStatus
+from rtctl.kernels import FloatArray, kernel
+from rtctl.models.vo2 import Vo2Model
+
+NOT_FINITE = int(EstimateStatus.NOT_FINITE)
+
+
+@kernel
+def gap_free_composite_step(
+    inverse_state: FloatArray,
+    plays: FloatArray,
+    resistance_ohm: float,
+    low: float,
+    high: float,
+    inverse: GapFreeParams,
+    egpi: EgpiParams,
+) -> tuple[float, float, float, int]:
+    """Deflection [um], surrogate [mA], slope -d ln R / d surrogate [1/mA] and status; states advance in place."""
+    reading = -math.log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
+    point: BranchPoint = gap_free_inverse_step(inverse_state, reading, inverse)
+    v = min(max(point.v, low), high)
+    return egpi_step(plays, v, egpi), v, point.slope, point.status
+
+
+class GapFreeEstimator:
+    """`Estimator` of the gap-free composite."""
+
+    def __init__(self, model: Vo2Model) -> None:
+        margin = SURROGATE_MARGIN * model.current.width
+        self._clip = (model.current.low - margin, model.current.high + margin)
+        self._inverse, self._egpi = model.resistance_gap_free, model.gap_free_egpi
+        self._params, self._egpi_params = self._inverse.params, self._egpi.params
+        self._fit_rms = model.quality["gap_free_composite"].rms
+        self._reading = model.reading_error * model.deflection.width / model.current.width
+        self._inverse_state: FloatArray = np.empty(0)
+        self._plays: FloatArray = np.empty(0)
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """From a full cooling."""
+        self._inverse_state = self._inverse.initial_state(levels[0])
+        self._plays = self._egpi.initial_state(levels[0])
+        return self.step(levels, sensed, 0.0)
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """One sample; the current is not used."""
+        value, surrogate, slope, status = gap_free_composite_step(
+            self._inverse_state, self._plays, sensed[0], *self._clip, self._params, self._egpi_params
+        )
+        error = math.hypot(self._fit_rms, self._reading / max(slope, 1e-12))
+        return Estimate(value, surrogate, error, status)
