@@ -79,7 +79,7 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
     resistance_span, deflection_span = _span(np.exp(-data.u[data.scored])), _span(data.deflection[data.deflection_scored])
     u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
     return Vo2Model(
-        identity=dataset.conditions_text("identity"),
+        identity=dataset.identity,
         time_constant_s=tau.value_s if tau else NOMINAL_TIME_CONSTANT_S,
         time_constant_error_s=tau.standard_error_s if tau else float("inf"),
         current=_span(data.v[data.scored]),

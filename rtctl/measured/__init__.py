@@ -1,0 +1,1 @@
+"""Measured data: a manifest beside ordinary files becomes one checked in-memory form."""

@@ -1,0 +1,33 @@
+"""All that is wrong with a manifest and its files, collected, so that a user corrects it in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rtctl.border.errors import InputError
+
+
+class Findings:
+    """Messages about one source. A failed block adds its message and the reading goes on."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._lines: dict[str, None] = {}  # ordered, and each message once
+
+    def add(self, message: str) -> None:
+        """One message, without the source."""
+        self._lines[f"{self._source}: {message}"] = None
+
+    @contextmanager
+    def under(self, where: str) -> Iterator[None]:
+        """A ValueError or InputError in the block becomes a finding about `where`."""
+        try:
+            yield
+        except (ValueError, InputError) as error:
+            self.add(f"{where}: {error}")
+
+    def raise_all(self) -> None:
+        """Raise InputError with every message, one a line, if there is one."""
+        if self._lines:
+            raise InputError("\n".join(self._lines))

@@ -1,0 +1,37 @@
+"""Readers of measured files, one module a format; a new format is one module and one line here."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from rtctl.border.errors import nearest
+from rtctl.measured.readers.table import Table
+
+__all__ = ["READERS", "Table", "open_table"]
+
+READERS = {
+    ".csv": "csv",
+    ".parquet": "parquet",
+    ".arrow": "arrow",
+    ".npz": "npz",
+    ".mat": "mat",
+    ".h5": "h5",
+}
+
+
+def open_table(path: Path) -> Table:
+    """The columns of a file by its suffix. Raises ValueError in words."""
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise ValueError(f'no reader for the suffix "{path.suffix}"{nearest(suffix, READERS)}; convert the file')
+    if path.is_dir():
+        raise ValueError("is a folder, a file is needed")
+    if not path.is_file():
+        siblings = [other.name for other in path.parent.glob("*") if other.suffix.lower() in READERS]
+        raise ValueError(f"no such file in {path.parent}{nearest(path.name, siblings)}")
+    if path.stat().st_size == 0:
+        raise ValueError("the file is empty (0 bytes)")
+    module = importlib.import_module(f"{__name__}.{READERS[suffix]}")
+    table: Table = module.read(path)
+    return table
