@@ -116,7 +116,7 @@ def _solve(
         error = y - value
         if (error > 0.0) == rising:
             if v == end:
-                return v, error == 0.0
+                return v, abs(error) <= params.y_tolerance
             near = v
         else:
             far, bounded = v, True

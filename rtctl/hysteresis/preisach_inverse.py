@@ -52,12 +52,15 @@ def preisach_invert(state: FloatArray, y: float, params: PreisachParams) -> Bran
     m = top if rising == (top % 2 == 1) else top + 1  # the segment s_{m-1} -> v that the answer lies on
     near = state[1 + top]
     oldest = 3 if rising else 2
-    while m >= oldest and (y >= output_at(state, m - 2, params)) == rising:
+    while m >= oldest:
+        reached = output_at(state, m - 2, params)
+        if (y < reached) if rising else (y > reached):
+            break
         near = state[m - 1]
         m -= 2
     beyond = False
     if m == 0:
-        beyond, v = y < output_at(state, 0, params), params.grid[0]
+        beyond, v = _exceeds(output_at(state, 0, params), y), params.grid[0]
     else:
         far = params.grid[-1] if m == 1 else state[m - 1]
         low, high = (near, far) if rising else (far, near)
@@ -72,6 +75,12 @@ def _mass_at(state: FloatArray, m: int) -> float:
 
 
 @kernel
+def _exceeds(y: float, limit: float) -> bool:
+    """Whether y > limit by more than the rounding of sums of that size."""
+    return y > limit + 1e-14 * (1.0 + abs(limit))
+
+
+@kernel
 def _on_branch(
     y: float, low: float, high: float, base: float, mass: float, params: PreisachParams
 ) -> tuple[float, bool]:
@@ -81,7 +90,7 @@ def _on_branch(
     y_high = branch_output(high, base, mass, params)
     rising = base <= low
     if y >= y_high:
-        return high, rising and y > y_high
+        return high, rising and _exceeds(y, y_high)
     first, last = cell_above(grid, low), cell_below(grid, high)
     while first < last:
         middle = (first + last + 1) // 2

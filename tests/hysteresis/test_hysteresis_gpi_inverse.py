@@ -126,7 +126,7 @@ def test_the_gain_bounds_dv_by_dy(model, v):
     y, small = model.simulate(np.array([v]))[-1], 1e-6 * model.p[0]
     first = gpi_inverse_step(state, y + small, inverse.params)
     second = gpi_inverse_step(state, y + 2.0 * small, inverse.params)
-    assume(first.status == 0 and second.status == 0)
+    assume(first.status == 0 and second.status == 0 and second.gain < 100.0)  # else it bends within a step
     slope = (second.v - first.v) / small
     assert 0.0 < slope <= second.gain / model.p[0] * (1.0 + 1e-3)
     if model.p.size == 1:
