@@ -47,7 +47,7 @@ class InProcessDriver:
         if measurement.sequence != sequence and not measurement.status & _REFUSED:
             raise DriverError(
                 Fault.STALE_REPLY,
-                f"device {self.identity}: command number {measurement.sequence} is in force, sent was {sequence}",
+                f"device {self.identity}: command {measurement.sequence} is in force, sent was {sequence}",
             )
         return measurement
 

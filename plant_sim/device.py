@@ -15,6 +15,8 @@ Choices where the register map leaves room:
   lockstep.
 - Re-arming (enable 0, then 1) clears bits 1 and 4 and puts the watchdog to sleep until the next command.
   The last sequence number is kept, so that a replayed frame cannot restart the device.
+- Entering lockstep before the first command powers up anew (plant, time, counter): a lockstep run does not
+  depend on how long the device has waited for it.
 """
 
 from __future__ import annotations
@@ -146,12 +148,19 @@ class SimulatedDevice:
         if not self._lockstep:
             self._live_until_now()
         if lockstep != self._lockstep:
+            if lockstep and self._sequence is None:
+                self._power_up()
             self._epoch_s = self._clock() - 1e-6 * self._time_us
             self._sensed = None
         self._lockstep = lockstep
         if period_us:  # free-running callers may leave the period out
             self._period_us = period_us
             self._period_s = 1e-6 * period_us
+
+    def _power_up(self) -> None:
+        """Forget the machine's time since power-up, and the noise that it drew."""
+        self._plant.reset()
+        self._counter = self._time_us = 0
 
     def _float32(self, levels: Sequence[float]) -> tuple[float, ...]:
         """`levels` rounded to float32. Raises ValueError, in words, on what no register pair carries."""
