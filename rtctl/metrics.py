@@ -1,4 +1,4 @@
-"""Scores of a run: tracking and self-sensing errors against the reference instrument, percentiles of timing."""
+"""Scores of a run: tracking and self-sensing errors against the reference instrument, timing."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.atomic import replacing
+
 FloatArray = NDArray[np.float64]
 
 
@@ -22,40 +24,65 @@ class ErrorScore(NamedTuple):
     rms_um: float | None
     mean_abs_percent: float | None
     max_abs_percent: float | None
+    rms_percent: float | None = None
 
 
 def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorScore:
-    """Errors of `wanted` (n,) against `reference` (n,) [um] where the instrument gave a number."""
-    error = np.abs(wanted - reference)
-    error = error[np.isfinite(error)]
-    if len(error) == 0:
-        return ErrorScore(None, None, None, None, None)
-    mean, largest, rms = float(error.mean()), float(error.max()), float(np.sqrt(np.mean(error**2)))
-    return ErrorScore(mean, largest, rms, 100.0 * mean / range_um, 100.0 * largest / range_um)
+    """Errors of `wanted` (n,) against `reference` (n,) [um] where the instrument gave a number.
+
+    Samples without a reference are not scored; a value of `wanted` that is no number is an infinite error, so
+    that a broken estimate fails its checks. Raises ValueError for a range that is not > 0 um.
+    """
+    if not range_um > 0.0:
+        raise ValueError(f"range_um must be > 0 um, got {range_um!r}")
+    scored = np.isfinite(reference)
+    if not scored.any():
+        return ErrorScore(None, None, None, None, None, None)
+    error = np.abs(wanted[scored] - reference[scored])
+    error[~np.isfinite(error)] = math.inf
+    figures = (float(error.mean()), float(error.max()), float(np.sqrt(np.mean(error**2))))
+    return ErrorScore(*figures, *(100.0 * figure / range_um for figure in figures))
 
 
-def percentiles(values: FloatArray) -> dict[str, float]:
-    """p50, p99, p99.9 and max; zeros where nothing was timed."""
+def percentiles(values: FloatArray) -> dict[str, float | None]:
+    """p50, p99, p99.9 and max; None where nothing was timed."""
     if len(values) == 0:
-        return {"p50": 0.0, "p99": 0.0, "p99_9": 0.0, "max": 0.0}
+        return dict.fromkeys(("p50", "p99", "p99_9", "max"))
     p50, p99, p999 = np.percentile(values, [50.0, 99.0, 99.9])
     return {"p50": float(p50), "p99": float(p99), "p99_9": float(p999), "max": float(values.max())}
 
 
+def timing_summary(
+    timings: Mapping[str, FloatArray], period_s: float, steps: int, overruns: int
+) -> dict[str, Any]:
+    """`timing` of a run's summary from the columns of `timing.parquet` [us]."""
+    return {
+        "period_s": period_s,
+        "steps": steps,
+        "overruns": overruns,
+        "lateness_us": percentiles(timings["lateness"]),
+        "round_trip_us": percentiles(timings["round_trip"]),
+        "compute_us": percentiles(timings["compute"]),
+    }
+
+
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """A JSON file, whole or not at all; numbers that are not finite become null."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(finite(content), indent=2) + "\n", encoding="utf-8")
-    part.replace(path)
+    text = json.dumps(finite(content), indent=2, allow_nan=False, ensure_ascii=False)
+    with replacing(path) as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
 
 
 def finite(value: Any) -> Any:
-    """JSON knows no NaN."""
-    if isinstance(value, dict):
+    """The same without NaN and infinity, which JSON does not have, and with Python's own numbers."""
+    if isinstance(value, Mapping):
         return {key: finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
+    if isinstance(value, list | tuple | np.ndarray):
         return [finite(inner) for inner in value]
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     return value

@@ -15,6 +15,11 @@ class Findings:
         self._source = source
         self._lines: dict[str, None] = {}  # ordered, and each message once
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """All messages so far."""
+        return tuple(self._lines)
+
     def add(self, message: str) -> None:
         """One message, without the source."""
         self._lines[f"{self._source}: {message}"] = None

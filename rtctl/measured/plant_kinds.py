@@ -1,4 +1,4 @@
-"""Which signals a kind of plant has, and in which unit the program holds them. A new kind is one entry here."""
+"""Which signals a kind of plant has, and in which unit they are held. A new kind is one entry here."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ PLANT_KINDS: Mapping[str, PlantKind] = {
 }
 
 
-def held_unit(plant: str, signal: str, units: Mapping[str, str]) -> str:
+def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
     """Unit in which `signal` is held; `units` are the manifest's."""
     kind = PLANT_KINDS[plant].signals[signal]
     if kind.derivative_of is not None:
         return f"{units[kind.derivative_of]}/s"
-    return kind.unit or units[signal]
+    return kind.unit or str(units[signal])
 
 
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
@@ -84,7 +84,7 @@ def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[st
     found = []
     role, unit = table.get("role"), table.get("unit")
     if role in ("input", "output") and role != kind.role:
-        found.append(f'key "signals.{name}.role": "{name}" of a plant "{plant}" is an {kind.role}, got "{role}"')
+        found.append(f'key "signals.{name}.role": "{name}" of a plant "{plant}" is its {kind.role}')
     if isinstance(unit, str):
         units = {key: value.get("unit") for key, value in signals.items() if isinstance(value, dict)}
         anchored = kind.derivative_of is None or isinstance(units.get(kind.derivative_of), str)

@@ -14,7 +14,25 @@ from rtctl.border.quantities import unit_registry
 FloatArray = NDArray[np.float64]
 
 _COMMON = (
-    *("m", "mm", "um", "nm", "m/s", "mm/s", "m/s^2", "mm/s^2", "V", "mV", "A", "mA", "uA", "N", "mN", "s", "ms"),
+    *(
+        "m",
+        "mm",
+        "um",
+        "nm",
+        "m/s",
+        "mm/s",
+        "m/s^2",
+        "mm/s^2",
+        "V",
+        "mV",
+        "A",
+        "mA",
+        "uA",
+        "N",
+        "mN",
+        "s",
+        "ms",
+    ),
     *("ohm", "kohm", "Mohm", "T", "mT", "A/m", "rad", "deg", "degC", "K", "Hz", "Pa", "dimensionless"),
 )
 

@@ -1,4 +1,4 @@
-"""Datasets to disk: Parquet files first, the manifest last, so that what looks whole is whole."""
+"""`Record`s to a folder: one Parquet file each, then the manifest, so that what looks whole is whole."""
 
 from __future__ import annotations
 
@@ -6,41 +6,107 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import tomli_w
+
+from rtctl.atomic import replacing
+from rtctl.border.errors import RunError
 from rtctl.measured.dataset import Record
-from rtctl.measured.manifest import SIGNALS_OF
+from rtctl.measured.plant_kinds import PLANT_KINDS
 from rtctl.recording import write_parquet
 
 
 def write_dataset(
-    folder: Path, *, name: str, plant: str, identity: str, records: Sequence[Record], metadata: Mapping[str, str]
+    folder: Path,
+    *,
+    name: str,
+    plant: str,
+    records: Sequence[Record],
+    identity: str = "",
+    units: Mapping[str, str] | None = None,
+    holds: Mapping[str, str] | None = None,
+    metadata: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write records (signals in the plant's own units, inputs held) and their manifest; returns its path."""
-    import tomli_w
+    """Write records and `dataset.toml`; returns the manifest's path.
 
-    present = [s for s in SIGNALS_OF[plant] if any(record.has(s) for record in records)]
-    units = {signal: SIGNALS_OF[plant][signal][1] or "" for signal in present}
-    tables: list[dict[str, Any]] = []
-    for index, record in enumerate(records):
-        file = f"r{index:02d}.parquet"
-        write_parquet(folder / file, record.signals, units, metadata)
-        table: dict[str, Any] = {"file": file, "sample_rate_hz": 1.0 / record.period_s, "use": record.use}
-        if record.ignore_first:
-            table["ignore_first"] = record.ignore_first
-        if record.conditions:
-            table["conditions"] = dict(record.conditions)
-        tables.append(table)
-    signals = {
-        signal: {"role": SIGNALS_OF[plant][signal][0], "unit": units[signal]}
-        | ({"hold": "zero"} if SIGNALS_OF[plant][signal][0] == "input" else {})
-        for signal in present
-    }
+    `units` are needed where the plant does not fix them; `holds` of inputs are "zero" by default, since a driver
+    holds its command; `metadata` goes into each file's schema. What an optional instrument never gave (all NaN)
+    is left out. Raises RunError, before anything is written, where a reader would refuse the result.
+    """
+    kinds = PLANT_KINDS[plant].signals
+    units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}
+    contents = [_measured(record, plant) for record in records]
+    _check_writable(records, contents, units)
+    present = [signal for signal in kinds if any(signal in content for content in contents)]
+    holds = {signal: "zero" for signal, kind in kinds.items() if kind.role == "input"} | dict(holds or {})
     manifest = {
-        "dataset": {"name": name, "plant": plant, "identity": identity},
-        "signals": signals,
-        "records": tables,
+        "dataset": {"name": name, "plant": plant, **({"identity": identity} if identity else {})},
+        "signals": {
+            signal: _signal_table(kinds[signal].role, units[signal], holds.get(signal)) for signal in present
+        },
+        "records": [_record_table(record) for record in records],
     }
+    text = tomli_w.dumps(manifest)
     path = folder / "dataset.toml"
-    part = path.with_name(path.name + ".part")
-    part.write_text(tomli_w.dumps(manifest), encoding="utf-8")
-    part.replace(path)
+    path.unlink(missing_ok=True)  # an old manifest must not stand over new files
+    for record, content in zip(records, contents, strict=True):
+        write_parquet(folder / _file_of(record), content, units, metadata or {})
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
     return path
+
+
+def _file_of(record: Record) -> str:
+    return f"{record.name}.parquet"
+
+
+def _measured(record: Record, plant: str) -> dict[str, Any]:
+    """Signals in the order of the kind of plant, without instruments that were not there."""
+    kinds = PLANT_KINDS[plant].signals
+    unknown = sorted(record.signals.keys() - kinds.keys())
+    if unknown:
+        raise RunError(f'record {record.name}: a plant "{plant}" has no signal {", ".join(unknown)}')
+    return {
+        signal: record.signals[signal]
+        for signal, kind in kinds.items()
+        if record.has(signal) and not (kind.optional and np.isnan(record.signals[signal]).all())
+    }
+
+
+def _check_writable(
+    records: Sequence[Record], contents: Sequence[Mapping[str, Any]], units: Mapping[str, str]
+) -> None:
+    names = [record.name for record in records]
+    if len(set(names)) < len(names) or not names:
+        raise RunError(f"a dataset needs records with different names, got {names}")
+    for name, content in zip(names, contents, strict=True):
+        for signal, values in content.items():
+            if signal not in units:
+                raise RunError(f"record {name}: the unit of {signal} is not given")
+            bad = np.flatnonzero(~np.isfinite(values))
+            if len(bad):
+                raise RunError(
+                    f"record {name}: {signal} [{units[signal]}] has {len(bad)} of {len(values)} samples "
+                    f"that are not finite, the first at {bad[0]}; no dataset is written"
+                )
+
+
+def _signal_table(role: str, unit: str, hold: str | None) -> dict[str, str]:
+    return {"role": role, "unit": unit, **({"hold": hold} if hold else {})}
+
+
+def _record_table(record: Record) -> dict[str, Any]:
+    table: dict[str, Any] = {
+        "file": _file_of(record),
+        "sample_rate_hz": 1.0 / record.period_s,
+        "use": record.use,
+    }
+    if record.ignore_first:
+        table["ignore_first"] = record.ignore_first
+    if record.repeat is not None:
+        table["repeat"] = record.repeat
+    if record.conditions:
+        table["conditions"] = dict(record.conditions)
+    if record.initial:
+        table["initial"] = dict(record.initial)
+    return table

@@ -24,7 +24,9 @@ def open_table(path: Path) -> Table:
     """The columns of a file by its suffix. Raises ValueError in words."""
     suffix = path.suffix.lower()
     if suffix not in READERS:
-        raise ValueError(f'no reader for the suffix "{path.suffix}"{nearest(suffix, READERS)}; convert the file')
+        raise ValueError(
+            f'no reader for the suffix "{path.suffix}"{nearest(suffix, READERS)}; convert the file'
+        )
     if path.is_dir():
         raise ValueError("is a folder, a file is needed")
     if not path.is_file():

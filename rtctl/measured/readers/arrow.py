@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
@@ -21,5 +22,5 @@ def read(path: Path) -> Table:
             table = opened.read_all()
     except (pa.ArrowInvalid, OSError) as error:
         raise ValueError(f"not an Arrow file: {error}") from None
-    columns = {name: lambda k=k: table.column(k) for k, name in enumerate(table.column_names)}
+    columns = {name: partial(table.column, k) for k, name in enumerate(table.column_names)}
     return arrow_table(columns, table.schema)

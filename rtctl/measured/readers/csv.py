@@ -1,8 +1,9 @@
-"""CSV: one header line with the column names; comma, semicolon or tab; decimal point, or comma between semicolons."""
+"""CSV with a header line; comma, semicolon or tab between columns; decimal point, or comma if it is free."""
 
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
@@ -14,7 +15,7 @@ _DECIMAL_COMMA = re.compile(r"(^|[;\t])\s*[+-]?\d+,\d")
 
 
 def read(path: Path) -> Table:
-    """Columns of a CSV file; comment lines (#) in front of the header are skipped. Raises ValueError in words."""
+    """Columns; lines in front of the header that begin with # are skipped. Raises ValueError in words."""
     header, first, skipped = _opening_lines(path)
     delimiter = max(",;\t", key=header.count)
     _check_header(header, delimiter)
@@ -28,7 +29,7 @@ def read(path: Path) -> Table:
         )
     except pa.ArrowInvalid as error:
         raise ValueError(f"not readable as CSV: {error}") from None
-    columns = {name.strip(): lambda k=k: table.column(k) for k, name in enumerate(table.column_names)}
+    columns = {name.strip(): partial(table.column, k) for k, name in enumerate(table.column_names)}
     if len(columns) < len(table.column_names):
         raise ValueError(f"two columns have the same name; columns: {', '.join(table.column_names)}")
     return arrow_table(columns, table.schema)

@@ -1,4 +1,4 @@
-"""HDF5, and with it MATLAB 7.3: datasets by their path in the file. h5py is imported only when a file needs it."""
+"""HDF5 and MATLAB 7.3: datasets by their path in the file. h5py is imported only when a file needs it."""
 
 from __future__ import annotations
 

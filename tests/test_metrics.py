@@ -1,0 +1,99 @@
+"""Scores are what a person computes by hand, and what was not measured is null, never zero."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.metrics import ErrorScore, percentiles, score, timing_summary, write_json
+
+
+def test_errors_by_hand() -> None:
+    wanted, reference = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 4.0, 3.0, 0.0])
+    figures = score(wanted, reference, 50.0)
+    assert figures.mean_abs_um == pytest.approx(1.5)
+    assert figures.max_abs_um == pytest.approx(4.0)
+    assert figures.rms_um == pytest.approx(math.sqrt(5.0))
+    assert figures.mean_abs_percent == pytest.approx(3.0)
+    assert figures.max_abs_percent == pytest.approx(8.0)
+    assert figures.rms_percent == pytest.approx(2.0 * math.sqrt(5.0))
+
+
+def test_samples_without_a_reference_are_not_scored() -> None:
+    figures = score(np.array([1.0, 100.0]), np.array([3.0, np.nan]), 50.0)
+    assert (figures.mean_abs_um, figures.max_abs_um) == (2.0, 2.0)
+
+
+def test_no_reference_at_all_scores_null() -> None:
+    assert score(np.ones(3), np.full(3, np.nan), 50.0) == ErrorScore(None, None, None, None, None, None)
+    assert score(np.ones(0), np.ones(0), 50.0).mean_abs_um is None
+
+
+def test_an_estimate_that_is_no_number_is_an_infinite_error_not_a_skipped_one() -> None:
+    figures = score(np.array([1.0, np.nan]), np.array([1.0, 1.0]), 50.0)
+    assert figures.max_abs_percent == math.inf
+    assert figures.mean_abs_um == math.inf
+
+
+@pytest.mark.parametrize("range_um", [0.0, -1.0, math.nan])
+def test_a_range_that_is_none_is_refused(range_um: float) -> None:
+    with pytest.raises(ValueError, match="range_um must be > 0 um"):
+        score(np.ones(1), np.ones(1), range_um)
+
+
+def test_percentiles_of_a_known_ramp() -> None:
+    assert percentiles(np.arange(1001.0)) == pytest.approx(
+        {"p50": 500.0, "p99": 990.0, "p99_9": 999.0, "max": 1000.0}
+    )
+
+
+def test_nothing_timed_gives_null() -> None:
+    assert percentiles(np.empty(0)) == {"p50": None, "p99": None, "p99_9": None, "max": None}
+
+
+def test_the_timing_summary_has_the_contract_s_fields() -> None:
+    column = np.arange(11.0)
+    timings = {"lateness": column, "round_trip": 2.0 * column, "compute": 3.0 * column}
+    summary = timing_summary(timings, 1e-3, 11, 2)
+    assert {key: summary[key] for key in ("period_s", "steps", "overruns")} == {
+        "period_s": 1e-3,
+        "steps": 11,
+        "overruns": 2,
+    }
+    assert [summary[key]["max"] for key in ("lateness_us", "round_trip_us", "compute_us")] == [
+        10.0,
+        20.0,
+        30.0,
+    ]
+    assert summary.keys() == {"period_s", "steps", "overruns", "lateness_us", "round_trip_us", "compute_us"}
+
+
+def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path: Path) -> None:
+    content = {
+        "a": [np.float64(1.5), math.nan, {"b": -math.inf}],
+        "n": np.int64(3),
+        "yes": np.bool_(True),
+        "array": np.array([1.0, np.nan]),
+        "text": "µ",
+    }
+    write_json(tmp_path / "new" / "summary.json", content)
+    assert json.loads((tmp_path / "new" / "summary.json").read_text(encoding="utf-8")) == {
+        "a": [1.5, None, {"b": None}],
+        "n": 3,
+        "yes": True,
+        "array": [1.0, None],
+        "text": "µ",
+    }
+
+
+def test_a_write_that_breaks_keeps_the_summary_that_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+    write_json(path, {"verdict": "pass"})
+    with pytest.raises(TypeError):
+        write_json(path, {"verdict": object()})
+    assert json.loads(path.read_text()) == {"verdict": "pass"}
+    assert [entry.name for entry in tmp_path.iterdir()] == ["summary.json"]
