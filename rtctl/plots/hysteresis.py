@@ -1,0 +1,135 @@
+"""The device's own hysteresis, as in the paper's figures 4 and 5: excitation, R–I, D–I, R, D–R and its zoom."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import ArrayLike, NDArray
+
+from rtctl.plots.decimation import extremes, path_points
+from rtctl.plots.loops import Outside, leaves_major_loop, window_around
+from rtctl.plots.style import BLACK, BLUE, VERMILION, headline, house_style, kilo, new_figure, save_png
+
+FloatArray = NDArray[np.float64]
+
+
+def plot_hysteresis(
+    path: Path, current_mA: ArrayLike, resistance_ohm: ArrayLike, deflection_um: ArrayLike, *, title: str
+) -> None:
+    """Write the figure of steady states (n,) in the order they were visited as a PNG file.
+
+    Deflection may be NaN (no external instrument). The zoom shows where minor loops leave the major loop the most.
+    Raises ValueError where lengths differ, with fewer than three samples or where resistance is not > 0 ohm.
+    """
+    save_png(hysteresis_figure(current_mA, resistance_ohm, deflection_um, title=title), path)
+
+
+def hysteresis_figure(
+    current_mA: ArrayLike, resistance_ohm: ArrayLike, deflection_um: ArrayLike, *, title: str
+) -> Figure:
+    """The figure that `plot_hysteresis` writes."""
+    current, resistance, deflection = (
+        np.asarray(values, np.float64) for values in (current_mA, resistance_ohm, deflection_um)
+    )
+    if not (current.shape == resistance.shape == deflection.shape) or current.ndim != 1 or len(current) < 3:
+        shapes = f"{current.shape}, {resistance.shape}, {deflection.shape}"
+        raise ValueError(f"current, resistance and deflection need one length of at least 3, got {shapes}")
+    if not (resistance > 0.0).all():
+        raise ValueError(f"resistance must be > 0 ohm, got a least of {np.min(resistance)!r}")
+    outside = leaves_major_loop(current, resistance, deflection)
+    with house_style():
+        figure = new_figure(12.0, 7.2)
+        panels = figure.subplots(2, 3)
+        kohm = resistance / 1e3
+        _draw_sequence(panels[0, 0], current, "current [mA]")
+        _draw_sequence(panels[1, 0], kohm, "resistance [kΩ]")
+        _draw_loops(panels[0, 1], current, current, kohm, ("current [mA]", "resistance [kΩ]"))
+        _draw_loops(panels[0, 2], current, current, deflection, ("current [mA]", "deflection [µm]"))
+        _draw_loops(panels[1, 1], current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
+        _draw_zoom(panels[1, 2], panels[1, 1], current, kohm, deflection, outside)
+        for axes, which in (
+            (panels[1, 0], "y"),
+            (panels[0, 1], "y"),
+            (panels[1, 1], "x"),
+            (panels[1, 2], "x"),
+        ):
+            kilo(axes, which)
+        panels[0, 1].legend(loc="upper right")
+        headline(figure, _finding(title, deflection, outside), _span(current, kohm))
+    return figure
+
+
+def _draw_sequence(axes: Axes, values: FloatArray, label: str) -> None:
+    kept = extremes(values)
+    axes.plot(kept, values[kept], color=BLACK, linewidth=0.9)
+    axes.set_xlim(0, len(values) - 1)
+    axes.set_xlabel("sample [–]")
+    axes.set_ylabel(label)
+
+
+def _draw_loops(
+    axes: Axes, current: FloatArray, x: FloatArray, y: FloatArray, labels: tuple[str, str]
+) -> None:
+    """The path through all samples, coloured by what led to each: a higher current or a lower one."""
+    kept = path_points(current, x, y)
+    current, x, y = current[kept], x[kept], y[kept]
+    for sign, color, name in ((1.0, VERMILION, "heating"), (-1.0, BLUE, "cooling")):
+        part = np.where(_sweeps(current, sign), y, np.nan)
+        axes.plot(x, part, color=color, linewidth=1.0, marker=".", markersize=2.5, label=name)
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+
+
+def _sweeps(current: FloatArray, sign: float) -> NDArray[np.bool_]:
+    """Samples of sweeps in one direction, each with the turning point that it starts from; holds keep theirs."""
+    step = np.sign(np.diff(current, prepend=current[0] - 1.0))
+    last = np.maximum.accumulate(np.where(step != 0.0, np.arange(len(step)), 0))
+    along = step[last] == sign
+    along[:-1] |= along[1:]
+    return np.asarray(along)
+
+
+def _draw_zoom(
+    axes: Axes,
+    whole: Axes,
+    current: FloatArray,
+    kohm: FloatArray,
+    deflection: FloatArray,
+    outside: Outside | None,
+) -> None:
+    _draw_loops(axes, current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
+    if not np.isfinite(deflection).any():
+        return
+    x = np.log(kohm)
+    at = outside.sample if outside else int(np.nanargmin(np.abs(deflection - np.nanmedian(deflection))))
+    left, right = np.exp(window_around(x, float(x[at]), 0.22))
+    low, high = window_around(deflection, float(deflection[at]), 0.26)
+    axes.set_xlim(left, right)
+    axes.set_ylim(low, high)
+    axes.set_title("zoom on the frame beside")
+    frame = Rectangle(
+        (left, low), right - left, high - low, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=3
+    )
+    whole.add_patch(frame)
+
+
+def _span(current: FloatArray, kohm: FloatArray) -> str:
+    count = f"{len(current)} steady states"
+    return f"{count}, {current.min():.2f} to {current.max():.2f} mA, {kohm.min():.1f} to {kohm.max():.0f} kΩ"
+
+
+def _finding(title: str, deflection: FloatArray, outside: Outside | None) -> str:
+    if not np.isfinite(deflection).any():
+        return f"{title}: resistance only, no external instrument"
+    width = float(np.nanmax(deflection) - np.nanmin(deflection))
+    nested = "minor D–R loops stay inside the major one"
+    if outside:
+        percent = 100.0 * outside.overshoot_um / width
+        nested = (
+            f"minor D–R loops leave the major one by up to {outside.overshoot_um:.2f} µm ({percent:.1f} %)"
+        )
+    return f"{title}: {width:.1f} µm of range, {nested}"
