@@ -58,7 +58,7 @@ def test_tcp_session() -> None:
         assert driver.exchange((6.0,)) == AFTER_43
         peer.wait()
         assert peer.asked == requests(script)
-        driver.close((0.0,))
+    driver.close((0.0,))
 
 
 def test_free_running_sets_the_clock_register_alone() -> None:
