@@ -44,10 +44,10 @@ def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorSc
     return ErrorScore(*figures, *(100.0 * figure / range_um for figure in figures))
 
 
-def percentiles(values: FloatArray) -> dict[str, float | None]:
-    """p50, p99, p99.9 and max; None where nothing was timed."""
+def percentiles(values: FloatArray) -> dict[str, float]:
+    """p50, p99, p99.9 and max; NaN (null in JSON) where nothing was timed."""
     if len(values) == 0:
-        return dict.fromkeys(("p50", "p99", "p99_9", "max"))
+        return dict.fromkeys(("p50", "p99", "p99_9", "max"), math.nan)
     p50, p99, p999 = np.percentile(values, [50.0, 99.0, 99.9])
     return {"p50": float(p50), "p99": float(p99), "p99_9": float(p999), "max": float(values.max())}
 

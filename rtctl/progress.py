@@ -1,4 +1,4 @@
-"""Progress and tables for a person who is watching; silent otherwise."""
+"""Progress and tables for a person who is watching; silent otherwise. rich is imported when it is needed."""
 
 from __future__ import annotations
 
@@ -7,20 +7,23 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 Advance = Callable[[int], None]
+PIPE_WIDTH = 140
+"""Columns of a table where no terminal says how wide it is."""
 
 
 @contextmanager
-def progress_bar(title: str, total: int, *, quiet: bool) -> Iterator[Advance]:
-    """A bar on standard error when that is a terminal; the callable takes how much is done by now."""
-    if quiet or not sys.stderr.isatty():
+def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -> Iterator[Advance]:
+    """A bar on standard error if that is a terminal (or `forced`); the callable takes how much is done by now."""
+    if quiet or not (forced or sys.stderr.isatty()):
         yield lambda done: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=total)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = Console(stderr=True, force_terminal=True if forced else None)
+    with Progress(*columns, console=console, transient=not forced) as bar:
+        task = bar.add_task(_plain(title), total=total)
         yield lambda done: bar.update(task, completed=done)
 
 
@@ -35,9 +38,16 @@ def print_table(title: str, headers: Sequence[str], rows: Sequence[Sequence[str]
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left")
+    table = Table(title=_plain(title), title_justify="left")
     for index, header in enumerate(headers):
-        table.add_column(header, justify="left" if index == 0 else "right", no_wrap=index == 0)
+        table.add_column(_plain(header), justify="left" if index == 0 else "right", no_wrap=index == 0)
     for row in rows:
-        table.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
+        table.add_row(*(_plain(cell) for cell in row))
+    Console(width=None if sys.stdout.isatty() else PIPE_WIDTH).print(table)
+
+
+def _plain(text: str) -> str:
+    """Units in brackets are text, not rich's markup."""
+    from rich.markup import escape
+
+    return escape(text)

@@ -29,9 +29,9 @@ def write_dataset(
 ) -> Path:
     """Write records and `dataset.toml`; returns the manifest's path.
 
-    `units` are needed where the plant does not fix them; `holds` of inputs are "zero" by default, since a driver
-    holds its command; `metadata` goes into each file's schema. What an optional instrument never gave (all NaN)
-    is left out. Raises RunError, before anything is written, where a reader would refuse the result.
+    `units` are needed where the plant does not fix them; `holds` of inputs are "zero" by default, as drivers
+    hold. `metadata` goes into each file's schema. An optional signal that is all NaN, of an absent
+    instrument, is left out. Raises RunError, before any file is written, where a reader would refuse it.
     """
     kinds = PLANT_KINDS[plant].signals
     units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}

@@ -75,7 +75,7 @@ def staircase() -> Columns:
 
 @pytest.fixture
 def oscillator(tmp_path: Path, shaker: Columns) -> Callable[..., Path]:
-    """`oscillator(("old", "new"), x_tip=...)`: the dataset with pieces of its manifest or columns replaced."""
+    """`oscillator(("old", "new"), x_tip=...)`: its manifest and columns with pieces replaced."""
 
     def write(*changes: tuple[str, str], **columns: NDArray[np.float64]) -> Path:
         write_csv(tmp_path / "r00.csv", shaker | columns)
