@@ -5,14 +5,17 @@ numpy, so a kernel raises nothing and a status says what went wrong. A kernel ta
 C-contiguous float64 arrays and NamedTuples of them.
 
 numba keys its cache on the file of the kernel alone: edit a kernel in another file and callers that have
-compiled it into themselves keep the old one. So the stamp of each cache is extended by the stamps of all
-kernels called.
+compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels
+and NamedTuples in the kernel's module. Import both by name, above the kernels; constants are not followed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import CodeType
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
@@ -28,11 +31,24 @@ IntArray = NDArray[np.int64]
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """`function`, compiled at its first call for the types of its arguments and kept on disk."""
     compiled: Any = numba.njit(cache=True, fastmath=False, error_model="numpy")(function)
-    stamps = [_stamp(compiled)] + [_stamp(callee) for callee in _callees(function)]
+    if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
+        return function
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
-    compiled._cache._cache_file._source_stamp = "|".join(dict.fromkeys(stamps))
+    compiled._cache._cache_file._source_stamp = "|".join([_stamp(compiled), *sorted(set(_parts(function)))])
     result: Callable[P, T] = compiled
     return result
+
+
+def _parts(function: Callable[..., Any]) -> Iterator[str]:
+    """Stamps of what the module of `function` has imported or defined so far and may compile into it.
+
+    All of it, not only the names in `function`: it may reach them through a kernel further down its file.
+    """
+    for value in function.__globals__.values():
+        if isinstance(value, numba.core.dispatcher.Dispatcher):
+            yield _stamp(value)
+        elif isinstance(value, type) and issubclass(value, tuple):
+            yield _file_stamp(value.__module__)
 
 
 def _stamp(compiled: Any) -> str:
@@ -40,12 +56,7 @@ def _stamp(compiled: Any) -> str:
     return stamp.hex() if isinstance(stamp, bytes) else str(stamp)
 
 
-def _callees(function: Callable[..., Any]) -> list[Any]:
-    """The kernels among the global names of `function` (those further down its own file share its stamp)."""
-    named = (function.__globals__.get(name) for name in _names(function.__code__))
-    return [value for value in named if isinstance(value, numba.core.dispatcher.Dispatcher)]
-
-
-def _names(code: CodeType) -> tuple[str, ...]:
-    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
-    return code.co_names + tuple(name for child in inner for name in _names(child))
+@lru_cache
+def _file_stamp(module: str) -> str:
+    source = sys.modules[module].__file__
+    return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else module

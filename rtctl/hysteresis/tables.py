@@ -60,11 +60,8 @@ def own_floats(model: Any, *names: str) -> None:
     """Check that the fields `names` are finite and store them as float (an int would compile anew)."""
     for name in names:
         value = getattr(model, name)
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float | np.floating)
-            or not np.isfinite(value)
-        ):
+        number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
+        if not (number and np.isfinite(value)):
             raise ValueError(f"{name} must be a finite number, got {value!r}")
         object.__setattr__(model, name, float(value))
 

@@ -8,26 +8,43 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from rtctl.kernels import kernel
 
 INNER = """
+from typing import NamedTuple
 from rtctl.kernels import kernel
+
+class Pair(NamedTuple):
+    first: float
+    second: float
 
 @kernel
 def inner(x: float) -> float:
-    return x + {offset}
+    return x + 1.0
 """
 OUTER = """
-from inner import inner
+from inner import Pair, inner
 from rtctl.kernels import kernel
 
 @kernel
 def outer(x: float) -> float:
+    return through(x)
+
+@kernel
+def through(x: float) -> float:
     return inner(x)
+
+@kernel
+def first_of(pair: Pair) -> float:
+    return pair.first
 
 if __name__ == "__main__":
     import outer as cached  # a module with a name, as numba's cache wants it
-    print(cached.outer(1.0), sum(cached.outer.stats.cache_hits.values()))
+    kernels = cached.outer, cached.first_of
+    print(cached.outer(1.0), cached.first_of(Pair(5.0, 6.0)))
+    print(*(sum(each.stats.cache_hits.values()) for each in kernels))
 """
 
 
@@ -37,16 +54,23 @@ def run_outer(folder: Path) -> list[str]:
     environment.pop("NUMBA_CACHE_DIR", None)
     command = [sys.executable, str(folder / "outer.py")]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    return done.stdout.split()
+    return done.stdout.split("\n")[:2]
 
 
-def test_a_cached_kernel_is_compiled_anew_when_a_kernel_it_calls_changes(tmp_path):
+@pytest.mark.parametrize(
+    ("old", "new", "answers"),
+    [
+        ("x + 1.0", "x + 2.0", "3.0 5.0"),
+        ("first: float\n    second: float", "second: float\n    first: float", "2.0 6.0"),
+    ],
+)
+def test_a_cached_kernel_is_compiled_anew_when_what_it_contains_changes(tmp_path, old, new, answers):
     (tmp_path / "outer.py").write_text(OUTER)
-    (tmp_path / "inner.py").write_text(INNER.format(offset="1.0"))
-    assert run_outer(tmp_path) == ["2.0", "0"]
-    assert run_outer(tmp_path) == ["2.0", "1"]
-    (tmp_path / "inner.py").write_text(INNER.format(offset="2.0"))
-    assert run_outer(tmp_path) == ["3.0", "0"]
+    (tmp_path / "inner.py").write_text(INNER)
+    assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
+    assert run_outer(tmp_path) == ["2.0 5.0", "1 1"]
+    (tmp_path / "inner.py").write_text(INNER.replace(old, new))
+    assert run_outer(tmp_path) == [answers, "0 0"]
 
 
 @kernel
