@@ -29,7 +29,7 @@ class Heading(Checked):
     any_device: bool = False
     """Run although the model was identified on a device of another identity."""
     period_s: Annotated[Seconds, Field(alias="period", gt=0.0)] = 1e-3
-    duration_s: Annotated[Seconds, Field(alias="duration", gt=0.0)] | None = None
+    duration_s: Annotated[Seconds | None, Field(alias="duration", gt=0.0)] = None
 
 
 class InProcess(Checked):
@@ -68,9 +68,9 @@ class ClockTable(Checked):
     mode: Literal["lockstep", "live"] = "lockstep"
     settle_s: Annotated[Seconds, Field(alias="settle", ge=0.0)] = 0.05
     """Full cooling at the safe level before the first sample."""
-    timeout_s: Annotated[Seconds, Field(alias="timeout", gt=0.0)] | None = None
+    timeout_s: Annotated[Seconds | None, Field(alias="timeout", gt=0.0)] = None
     """For one exchange; default: five periods, at least 50 ms (lockstep: 1 s)."""
-    watchdog_s: Annotated[Seconds, Field(alias="watchdog", ge=0.0)] | None = None
+    watchdog_s: Annotated[Seconds | None, Field(alias="watchdog", ge=0.0)] = None
     """The device's own; default: ten periods, at least 100 ms (lockstep: none)."""
 
 
@@ -159,6 +159,8 @@ def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str,
     tables = read_toml(path)
     for override in sorted(overrides, key=lambda text: not text.partition("=")[0].endswith(".kind")):
         _apply(tables, override)  # kinds first: another kind empties its table
+    if isinstance(driver := tables.setdefault("driver", {}), dict):
+        driver.setdefault("kind", "inprocess")
     return check(Scenario, tables, str(path)), tables
 
 

@@ -128,3 +128,11 @@ def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibili
 def build_clock(scenario: Scenario) -> Clock:
     """Simulated for lockstep, monotonic for live runs."""
     return SimulatedClock() if scenario.clock.mode == "lockstep" else MonotonicClock()
+
+
+def serve_plant(name: str, seed: int | None, *, rtu_path: Path | None, tcp: str | None) -> None:
+    """Serve a plant file or bundled plant until interrupted."""
+    from plant_sim.catalogue import load_plant
+    from plant_sim.serve import serve
+
+    serve(load_plant(find_plant(name, Path()), seed), rtu_path=rtu_path, tcp=tcp)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.controllers.pi import PiGains
 
@@ -45,21 +46,37 @@ def margins(
     gains: PiGains, *, plant_gain: float, time_constant_s: float, period_s: float, delay: int
 ) -> Tuning:
     """Gain and phase margin of given gains at the steepest working point."""
-    import control
-
     loop = loop_transfer(gains, plant_gain, time_constant_s, period_s, delay)
-    gain_margin, phase_margin, _, crossover = control.margin(loop)
-    at_nyquist = float(np.real(loop(-1.0)))  # control.margin leaves out a crossing at exactly half the sample rate
-    if at_nyquist < 0.0:
-        gain_margin = min(gain_margin, -1.0 / at_nyquist)
-    hertz = float(crossover) / (2.0 * math.pi) if np.isfinite(crossover) else 0.0
+    angle = np.concatenate((np.geomspace(1e-4, 0.3, 600), np.linspace(0.3, math.pi, 2000)[1:]))
+    response = np.asarray(loop(np.exp(1j * angle)))
+    gain_margin, phase_margin, crossover = margins_of(response, angle)
     return Tuning(
         gains=gains,
-        gain_margin=float(gain_margin),
-        phase_margin_deg=float(phase_margin),
-        crossover_hz=hertz,
+        gain_margin=gain_margin,
+        phase_margin_deg=phase_margin,
+        crossover_hz=crossover / (2.0 * math.pi * period_s),
         plant_gain=plant_gain,
     )
+
+
+def margins_of(response: NDArray[np.complex128], angle: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
+
+    Read off the response itself: `control.margin` solves polynomials, which fails where a zero cancels a pole, and
+    leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing.
+    """
+    size, phase = np.abs(response), np.unwrap(np.angle(response))
+    falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))
+    phase_margin, crossover = math.inf, 0.0
+    for k in falls:
+        share = (size[k] - 1.0) / (size[k] - size[k + 1])
+        at = math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
+        if 180.0 + at < phase_margin:
+            phase_margin, crossover = 180.0 + at, float(angle[k] + share * (angle[k + 1] - angle[k]))
+    below = phase + math.pi
+    crossings = np.flatnonzero((below[:-1] > 0.0) & (below[1:] <= 1e-9))
+    gain_margin = min((1.0 / float(size[k + 1]) for k in crossings), default=math.inf)
+    return gain_margin, phase_margin, crossover
 
 
 def tune(

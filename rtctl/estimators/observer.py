@@ -1,15 +1,19 @@
 """Thermal observer: the known current predicts the temperature, the resistance corrects it, Preisach gives deflection.
 
-State s = v^2 [mA^2], the temperature rise as a current's square, and b [mA^2], heat that the model does not know
-(ambient drift, a changed gain), a random walk:
+    ds/dt = (i^2 + b - s) / tau,   v = sqrt(s),   deflection = D(v; history)
+    -ln R = H(v; history) + m + noise
 
-    s[k+1] = (i^2 + b) + (s - (i^2 + b)) exp(-h / tau),   b[k+1] = b + w,   var w = q h
+s [mA^2] is the temperature rise as a current's square, b [mA^2] heat that the model does not know (ambient drift, a
+changed gain; 1 mA^2 is about 1 degC), a random walk; m [ln ohm] is the error of the resistance model. A model's error
+is no white noise: it changes along the path (r = exp(-|dv| / L), stationary variance sigma_m^2) and stays while the
+device stays, so holding still teaches nothing more about b however often the resistance is read.
 
-The resistance enters as a measurement of s through the inverse of the Preisach model of -ln R; its variance is that
-of the reading over the local slope squared, so where resistance says little (the metal, a reversal) the current
-carries the estimate. The model's error is no white noise: it stays while the device stays, so a reading counts as
-one of `CORRELATED_SAMPLES`. Two-state Kalman filter; Joseph's form is not needed for one scalar measurement.
-State order: s, b, P_ss, P_sb, P_bb, then the two Preisach stacks.
+The sensitivity of the reading to b is taken between two resistance models side by side, one at b and one at b +
+`PROBE_MA2`, each with its own history. The local slope of H will not do: it has one value going up and another going
+down, and a filter that is shown both for the same state believes that it can tell b from m. (Nor will correcting v
+by every reading: the hysteresis rectifies the noise, and the estimate creeps.)
+Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm; then the stacks
+of H, of probed H and of D.
 """
 
 from __future__ import annotations
@@ -21,19 +25,18 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.hysteresis.preisach import PreisachParams, preisach_slope, preisach_step
-from rtctl.hysteresis.preisach_inverse import preisach_invert
-from rtctl.hysteresis.status import BranchPoint
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Vo2Model
 
-CORRELATED_SAMPLES = 50.0
-HEAT_START_MA2 = 1.0  # 1 mA^2 is about 1 degC: a room differs so much from the day of identification
-HEAT_WALK_MA2 = 0.07  # a square root of a second: half a degree a minute
-SURROGATE_WALK_MA2 = 0.5  # the same for s itself: what first-order heating leaves out
-DISAGREEMENT = 5.0  # standard deviations
-SATURATED, OUT_OF_RANGE, NOT_FINITE, DISAGREES = (
-    int(EstimateStatus.SATURATED),
+PROBE_MA2 = 0.1
+HEAT_START_MA2 = 1.0  # what a room may differ from the day of identification
+HEAT_WALK_MA2 = 0.02  # a square root of a second: a sixth of a degree a minute
+MODEL_ERROR_FACTOR = 3.0  # the rms over all data understates the error where a model is worst
+ERROR_LENGTH = 0.05  # of the current range: over what path the resistance model's error changes
+READING_SHARE = 0.3  # of the model's rms error that is noise of a single reading
+DISAGREEMENT = 6.0  # standard deviations
+OUT_OF_RANGE, NOT_FINITE, DISAGREES = (
     int(EstimateStatus.OUT_OF_RANGE),
     int(EstimateStatus.NOT_FINITE),
     int(EstimateStatus.DISAGREES),
@@ -45,9 +48,11 @@ class ObserverParams(NamedTuple):
 
     time_constant_s: float
     reading_variance: float
-    """Of one reading of -ln R, correlation included."""
-    surrogate_walk: float
-    """Variance that s gains a second [mA^4/s]."""
+    """Of one reading of -ln R about the model and its error m."""
+    model_variance: float
+    """sigma_m^2."""
+    error_length: float
+    """L [mA]."""
     heat_walk: float
     """Variance that b gains a second [mA^4/s]."""
     low: float
@@ -56,36 +61,41 @@ class ObserverParams(NamedTuple):
 
 
 @kernel
-def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParams) -> None:
-    """Advance x = (s, b, P_ss, P_sb, P_bb) by `elapsed_s` of a held current, in place."""
+def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParams) -> float:
+    """Advance x (state order above) by `elapsed_s` of a held current, in place; returns v [mA]."""
     a = math.exp(-elapsed_s / p.time_constant_s)
-    power = current_mA * current_mA + x[1]
+    before = math.sqrt(max(x[0], 0.0))
+    power = current_mA * current_mA + x[2]
     x[0] = power + (x[0] - power) * a
-    c = 1.0 - a
-    p_ss, p_sb, p_bb = x[2], x[3], x[4]
-    x[2] = a * a * p_ss + 2.0 * a * c * p_sb + c * c * p_bb + p.surrogate_walk * elapsed_s
-    x[3] = a * p_sb + c * p_bb
-    x[4] = p_bb + p.heat_walk * elapsed_s
+    x[1] = power + PROBE_MA2 + (x[1] - power - PROBE_MA2) * a
+    v = math.sqrt(max(x[0], 0.0))
+    r = math.exp(-abs(v - before) / p.error_length)
+    x[3] *= r
+    x[4] += p.heat_walk * elapsed_s
+    x[5] *= r
+    x[6] = r * r * x[6] + (1.0 - r * r) * p.model_variance
+    return v
 
 
 @kernel
-def condition_on(x: FloatArray, measured_s: float, variance: float) -> float:
-    """Kalman update of x on a measurement of s [mA^2]; returns the innovation in standard deviations."""
-    total = x[2] + variance
-    innovation = measured_s - x[0]
-    gain_s, gain_b = x[2] / total, x[3] / total
-    x[0] += gain_s * innovation
-    x[1] += gain_b * innovation
-    x[4] -= gain_b * x[3]
-    x[3] -= gain_s * x[3]
-    x[2] -= gain_s * x[2]
+def condition_on(x: FloatArray, innovation: float, sensitivity: float, variance: float) -> float:
+    """Kalman update of b, m on a reading `sensitivity` b + m; the innovation in standard deviations."""
+    with_b = sensitivity * x[4] + x[5]  # covariances of the states with the reading
+    with_m = sensitivity * x[5] + x[6]
+    total = sensitivity * with_b + with_m + variance
+    x[2] += with_b * innovation / total
+    x[3] += with_m * innovation / total
+    x[4] -= with_b * with_b / total
+    x[5] -= with_b * with_m / total
+    x[6] -= with_m * with_m / total
     return abs(innovation) / math.sqrt(total)
 
 
 @kernel
 def observer_step(
     x: FloatArray,
-    resistance_stack: FloatArray,
+    stack: FloatArray,
+    probed_stack: FloatArray,
     deflection_stack: FloatArray,
     current_mA: float,
     resistance_ohm: float,
@@ -94,26 +104,21 @@ def observer_step(
     resistance: PreisachParams,
     deflection: PreisachParams,
 ) -> tuple[float, float, float, int]:
-    """Deflection [um], surrogate [mA], its standard deviation [um of deflection] and status; all in place."""
-    predict(x, current_mA, elapsed_s, p)
-    status = 0
+    """Deflection [um], surrogate [mA], standard error [um] through b alone, status; x and the stacks in place."""
+    v = predict(x, current_mA, elapsed_s, p)
+    status = OUT_OF_RANGE if v < p.low or v > p.high else 0
+    expected = preisach_step(stack, v, resistance).y
+    probed = preisach_step(probed_stack, math.sqrt(max(x[1], 0.0)), resistance).y
     if resistance_ohm > 0.0 and math.isfinite(resistance_ohm):
-        point: BranchPoint = preisach_invert(resistance_stack, -math.log(resistance_ohm), resistance)
-        if point.status & SATURATED:
-            status |= SATURATED  # the reading lies beyond the model: the current alone carries this sample
-        elif point.slope > 0.0:
-            per_s = point.slope / (2.0 * point.v)
-            if condition_on(x, point.v * point.v, p.reading_variance / (per_s * per_s)) > DISAGREEMENT:
-                status |= DISAGREES
+        innovation = -math.log(resistance_ohm) - expected - x[3]
+        sensitivity = (probed - expected) / PROBE_MA2
+        if condition_on(x, innovation, sensitivity, p.reading_variance) > DISAGREEMENT:
+            status |= DISAGREES
     else:
         status |= NOT_FINITE
-    v = math.sqrt(max(x[0], 0.0))
-    if v < p.low or v > p.high:
-        status |= OUT_OF_RANGE
-    preisach_step(resistance_stack, v, resistance)
     value = preisach_step(deflection_stack, v, deflection).y
     slope = preisach_slope(deflection_stack, deflection)
-    return value, v, abs(slope) * math.sqrt(max(x[2], 0.0)) / (2.0 * max(v, 1e-9)), status
+    return value, v, abs(slope) * math.sqrt(max(x[4], 0.0)) / (2.0 * max(v, 1e-9)), status
 
 
 class ObserverEstimator:
@@ -123,8 +128,9 @@ class ObserverEstimator:
         margin = 0.02 * model.current.width
         self._params = ObserverParams(
             model.time_constant_s,
-            CORRELATED_SAMPLES * model.reading_error**2,
-            SURROGATE_WALK_MA2**2,
+            (READING_SHARE * model.reading_error) ** 2,
+            (MODEL_ERROR_FACTOR * model.reading_error) ** 2,
+            ERROR_LENGTH * model.current.width,
             HEAT_WALK_MA2**2,
             model.current.low - margin,
             model.current.high + margin,
@@ -132,22 +138,25 @@ class ObserverEstimator:
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
         self._resistance_params, self._deflection_params = self._resistance.params, self._deflection.params
         self._fit_error = model.deflection_error
-        self._x: FloatArray = np.zeros(5)
-        self._resistance_stack: FloatArray = np.empty(0)
+        self._x: FloatArray = np.zeros(7)
+        self._stack: FloatArray = np.empty(0)
+        self._probed_stack: FloatArray = np.empty(0)
         self._deflection_stack: FloatArray = np.empty(0)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """At rest at the applied current, from a full cooling."""
         current = float(levels[0])
-        self._x = np.array([current * current, 0.0, HEAT_START_MA2**2, HEAT_START_MA2**2, HEAT_START_MA2**2])
-        self._resistance_stack = self._resistance.initial_state(current)
+        s = current * current
+        self._x = np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, self._params.model_variance])
+        self._stack = self._resistance.initial_state(current)
+        self._probed_stack = self._resistance.initial_state(math.sqrt(s + PROBE_MA2))
         self._deflection_stack = self._deflection.initial_state(current)
         return self.step(levels, sensed, 0.0)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample."""
         value, surrogate, error, status = observer_step(
-            self._x, self._resistance_stack, self._deflection_stack, levels[0], sensed[0], elapsed_s,
+            self._x, self._stack, self._probed_stack, self._deflection_stack, levels[0], sensed[0], elapsed_s,
             self._params, self._resistance_params, self._deflection_params,
         )  # fmt: skip
         return Estimate(value, surrogate, math.hypot(error, self._fit_error), status)

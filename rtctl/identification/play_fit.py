@@ -26,6 +26,8 @@ from rtctl.kernels import kernel
 
 FloatArray = NDArray[np.float64]
 PARAMETERS = 4  # of one pair of envelopes
+SCREENING_EVALUATIONS = 15
+FINALISTS = 2
 SATURATED_ARGUMENT = 9.2  # X: 1 - tanh X = 2e-8
 
 
@@ -72,30 +74,36 @@ class PlayFit(NamedTuple):
 
 
 def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) -> PlayFit:
-    """Solve the outer problem from each start (theta of one pair each); the best residual wins."""
+    """Solve the outer problem from every start (theta of one pair each), then the most promising ones to the end."""
     pairs = 1 if problem.common else len(problem.radii)
     low, high = _bounds(problem, pairs)
-    span = problem.range[1] - problem.range[0]
-    best: FloatArray | None = None
-    best_cost = np.inf
-    for start in starts:
-        guess = np.clip(np.resize(start, pairs * PARAMETERS), low + 1e-6, high - 1e-6)
-        result = least_squares(
-            lambda theta: _inner(problem, theta)[0].residual,
-            guess,
-            jac=lambda theta: _jacobian(problem, theta),
-            bounds=(low, high),
-            x_scale=np.tile([0.3, 0.5, 0.05 * span, 0.05 * span], pairs),
-            max_nfev=evaluations,
-        )
-        if result.cost < best_cost:
-            best, best_cost = result.x, result.cost
-    assert best is not None, "fit_plays needs at least one start"
+    guesses = [np.clip(np.resize(start, pairs * PARAMETERS), low + 1e-6, high - 1e-6) for start in starts]
+    trials = [_descend(problem, guess, SCREENING_EVALUATIONS) for guess in guesses]
+    trials.sort(key=lambda trial: trial[1])
+    finals = [_descend(problem, theta, evaluations) for theta, _ in trials[:FINALISTS]]
+    best = min(finals, key=lambda trial: trial[1])[0]
     inner, envelopes = _inner(problem, best)
     plays = len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
     weights[0] += problem.least_first_weight
     return PlayFit(envelopes, weights, inner.free, inner.nonnegative[plays:], inner.residual)
+
+
+def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple[FloatArray, float]:
+    """theta and cost after at most so many evaluations of the outer problem."""
+    pairs = 1 if problem.common else len(problem.radii)
+    span = problem.range[1] - problem.range[0]
+    result = least_squares(
+        lambda theta: _inner(problem, theta)[0].residual,
+        guess,
+        jac=lambda theta: _jacobian(problem, theta),
+        bounds=_bounds(problem, pairs),
+        x_scale=np.tile([0.3, 0.5, 0.05 * span, 0.05 * span], pairs),
+        ftol=1e-7,
+        xtol=1e-7,
+        max_nfev=evaluations,
+    )
+    return result.x, float(result.cost)
 
 
 def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArray]:

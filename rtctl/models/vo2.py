@@ -7,7 +7,7 @@ same fraction of R in the semiconductor and in the metal. The paper's GPI alone 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,6 +82,10 @@ class Vo2Model:
     """-ln R -> deflection: the paper's second baseline."""
     quality: Mapping[str, FitQuality] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def with_provenance(self, **entries: str) -> Vo2Model:
+        """The same model, knowing where it comes from."""
+        return replace(self, provenance={**self.provenance, **entries})
 
 
 _HYSTERESIS: dict[str, Any] = {

@@ -1,0 +1,38 @@
+"""Play an open-loop excitation through the driver and write a dataset (DIR/dataset.toml)."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `rtctl acquire`."""
+    parser.add_argument("scenario", help="scenario file with [[excitation]] tables, or a bundled name: acquire_vo2")
+    parser.add_argument("--out", type=Path, required=True, help="folder of the dataset")
+    parser.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
+        help="override a key of the scenario, such as --set driver.kind=modbus-tcp",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """The verb."""
+    from rtctl.acquisition import acquire
+    from rtctl.cli.options import find_scenario, stop_on_interrupt
+    from rtctl.progress import say
+    from rtctl.scenario import load_scenario
+    from rtctl.wiring import build_driver
+
+    path = find_scenario(args.scenario)
+    scenario, _ = load_scenario(path, args.overrides)
+    driver = build_driver(scenario, path.parent)
+    quiet = args.quiet or args.json
+    with stop_on_interrupt() as stop_requested:
+        manifest = acquire(scenario, driver, args.out, stop_requested, lambda text: say(text, quiet=quiet))
+    if args.json:
+        print(json.dumps({"dataset": str(manifest), "device": driver.identity}))
+    else:
+        say(f"wrote {manifest}", quiet=quiet)
+    return 0

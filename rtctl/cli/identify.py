@@ -1,0 +1,49 @@
+"""Measured data -> model: hysteresis read-outs, baselines and the heating's time constant."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `rtctl identify`."""
+    parser.add_argument("dataset", type=Path, help="dataset manifest (dataset.toml)")
+    parser.add_argument("--kind", choices=["vo2"], required=True, help="which kind of plant")
+    parser.add_argument("--out", type=Path, required=True, help="model file to write")
+    parser.add_argument("--plays", type=int, default=6, help="play operators a model (default 6)")
+    parser.add_argument("--starts", type=int, default=6, help="starts of each fit (default 6)")
+    parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
+    parser.add_argument("--no-plot", action="store_true", help="write no picture beside the model")
+
+
+def run(args: argparse.Namespace) -> int:
+    """The verb."""
+    from rtctl import __version__
+    from rtctl.border.errors import InputError
+    from rtctl.cli.report import print_model
+    from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+    from rtctl.measured.reading import read_dataset
+    from rtctl.models.vo2 import write_model
+    from rtctl.progress import say
+
+    for option in ("plays", "starts"):
+        if not 1 <= getattr(args, option) <= 64:
+            raise InputError(f"--{option} {getattr(args, option)}: 1 to 64")
+    quiet = args.quiet or args.json
+    dataset = read_dataset(args.dataset)
+    options = Vo2FitOptions(plays=args.plays, starts=args.starts, seed=args.seed)
+    model = identify_vo2(dataset, options, lambda text: say(text, quiet=quiet))
+    model = model.with_provenance(dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2")
+    write_model(model, args.out)
+    if not args.no_plot:
+        from rtctl.cli.report import draw_model
+
+        draw_model(args.out.with_suffix(".png"), dataset, model)
+    if args.json:
+        quality = {name: q._asdict() for name, q in model.quality.items()}
+        print(json.dumps({"model": str(args.out), "quality": quality}))
+    elif not args.quiet:
+        print_model(model, args.out)
+    return 0

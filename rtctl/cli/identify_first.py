@@ -1,0 +1,31 @@
+"""A model of whatever is at the end of the wire, where the user gave none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rtctl.acquisition import acquire
+from rtctl.border.records import Driver
+from rtctl.cli.options import bundled_scenarios
+from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.measured.reading import read_dataset
+from rtctl.models.vo2 import Vo2Model, write_model
+from rtctl.progress import say
+from rtctl.scenario import Scenario, load_scenario
+
+
+def identify_first(
+    scenario: Scenario, driver: Driver, folder: Path, stop_requested: Callable[[], bool], *, quiet: bool
+) -> Vo2Model:
+    """Acquire by the bundled excitation through the scenario's driver, limits and clock, identify, keep both."""
+    excitation, _ = load_scenario(bundled_scenarios() / "acquire_vo2.toml", [])
+    excitation = excitation.model_copy(update={"clock": scenario.clock, "limits": scenario.limits})
+
+    def report(text: str) -> None:
+        say(f"  {text}", quiet=quiet)
+
+    manifest = acquire(excitation, driver, folder / "dataset", stop_requested, report)
+    model = identify_vo2(read_dataset(manifest), Vo2FitOptions(), report)
+    write_model(model, folder / "model.toml")
+    return model

@@ -1,0 +1,54 @@
+"""What several verbs share: looking up scenarios, stopping on Ctrl-C between two exchanges."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+from rtctl.border.errors import InputError, nearest
+
+
+def find_scenario(name: str) -> Path:
+    """A scenario file by path, or a bundled one by name. Raises InputError."""
+    path = Path(name)
+    if path.is_file():
+        return path
+    bundled = {file.stem: file for folder in _bundles() for file in folder.glob("*.toml")}
+    if not path.suffix and name in bundled:
+        return bundled[name]
+    raise InputError(f"{name}: no such scenario file{nearest(path.stem, bundled)}")
+
+
+def bundled_scenarios() -> Path:
+    """The folder of the scenarios that come with the program."""
+    for folder in _bundles():
+        if folder.is_dir():
+            return folder
+    raise InputError("the bundled scenarios are missing from this installation; install rtctl again")
+
+
+def _bundles() -> list[Path]:
+    package = Path(__file__).resolve().parent.parent
+    return [package / "bundled_scenarios", package.parent / "scenarios"]
+
+
+@contextmanager
+def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
+    """Ctrl-C and SIGTERM ask the loop to end after the exchange under way; the second one is immediate."""
+    asked = False
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
+            raise KeyboardInterrupt
+        asked = True
+
+    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

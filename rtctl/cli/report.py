@@ -1,0 +1,108 @@
+"""What the verbs print: tables of a run, of a model and of all scenarios, and the picture of an identification."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.controllers.tuning import Tuning
+from rtctl.identification.staircase import steady_states
+from rtctl.measured.dataset import Dataset
+from rtctl.models.vo2 import Vo2Model
+from rtctl.progress import print_table
+
+
+def um_and_percent(um: float | None, percent: float | None) -> str:
+    """`0.123 um (0.22 %)`, or a dash where there was nothing to score."""
+    return "–" if um is None or percent is None else f"{um:.3f} um ({percent:.2f} %)"
+
+
+def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Path) -> None:
+    """One run."""
+    rows = []
+    for name in ("tracking", "self_sensing"):
+        errors = summary[name]
+        mean = um_and_percent(errors["mean_abs_um"], errors["mean_abs_percent"])
+        largest = um_and_percent(errors["max_abs_um"], errors["max_abs_percent"])
+        paper = summary["paper"].get(f"{name}_mean")
+        rows.append([name.replace("_", "-"), mean, largest, "–" if paper is None else f"{paper:g} %"])
+    print_table(
+        f"{summary['scenario']}: {summary['verdict']}", ["", "mean abs", "max abs", "paper, mean"], rows
+    )
+    for check in summary["checks"]:
+        if not check["met"]:
+            print(f"check not met: {check['check']} = {check['measured']}, at most {check['limit']}")
+    if tuning is not None:
+        print(
+            f"PI: kp = {tuning.gains.kp:.4g} mA/um, ki = {tuning.gains.ki:.4g} mA/(um s); at the steepest slope, "
+            f"{tuning.plant_gain:.0f} um/mA: gain margin {tuning.gain_margin:.2f}, phase margin "
+            f"{tuning.phase_margin_deg:.0f} deg, crossover {tuning.crossover_hz:.0f} Hz"
+        )
+    timing = summary["timing"]
+    print(
+        f"{timing['steps']} steps of {1e3 * timing['period_s']:g} ms, {summary['clock']}, {summary['driver']}: "
+        f"round trip p50 {timing['round_trip_us']['p50']:.0f} us, p99 {timing['round_trip_us']['p99']:.0f} us; "
+        f"compute p50 {timing['compute_us']['p50']:.1f} us; {timing['overruns']} periods missed"
+    )
+    print(f"results in {folder}")
+
+
+def print_model(model: Vo2Model, path: Path) -> None:
+    """How well each part of a model fits."""
+    rows = [
+        [name, f"{q.mean_abs:.4g} {q.unit}", f"{100 * q.mean_abs / q.range:.2f} %", f"{q.max_abs:.4g} {q.unit}",
+         f"{100 * q.max_abs / q.range:.2f} %", f"{q.rms:.4g} {q.unit}"]
+        for name, q in model.quality.items()
+    ]  # fmt: skip
+    headers = ["fit on the identification data", "mean abs", "of range", "max abs", "of range", "rms"]
+    print_table(f"model of {model.identity or 'the device'}", headers, rows)
+    print(
+        f"heating time constant {1e3 * model.time_constant_s:.4g} ms +- {1e3 * model.time_constant_error_s:.2g} ms; "
+        f"deflection {model.deflection.low:.2f} to {model.deflection.high:.2f} um, resistance "
+        f"{model.resistance.low / 1e3:.2f} to {model.resistance.high / 1e3:.2f} kohm"
+    )
+    print(f"wrote {path}")
+
+
+def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
+    """One row a scenario, the paper's figure beside."""
+    rows = []
+    for summary in summaries:
+        tracking, sensing, paper = summary["tracking"], summary["self_sensing"], summary["paper"]
+        theirs = paper.get("tracking_mean", paper.get("self_sensing_mean"))
+        rows.append([
+            summary["scenario"],
+            um_and_percent(tracking["mean_abs_um"], tracking["mean_abs_percent"]),
+            um_and_percent(tracking["max_abs_um"], tracking["max_abs_percent"]),
+            um_and_percent(sensing["mean_abs_um"], sensing["mean_abs_percent"]),
+            "–" if theirs is None else f"{theirs:g} %",
+            f"{summary['timing']['round_trip_us']['p50']:.0f} / {summary['timing']['round_trip_us']['p99']:.0f}",
+            summary["verdict"],
+        ])  # fmt: skip
+    headers = [
+        "scenario", "tracking mean", "tracking max", "self-sensing mean", "paper mean", "exchange p50/p99 us", "verdict",
+    ]  # fmt: skip
+    print_table("errors against the reference deflection, in um and percent of range", headers, rows)
+
+
+def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
+    """Measured staircase against the models."""
+    from rtctl.plots import plot_identification
+
+    ends = steady_states(dataset)
+    scored = ends.scored
+    v = ends.current_mA
+    models = {
+        "GPI / EGPI": (
+            -1e3 * model.resistance_gpi.simulate(v)[scored],
+            model.deflection_egpi.simulate(v)[scored],
+        ),
+        "Preisach": (
+            np.exp(-model.resistance_preisach.simulate(v)[scored]),
+            model.deflection_preisach.simulate(v)[scored],
+        ),
+    }
+    plot_identification(path, v[scored], ends.resistance_ohm[scored], ends.deflection_um[scored], models)

@@ -1,0 +1,53 @@
+"""Play a scenario in closed loop, or open loop where it has excitations; DIR/summary.json, recording, picture."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `rtctl run`."""
+    parser.add_argument("scenario", help="scenario file, or the name of a bundled one")
+    parser.add_argument("--model", type=Path, help="identified model; without it the device is identified first")
+    parser.add_argument("--out", type=Path, help="folder of the results (default: out/<scenario>)")
+    parser.add_argument(
+        "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",
+        help="override a key of the scenario, such as --set driver.kind=modbus-tcp",
+    )  # fmt: skip
+
+
+def run(args: argparse.Namespace) -> int:
+    """The verb. Returns 0: passed its checks; 1: fault or checks not met."""
+    from rtctl.cli.options import find_scenario, stop_on_interrupt
+    from rtctl.cli.report import print_summary
+    from rtctl.models.vo2 import read_model
+    from rtctl.progress import say
+    from rtctl.scenario import load_scenario
+    from rtctl.session import track, write_run
+    from rtctl.wiring import build_driver
+
+    path = find_scenario(args.scenario)
+    scenario, _ = load_scenario(path, args.overrides)
+    folder = args.out or Path("out") / path.stem
+    quiet = args.quiet or args.json
+    driver = build_driver(scenario, path.parent)
+    with stop_on_interrupt() as stop_requested:
+        if args.model is not None:
+            model = read_model(args.model)
+        else:
+            from rtctl.cli.identify_first import identify_first
+
+            say("no --model given: identifying the device first", quiet=quiet)
+            model = identify_first(scenario, driver, folder, stop_requested, quiet=quiet)
+            driver = build_driver(scenario, path.parent)
+        result, outcome = track(scenario, model, driver, stop_requested)
+    write_run(folder, scenario, path.read_text(encoding="utf-8"), result)
+    if args.json:
+        print(json.dumps(result.summary, indent=2))
+    elif not args.quiet:
+        print_summary(result.summary, result.tuning, folder)
+    if outcome.fault is not None:
+        say(f"rtctl run: {outcome.fault}: {outcome.message}", quiet=False)
+    return 0 if result.summary["verdict"] == "pass" else 1

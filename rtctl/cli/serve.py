@@ -1,0 +1,23 @@
+"""A simulated device on a wire: Modbus RTU on a pty that it makes itself, or Modbus TCP."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of `rtctl serve`."""
+    parser.add_argument("plant", help="plant file, or the name of a bundled one: vo2_a, vo2_b, vo2_l2p")
+    wire = parser.add_mutually_exclusive_group(required=True)
+    wire.add_argument("--modbus-rtu", type=Path, metavar="PATH", help="link to the pty to be made here")
+    wire.add_argument("--modbus-tcp", metavar="HOST:PORT", help="port 0: a free one, printed")
+    parser.add_argument("--seed", type=int, help="of the noise (default: the plant file's)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """The verb: serves until Ctrl-C or SIGTERM."""
+    from rtctl.wiring import serve_plant
+
+    serve_plant(args.plant, args.seed, rtu_path=args.modbus_rtu, tcp=args.modbus_tcp)
+    return 0

@@ -1,0 +1,295 @@
+"""One run from scenario to files: wire the parts, run the loop, record, score, draw.
+
+`DIR/summary.json`, `DIR/signals.parquet` (units in its schema), `DIR/timing.parquet`, `DIR/run.png`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.errors import InputError
+from rtctl.border.records import Driver, Measurement
+from rtctl.controllers.playback import PlaybackController
+from rtctl.controllers.tuning import Tuning
+from rtctl.interfaces import Controller, Estimator, SignalRecorder
+from rtctl.loop import (
+    TIMING_COLUMNS,
+    LoopOutcome,
+    LoopParts,
+    LoopPlan,
+    run_loop,
+    signal_columns,
+)
+from rtctl.metrics import percentiles, score, write_json
+from rtctl.models.vo2 import Vo2Model
+from rtctl.models.working_range import WorkingRange, working_range
+from rtctl.recording import Recorder
+from rtctl.scenario import Scenario
+from rtctl.wiring import (
+    build_clock,
+    build_controller,
+    build_estimator,
+    build_limits,
+    build_plausibility,
+)
+
+FloatArray = NDArray[np.float64]
+LIVE_TIMEOUT_PERIODS = 5.0
+LEAST_LIVE_TIMEOUT_S = 0.05
+LOCKSTEP_TIMEOUT_S = 1.0
+WATCHDOG_PERIODS = 10.0
+LEAST_WATCHDOG_S = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """What came of a run."""
+
+    summary: dict[str, Any]
+    signals: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    """Of the signals."""
+    timing: Mapping[str, FloatArray]
+    tuning: Tuning | None
+
+
+def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
+    """Open with the scenario's clock, timeout and watchdog."""
+    lockstep = scenario.clock.mode == "lockstep"
+    period_s = scenario.scenario.period_s
+    timeout_s = scenario.clock.timeout_s or (
+        LOCKSTEP_TIMEOUT_S if lockstep else max(LIVE_TIMEOUT_PERIODS * period_s, LEAST_LIVE_TIMEOUT_S)
+    )
+    watchdog_s = scenario.clock.watchdog_s
+    if watchdog_s is None:
+        watchdog_s = 0.0 if lockstep else max(WATCHDOG_PERIODS * period_s, LEAST_WATCHDOG_S)
+    return driver.open(
+        lockstep_period_us=round(period_s * 1e6) if lockstep else None,
+        watchdog_ms=round(watchdog_s * 1e3),
+        timeout_s=timeout_s,
+    )
+
+
+def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
+    """The setpoint of each sample [um]. Raises InputError where it leaves the model's deflection range."""
+    assert scenario.reference is not None
+    period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
+    time_s = period_s * np.arange(round(duration_s / period_s))
+    try:
+        setpoints = scenario.reference.build(time_s, *model.deflection)
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    low, high = float(setpoints.min()), float(setpoints.max())
+    if low < model.deflection.low or high > model.deflection.high:
+        raise InputError(
+            f"[reference] asks for {low:.4g} to {high:.4g} um, the model reaches {model.deflection.low:.4g} to "
+            f"{model.deflection.high:.4g} um; give levels inside it, or in percent of the range"
+        )
+    return setpoints
+
+
+def track(
+    scenario: Scenario, model: Vo2Model, driver: Driver, stop_requested: Callable[[], bool]
+) -> tuple[RunResult, LoopOutcome]:
+    """A closed-loop run, or an open-loop one where the scenario has excitations (self-sensing only)."""
+    working = _working_range(model)
+    first = open_driver(driver, scenario)
+    try:
+        _check_identity(scenario, model, driver)
+        setpoints, controller, tuning = _plan_control(scenario, model, working)
+        limits = build_limits(scenario, working if scenario.reference is not None else None)
+        estimator = build_estimator(scenario.estimator.kind, model)
+    except InputError:
+        driver.close((scenario.limits.low if scenario.limits.safe is None else scenario.limits.safe,))
+        raise
+    parts, signals, timings = _parts(scenario, driver, estimator, controller, limits, stop_requested)
+    outcome = run_loop(parts, loop_plan(scenario, setpoints), first)
+    table, timing = signals.table(), timings.table()
+    summary = summarise(scenario, model, outcome, table, timing)
+    return RunResult(
+        summary=summary, signals=table, units=dict(signals.columns), timing=timing, tuning=tuning
+    ), outcome
+
+
+def _working_range(model: Vo2Model) -> WorkingRange:
+    try:
+        return working_range(model.deflection_preisach, model.current)
+    except ValueError as error:
+        raise InputError(f"the model cannot be controlled: {error}") from None
+
+
+def _check_identity(scenario: Scenario, model: Vo2Model, driver: Driver) -> None:
+    if scenario.scenario.any_device or not model.identity or not driver.identity:
+        return
+    if model.identity != driver.identity:
+        raise InputError(
+            f'the model was identified on "{model.identity}", the device answers "{driver.identity}"; identify this '
+            "device (rtctl acquire, rtctl identify), or pass --set scenario.any_device=true"
+        )
+
+
+def _plan_control(
+    scenario: Scenario, model: Vo2Model, working: WorkingRange
+) -> tuple[FloatArray, Controller, Tuning | None]:
+    if scenario.reference is None:
+        return currents_of(scenario)[0], PlaybackController(), None
+    delay = 0 if scenario.clock.mode == "lockstep" else 1
+    controller, tuning = build_controller(scenario, model, working, delay)
+    return setpoints_of(scenario, model), controller, tuning
+
+
+def currents_of(scenario: Scenario) -> list[FloatArray]:
+    """The currents [mA] of each excitation, one array each. Raises InputError."""
+    limits, period_s = scenario.limits, scenario.scenario.period_s
+    built = []
+    for index, excitation in enumerate(scenario.excitation):
+        try:
+            current = excitation.build(limits.low, limits.high, period_s)
+        except ValueError as error:
+            raise InputError(f"excitation {index}: {error}") from None
+        if current.min() < limits.low - 1e-9 or current.max() > limits.high + 1e-9:
+            raise InputError(
+                f"excitation {index} asks for {current.min():.4g} to {current.max():.4g} mA, "
+                f"[limits] allow {limits.low:g} to {limits.high:g} mA"
+            )
+        built.append(current)
+    return built
+
+
+def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
+    """The loop's plan for given setpoints."""
+    period_s = scenario.scenario.period_s
+    return LoopPlan(
+        period_s=period_s,
+        setpoints=setpoints,
+        settle_steps=round(scenario.clock.settle_s / period_s),
+        reading_delay=0 if scenario.clock.mode == "lockstep" else 1,
+    )
+
+
+def _parts(
+    scenario: Scenario,
+    driver: Driver,
+    estimator: Estimator,
+    controller: Controller,
+    limits: Any,
+    stop_requested: Callable[[], bool],
+) -> tuple[LoopParts, Recorder, Recorder]:
+    reference = driver.profile.reference
+    signals = Recorder(signal_columns(driver, reference.name, reference.unit))
+    timings = Recorder(TIMING_COLUMNS)
+    sink: tuple[SignalRecorder, SignalRecorder] = (signals, timings)
+    parts = LoopParts(
+        driver=driver,
+        estimator=estimator,
+        controller=controller,
+        limits=(limits,),
+        plausibility=build_plausibility(scenario, driver.profile),
+        clock=build_clock(scenario),
+        signals=sink[0],
+        timings=sink[1],
+        stop_requested=stop_requested,
+    )
+    return parts, signals, timings
+
+
+def play(
+    scenario: Scenario, driver: Driver, currents: FloatArray, first: Measurement, stop_requested: Callable[[], bool]
+) -> tuple[Mapping[str, FloatArray], LoopOutcome]:
+    """Play currents [mA] open-loop on an open driver; the recorded signals. Closes the driver."""
+    from rtctl.estimators.none import NoEstimator
+
+    parts, signals, _ = _parts(
+        scenario, driver, NoEstimator(), PlaybackController(), build_limits(scenario, None), stop_requested
+    )
+    outcome = run_loop(parts, loop_plan(scenario, currents), first)
+    return signals.table(), outcome
+
+
+def summarise(
+    scenario: Scenario,
+    model: Vo2Model,
+    outcome: LoopOutcome,
+    signals: Mapping[str, FloatArray],
+    timing: Mapping[str, FloatArray],
+) -> dict[str, Any]:
+    """The run summary of the file formats, with percentages of the model's deflection range beside."""
+    span = model.deflection.width
+    deflection = signals["deflection"]
+    nothing = np.full(len(deflection), np.nan)
+    tracking = score(signals["setpoint"] if scenario.reference is not None else nothing, deflection, span)
+    sensing = score(signals["estimate"], deflection, span)
+    faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
+    checks = _checks(scenario, tracking, sensing)
+    failed = [check for check in checks if not check["met"]]
+    return {
+        "scenario": scenario.scenario.title,
+        "verdict": "fault" if faults else "fail" if failed else "pass",
+        "tracking": tracking._asdict(),
+        "self_sensing": sensing._asdict(),
+        "range_um": span,
+        "estimator": scenario.estimator.kind,
+        "driver": scenario.driver.kind,
+        "clock": scenario.clock.mode,
+        "device": model.identity,
+        "timing": {
+            "period_s": scenario.scenario.period_s,
+            "steps": outcome.steps,
+            "overruns": outcome.overruns,
+            "lateness_us": percentiles(timing["lateness"]),
+            "round_trip_us": percentiles(timing["round_trip"]),
+            "compute_us": percentiles(timing["compute"]),
+        },
+        "checks": checks,
+        "paper": dict(scenario.paper),
+        "faults": faults,
+    }
+
+
+def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, Any]]:
+    measured = {
+        "tracking_mean_percent": tracking.mean_abs_percent,
+        "tracking_max_percent": tracking.max_abs_percent,
+        "self_sensing_mean_percent": sensing.mean_abs_percent,
+        "self_sensing_max_percent": sensing.max_abs_percent,
+    }
+    limits = scenario.checks.model_dump(exclude_none=True)
+    return [
+        {"check": name, "limit": limit, "measured": measured[name],
+         "met": measured[name] is not None and measured[name] <= limit}
+        for name, limit in limits.items()
+    ]  # fmt: skip
+
+
+def write_run(folder: Path, scenario: Scenario, scenario_text: str, result: RunResult) -> None:
+    """All files of a run; the summary last, so that a folder with a summary is whole."""
+    from rtctl.recording import write_parquet
+
+    metadata = {"scenario": scenario_text, "program": "rtctl"}
+    write_parquet(folder / "signals.parquet", result.signals, result.units, metadata)
+    write_parquet(folder / "timing.parquet", result.timing, dict(TIMING_COLUMNS), metadata)
+    if len(result.signals["index"]) > 1:
+        draw_run(folder / "run.png", scenario, result)
+    write_json(folder / "summary.json", result.summary)
+
+
+def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
+    """The picture of a run."""
+    from rtctl.plots import plot_run
+
+    plot_run(
+        path,
+        scenario.scenario.period_s * result.signals["index"],
+        result.signals,
+        title=scenario.scenario.title,
+        closed_loop=scenario.reference is not None,
+        range_um=result.summary["range_um"],
+    )
+
+
