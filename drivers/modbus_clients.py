@@ -63,9 +63,9 @@ class PromptSerialClient(ModbusSerialClient):
         """Drain, then write. Raises OSError."""
         if self.socket is None:
             raise ConnectionException("the port is closed")
-        while self._poll.poll(0):
-            self._read_some()
         self._deadline_s = time.monotonic() + self._timeout_s
+        while self._poll.poll(0) and time.monotonic() < self._deadline_s:  # a babbling line has an end too
+            self._read_some()
         return self.socket.write(request) or 0
 
     def recv(self, size: int | None) -> bytes:
@@ -115,6 +115,7 @@ class PromptTcpClient(ModbusTcpClient):
         if self.socket is None:
             raise ConnectionException("the connection is closed")
         self._deadline_s = time.monotonic() + self._timeout_s
+        self.socket.settimeout(self._timeout_s)
         self.socket.sendall(request)
         return len(request)
 

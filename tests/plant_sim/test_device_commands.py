@@ -74,12 +74,12 @@ def test_command_beyond_the_limits_is_clamped_and_says_so(
 
 
 def test_limit_itself_is_not_clamped_where_float32_rounds_it(plant: RecordingPlant) -> None:
-    plant.low = (3.68,)  # type: ignore[assignment]
+    plant.low = (3.3,)  # type: ignore[assignment]
     plant.high = (8.3,)  # type: ignore[assignment]
     device = SimulatedDevice(plant)
     device.set_clock(lockstep=True, period_us=1)
     device.set_enable(True)
-    assert device.exchange((3.68,), 1).status == ENABLED
+    assert device.exchange((3.3,), 1).status == ENABLED
     assert device.exchange((8.3,), 2).status == ENABLED
 
 
