@@ -32,8 +32,8 @@ def error_figures(error: FloatArray, width: float) -> ErrorFigures | None:
 
 
 def percent(value: float) -> str:
-    """Two significant digits are what a mean of thousands of samples deserves: 0.57 %, 4.3 %, 72 %."""
-    return f"{value:.0f} %" if value >= 9.95 else f"{value:.2f} %" if value < 0.995 else f"{value:.1f} %"
+    """As the paper's tables write it below ten (1.95 %), whole numbers for what is gross (71 %)."""
+    return f"{value:.2f} %" if value < 10.0 else f"{value:.0f} %"
 
 
 def shown_limit(error: FloatArray, spread: float) -> float:

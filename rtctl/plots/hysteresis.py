@@ -1,4 +1,4 @@
-"""The device's own hysteresis, as in the paper's figures 4 and 5: excitation, R–I, D–I, R, D–R and its zoom."""
+"""The device's own hysteresis, as the paper's figures 4 and 5: excitation, R–I, D–I, R, D–R and its zoom."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def plot_hysteresis(
 ) -> None:
     """Write the figure of steady states (n,) in the order they were visited as a PNG file.
 
-    Deflection may be NaN (no external instrument). The zoom shows where minor loops leave the major loop the most.
+    Deflection may be NaN (no external instrument). The zoom shows where minor loops leave the major one.
     Raises ValueError where lengths differ, with fewer than three samples or where resistance is not > 0 ohm.
     """
     save_png(hysteresis_figure(current_mA, resistance_ohm, deflection_um, title=title), path)
@@ -43,24 +43,29 @@ def hysteresis_figure(
     outside = leaves_major_loop(current, resistance, deflection)
     with house_style():
         figure = new_figure(12.0, 7.2)
-        panels = figure.subplots(2, 3)
-        kohm = resistance / 1e3
-        _draw_sequence(panels[0, 0], current, "current [mA]")
-        _draw_sequence(panels[1, 0], kohm, "resistance [kΩ]")
-        _draw_loops(panels[0, 1], current, current, kohm, ("current [mA]", "resistance [kΩ]"))
+        _draw_panels(figure, current, resistance / 1e3, deflection, outside)
+        headline(figure, _finding(title, deflection, outside), _span(current, resistance / 1e3))
+    return figure
+
+
+def _draw_panels(
+    figure: Figure, current: FloatArray, kohm: FloatArray, deflection: FloatArray, outside: Outside | None
+) -> None:
+    panels = figure.subplots(2, 3)
+    _draw_sequence(panels[0, 0], current, "current [mA]")
+    _draw_sequence(panels[1, 0], kohm, "resistance [kΩ]")
+    _draw_loops(panels[0, 1], current, current, kohm, ("current [mA]", "resistance [kΩ]"))
+    panels[0, 1].legend(loc="upper right")
+    kilo(panels[1, 0], "y")
+    kilo(panels[0, 1], "y")
+    if np.isfinite(deflection).any():
         _draw_loops(panels[0, 2], current, current, deflection, ("current [mA]", "deflection [µm]"))
         _draw_loops(panels[1, 1], current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
         _draw_zoom(panels[1, 2], panels[1, 1], current, kohm, deflection, outside)
-        for axes, which in (
-            (panels[1, 0], "y"),
-            (panels[0, 1], "y"),
-            (panels[1, 1], "x"),
-            (panels[1, 2], "x"),
-        ):
-            kilo(axes, which)
-        panels[0, 1].legend(loc="upper right")
-        headline(figure, _finding(title, deflection, outside), _span(current, kohm))
-    return figure
+    else:
+        for axes in (panels[0, 2], panels[1, 1], panels[1, 2]):
+            axes.set_axis_off()
+    figure.align_ylabels()
 
 
 def _draw_sequence(axes: Axes, values: FloatArray, label: str) -> None:
@@ -85,7 +90,7 @@ def _draw_loops(
 
 
 def _sweeps(current: FloatArray, sign: float) -> NDArray[np.bool_]:
-    """Samples of sweeps in one direction, each with the turning point that it starts from; holds keep theirs."""
+    """Samples of sweeps in one direction, each with the turning point it starts from; a hold goes on."""
     step = np.sign(np.diff(current, prepend=current[0] - 1.0))
     last = np.maximum.accumulate(np.where(step != 0.0, np.arange(len(step)), 0))
     along = step[last] == sign
@@ -102,15 +107,15 @@ def _draw_zoom(
     outside: Outside | None,
 ) -> None:
     _draw_loops(axes, current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
-    if not np.isfinite(deflection).any():
-        return
+    kilo(axes, "x")
+    kilo(whole, "x")
     x = np.log(kohm)
     at = outside.sample if outside else int(np.nanargmin(np.abs(deflection - np.nanmedian(deflection))))
     left, right = np.exp(window_around(x, float(x[at]), 0.22))
     low, high = window_around(deflection, float(deflection[at]), 0.26)
     axes.set_xlim(left, right)
     axes.set_ylim(low, high)
-    axes.set_title("zoom on the frame beside")
+    axes.set_title("zoom into the frame: loops that are not nested" if outside else "zoom into the frame")
     frame = Rectangle(
         (left, low), right - left, high - low, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=3
     )

@@ -1,4 +1,4 @@
-"""One figure of an identification: measured loops under each model's, and what each model leaves unexplained.
+"""One figure of an identification: measured loops under each model's, and what each leaves unexplained.
 
 error = model − measured, in percent of the measured range of that quantity.
 """
@@ -32,10 +32,10 @@ def plot_identification(
     *,
     title: str = "Identification",
 ) -> None:
-    """Write the figure of a fit as a PNG file: measured (n,) against each model's outputs at the same samples.
+    """Write the figure of a fit as a PNG file: measured (n,) against each model's outputs there.
 
-    NaN where nothing was measured or is not to be scored. Raises ValueError where lengths differ or there is
-    nothing to compare.
+    NaN where there is no measurement or it is not to be scored. Raises ValueError where lengths differ or
+    there is nothing to compare.
     """
     save_png(identification_figure(current_mA, resistance_ohm, deflection_um, models, title=title), path)
 
@@ -104,7 +104,7 @@ def _draw_side(
     """The plane above, one strip of error a model below it on a common scale, best first."""
     rows = list(side.subplots(1 + depth, 1, height_ratios=(4.0, *[1.0] * depth)))
     _draw_plane(rows[0], current, quantity, colors)
-    limit = 1.1 * max((score.largest for score in quantity.scores.values()), default=1.0)
+    limit = 1.1 * max((score.largest for score in quantity.scores.values()), default=0.0) or 1.0
     for k, strip in enumerate(rows[1:]):
         if k >= len(quantity.ranked):
             strip.set_axis_off()

@@ -1,7 +1,7 @@
 """Where loops of deflection against resistance are not nested: minor loops outside the major one.
 
-The major loop is the sweep down from the highest current to the lowest after it, and the sweep back up. Between its
-two branches D(ln R) any nested loop would stay (paper, figure 5c).
+The major loop is the sweep down from the highest current to the lowest after it, and the sweep back up.
+Nested loops would stay between its two branches D(ln R) (paper, figure 5c).
 """
 
 from __future__ import annotations
@@ -45,11 +45,12 @@ def leaves_major_loop(
     counted = (x > x.min() + margin) & (x < x.max() - margin)
     outside = np.where(counted & np.isfinite(deflection_um), np.maximum(above, below), -np.inf)
     farthest = int(np.argmax(outside))
-    return Outside(float(outside[farthest]), farthest) if outside[farthest] > 0.0 else None
+    rounding = 1e-9 * float(np.ptp(deflection_um[np.isfinite(deflection_um)]))
+    return Outside(float(outside[farthest]), farthest) if outside[farthest] > rounding else None
 
 
 def _major_branches(current_mA: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-    """Samples of the cooling and of the heating sweep over the largest span; None where there are not both."""
+    """Samples of the widest cooling sweep and of the heating sweep after it; None without both."""
     top = int(np.argmax(current_mA))
     bottom = top + int(np.argmin(current_mA[top:]))
     again = bottom + int(np.argmax(current_mA[bottom:]))

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 
 def draw_planes(rows: Sequence[Axes], column: Mapping[str, FloatArray], window: slice | None) -> None:
-    """Fill three axes from `column` [mA, ohm, um]: all samples as dots, or loops within a `window` as lines."""
+    """Fill three axes from `column` [mA, ohm, um]: all samples as dots, or a `window` as lines."""
     current, resistance = column["current"], column["resistance"] / 1e3
     deflection = [(column["deflection"], BLUE, 1.6), (column["estimate"], VERMILION, 0.8)]
     panels = (

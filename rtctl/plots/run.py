@@ -1,28 +1,24 @@
-"""One figure of a run: does it follow, how far off is it, what did it command and sense, on which loops.
-
-tracking error = setpoint − deflection; self-sensing error = estimate − deflection.
-"""
+"""One figure of a run: does it follow, how far off is it, what did it command and sense, on which loops."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike, NDArray
 
-from rtctl.plots.decimation import extremes
-from rtctl.plots.errors import ErrorFigures, error_figures, percent, percent_axis, shown_limit
+from rtctl.plots.errors import ErrorFigures, error_figures, percent
+from rtctl.plots.lines import ABOVE, draw_line
 from rtctl.plots.planes import draw_planes
+from rtctl.plots.run_errors import draw_errors
 from rtctl.plots.style import (
     BLACK,
     BLUE,
     GREY,
     RAIL,
-    SKY,
     VERMILION,
     headline,
     house_style,
@@ -37,9 +33,6 @@ SIGNALS = ("setpoint", "estimate", "deflection", "resistance", "current", "estim
 
 MOST_TURNS = 60
 """Turning points of the setpoint that one panel can show."""
-
-ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3, "borderaxespad": 0.1}
-NOTE: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
 
 
 def plot_run(
@@ -81,15 +74,15 @@ def run_figure(
 def _columns(time_s: ArrayLike, signals: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
     missing = [name for name in SIGNALS if name not in signals]
     if missing:
-        raise ValueError(
-            f"a run's figure needs the signals {', '.join(SIGNALS)}; missing: {', '.join(missing)}"
-        )
+        raise ValueError(f"a run's figure needs {', '.join(SIGNALS)}; missing: {', '.join(missing)}")
     column = {name: np.asarray(signals[name], np.float64) for name in SIGNALS}
+    for name, values in column.items():  # infinite standard error: the estimator claims nothing
+        column[name] = np.where(np.isfinite(values), values, np.nan)
     shape = np.shape(time_s)
     wrong = [f"{name} {values.shape}" for name, values in column.items() if values.shape != shape]
     if wrong or len(shape) != 1 or shape[0] < 2:
         raise ValueError(
-            f"time has shape {shape}, and so must each signal (at least two samples); {', '.join(wrong)}"
+            f"time has shape {shape}; each signal needs the same, two samples or more: {', '.join(wrong)}"
         )
     return column
 
@@ -103,10 +96,11 @@ def _draw_against_time(
     _draw_following(rows[0], time, column)
     if window is not None:
         _draw_window(top, rows[0], time, column, window)
-    top.legend(**ABOVE)
-    _draw_errors(rows[1], time, column, range_um)
-    _draw_line(rows[2], time, column["current"], BLACK)
-    _draw_line(rows[3], time, column["resistance"] / 1e3, BLACK)
+    if top.lines:
+        top.legend(**ABOVE)
+    draw_errors(rows[1], time, column, range_um)
+    draw_line(rows[2], time, column["current"], BLACK)
+    draw_line(rows[3], time, column["resistance"] / 1e3, BLACK)
     rows[2].set_ylabel("current [mA]")
     rows[3].set_ylabel("resistance [kΩ]")
     rows[3].set_xlabel("time [s]")
@@ -117,19 +111,10 @@ def _draw_against_time(
     left.align_ylabels()
 
 
-def _draw_line(
-    axes: Axes, time: FloatArray, values: FloatArray, color: str, label: str = "", width: float = 1.0
-) -> None:
-    """A line against time through the extremes of its buckets; nothing where there is no number."""
-    if np.isfinite(values).any():
-        kept = extremes(values)
-        axes.plot(time[kept], values[kept], color=color, linewidth=width, label=label or "_unlabelled")
-
-
 def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray]) -> None:
-    _draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
-    _draw_line(axes, time, column["deflection"], BLUE, "deflection (external instrument)", 1.3)
-    _draw_line(axes, time, column["estimate"], VERMILION, "estimate (from resistance)", 0.9)
+    draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
+    draw_line(axes, time, column["deflection"], BLUE, "deflection (external instrument)", 1.3)
+    draw_line(axes, time, column["estimate"], VERMILION, "estimate (from resistance)", 0.9)
     axes.set_ylabel("deflection [µm]")
 
 
@@ -148,33 +133,6 @@ def _draw_window(
     axes.set_xlim(time[window][0], time[-1])
     axes.set_xlabel(f"time [s], the last {time[-1] - time[window][0]:.2g} s (loops on the right)")
     whole.axvspan(time[window][0], time[-1], color=GREY, alpha=0.35, linewidth=0.0)
-
-
-def _draw_errors(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray], range_um: float) -> None:
-    """Errors against the instrument; without one, setpoint − estimate is all the program itself can know."""
-    reference, name = column["deflection"], "setpoint − deflection"
-    if not np.isfinite(reference).any():
-        reference, name = column["estimate"], "setpoint − estimate (no external instrument)"
-    tracking, sensing = column["setpoint"] - reference, column["estimate"] - column["deflection"]
-    twice = 2.0 * column["estimate_standard_error"]
-    if np.isfinite(twice).any():
-        kept = extremes(twice)
-        band = axes.fill_between(time[kept], -twice[kept], twice[kept], color=SKY, alpha=0.35, linewidth=0.0)
-        band.set_label("±2 standard errors claimed")
-    _draw_line(axes, time, tracking, BLACK, name)
-    _draw_line(axes, time, sensing, VERMILION, "estimate − deflection")
-    limit = 1.15 * max(shown_limit(tracking, 2.0), shown_limit(sensing, 4.0), 1e-3 * range_um)
-    axes.set_ylim(-limit, limit)
-    axes.set_ylabel("error [µm]")
-    percent_axis(axes, range_um)
-    axes.legend(**ABOVE)
-    largest = max(
-        (f.largest for f in (error_figures(tracking, range_um), error_figures(sensing, range_um)) if f),
-        default=0.0,
-    )
-    if largest > limit:
-        note = f"peaks reach {largest:.3g} µm, beyond this axis"
-        axes.text(0.995, 0.03, note, transform=axes.transAxes, ha="right", fontsize=9.0, bbox=NOTE)
 
 
 def _finding(title: str, column: Mapping[str, FloatArray], range_um: float) -> tuple[str, str]:
