@@ -13,7 +13,7 @@ PIPE_WIDTH = 140
 
 @contextmanager
 def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -> Iterator[Advance]:
-    """A bar on standard error if that is a terminal (or `forced`); the callable takes how much is done by now."""
+    """A bar on standard error if that is a terminal or `forced`; the callable takes how much is done."""
     if quiet or not (forced or sys.stderr.isatty()):
         yield lambda done: None
         return
