@@ -123,7 +123,7 @@ def _draw_zoom(
 
 
 def _span(current: FloatArray, kohm: FloatArray) -> str:
-    count = f"{len(current)} steady states"
+    count = f"{len(current)} samples"
     return f"{count}, {current.min():.2f} to {current.max():.2f} mA, {kohm.min():.1f} to {kohm.max():.0f} kΩ"
 
 

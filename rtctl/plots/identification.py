@@ -149,5 +149,5 @@ def _finding(title: str, quantities: tuple[_Quantity, _Quantity], samples: int) 
     found = [(q.name, q.ranked[0], q.scores[q.ranked[0]]) for q in quantities if q.ranked]
     reached = ", ".join(f"{name} to {percent(score.mean_percent)}" for name, _, score in found)
     winners = ", ".join(f"{name}: {model}" for name, model, _ in found)
-    detail = f"best for {winners} · error = model − measured in % of range, {samples} steady states"
+    detail = f"best for {winners} · error = model − measured in % of range, {samples} samples"
     return f"{title}: {reached} of range on average", detail

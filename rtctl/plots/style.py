@@ -64,11 +64,14 @@ def new_figure(width_in: float, height_in: float) -> Figure:
 
 
 def headline(figure: Figure, finding: str, detail: str = "") -> None:
-    """The finding in bold over the whole figure, the figures behind it on a second line."""
+    """The finding in bold over the whole figure, a second line behind it; long ones are set smaller."""
+    width, height = figure.get_figwidth(), figure.get_figheight()
+    size = min(13.0, 108.0 * width / len(finding))
     text = f"{finding}\n" if detail else finding  # reserves both lines: the second has another weight
-    figure.suptitle(text, x=0.008, ha="left", fontsize=13.0, fontweight="bold")
+    figure.suptitle(text, x=0.008, ha="left", fontsize=size, fontweight="bold")
     if detail:
-        figure.text(0.008, 1.0 - 0.31 / figure.get_figheight(), detail, ha="left", va="top", fontsize=10.0)
+        size = min(10.0, 118.0 * width / len(detail))
+        figure.text(0.008, 1.0 - 0.31 / height, detail, ha="left", va="top", fontsize=size)
 
 
 def save_png(figure: Figure, path: Path) -> None:
