@@ -67,6 +67,7 @@ class TcpEnd:
     def __init__(self) -> None:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
+        self.clients = 0
         self._client: socket.socket | None = None
 
     def fileno(self) -> int:
@@ -76,6 +77,7 @@ class TcpEnd:
         """A new client, or an old one's end, gives no bytes."""
         if self._client is None:
             self._client, _ = self._listener.accept()
+            self.clients += 1
             return b""
         data = self._client.recv(4096)
         if not data:

@@ -112,9 +112,9 @@ def test_closed_driver_says_so() -> None:
     assert "is not open" in str(fault_of(driver))
 
 
-def open_error(driver: ModbusDriver) -> DriverError:
+def open_error(driver: ModbusDriver, lockstep_period_us: int | None = None) -> DriverError:
     with pytest.raises(DriverError) as caught:
-        driver.open(lockstep_period_us=None, watchdog_ms=100, timeout_s=TIMEOUT_S)
+        driver.open(lockstep_period_us=lockstep_period_us, watchdog_ms=250, timeout_s=TIMEOUT_S)
     return caught.value
 
 
@@ -169,6 +169,14 @@ def test_device_that_refuses_its_settings_is_named() -> None:
         error = open_error(rtu_driver(end.path))
     assert error.fault is Fault.COMMAND_REFUSED
     assert "exception 2 (illegal address): is this device of kind vo2?" in str(error)
+
+
+def test_late_reply_of_an_earlier_session_is_not_taken_for_the_first_reading() -> None:
+    end = PtyEnd()
+    with scripted(end, t.HANDSHAKE[:-1] + rtu((t.FIRST_READING[0], t.REPLY_42))):
+        assert "function 23 instead of 3" in str(
+            open_error(rtu_driver(end.path), lockstep_period_us=1_000_000)
+        )
 
 
 def test_watchdog_beyond_its_register_is_bad_input() -> None:
@@ -226,9 +234,14 @@ def test_tcp_reply_with_an_old_transaction_number_is_skipped() -> None:
 
 def test_tcp_after_a_timeout_the_old_connection_and_its_late_reply_are_given_up() -> None:
     half_a_reply = t.TCP_REPLY_42[:20]
-    with tcp_session((t.TCP_COMMAND_42, half_a_reply), (t.TCP_COMMAND_43, t.TCP_REPLY_43)) as (driver, _, _):
+    with tcp_session((t.TCP_COMMAND_42, half_a_reply), (t.TCP_COMMAND_43, t.TCP_REPLY_43)) as (
+        driver,
+        end,
+        _,
+    ):
         assert fault_of(driver).fault is Fault.NO_ANSWER
         assert driver.exchange((6.0,)).sequence == 43
+        assert end.clients == 2
 
 
 def test_tcp_device_that_vanishes_is_a_lost_connection() -> None:

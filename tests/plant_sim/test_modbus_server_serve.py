@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -67,6 +68,22 @@ def test_killed_server_leaves_a_link_that_the_next_one_replaces(tmp_path: Path) 
         assert path.is_char_device()
         assert os.isatty(master)
     assert not os.path.lexists(path)
+
+
+def test_every_byte_passes_the_port_as_it_is_and_none_is_echoed(tmp_path: Path) -> None:
+    everything = bytes(range(256))
+    with virtual_port(tmp_path / "port") as master:
+        slave = os.open(tmp_path / "port", os.O_RDWR | os.O_NOCTTY)
+        try:
+            for near, far in ((slave, master), (master, slave)):
+                os.write(near, everything)
+                arrived = b""
+                while len(arrived) < 256:
+                    assert select.select([far], [], [], 5.0)[0], f"only {arrived.hex()} arrived"
+                    arrived += os.read(far, 4096)
+                assert arrived == everything
+        finally:
+            os.close(slave)
 
 
 def test_port_in_use_is_not_taken_over(tmp_path: Path) -> None:
