@@ -9,7 +9,7 @@ from typing import NamedTuple
 class Tick(NamedTuple):
     """One deadline that the loop has reached."""
 
-    index: int
+    step: int
     """Whole periods since the start; jumps where deadlines were missed."""
     lateness_s: float
     """How long after its deadline the loop woke up [s]; 0 on a simulated clock."""

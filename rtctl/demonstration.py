@@ -34,7 +34,9 @@ def demonstrate(
         files = bundled_scenarios()
         scenario, _ = load_scenario(files / "acquire_vo2.toml", wire)
         report("measuring the hysteresis through the line")
-        manifest = acquire(scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report)
+        manifest = acquire(
+            scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report
+        )
         report("identifying")
         model = identify_vo2(read_dataset(manifest), Vo2FitOptions(), report)
         write_model(model, folder / "model.toml")
@@ -64,7 +66,9 @@ def served_device(device: str, seed: int, report: Report) -> Iterator[str]:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
         try:
             _wait_until_ready(process)
-            report(f"simulated device {device} in process {process.pid} on {port} (this is process {os.getpid()})")
+            report(
+                f"simulated device {device} in process {process.pid} on {port} (this is process {os.getpid()})"
+            )
             yield str(port)
         finally:
             process.terminate()

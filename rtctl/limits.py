@@ -55,9 +55,15 @@ class Plausibility:
             if not low <= value <= high:
                 if not math.isfinite(value):
                     return Fault.NOT_FINITE, f"{name} read {value}, which is not a number to control on"
-                return Fault.OUT_OF_RANGE, f"{name} read {value:.6g}, outside the plausible {low:.6g} to {high:.6g}"
+                return (
+                    Fault.OUT_OF_RANGE,
+                    f"{name} read {value:.6g}, outside the plausible {low:.6g} to {high:.6g}",
+                )
         if new.counter == previous.counter:
-            return Fault.FROZEN_COUNTER, f"the sample counter stands still at {new.counter}: no new measurement"
+            return (
+                Fault.FROZEN_COUNTER,
+                f"the sample counter stands still at {new.counter}: no new measurement",
+            )
         return None
 
 

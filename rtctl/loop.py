@@ -125,7 +125,12 @@ def _track(
 
 
 def _next_levels(
-    parts: LoopParts, setpoint: float, upcoming: float, estimate: Estimate, levels: tuple[float, ...], elapsed_s: float
+    parts: LoopParts,
+    setpoint: float,
+    upcoming: float,
+    estimate: Estimate,
+    levels: tuple[float, ...],
+    elapsed_s: float,
 ) -> tuple[tuple[float, ...], tuple[float, float, float]]:
     """Control, then limit; the controller learns what was let through."""
     asked, *terms = parts.controller.step(setpoint, upcoming, estimate, elapsed_s)

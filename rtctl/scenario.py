@@ -1,6 +1,6 @@
 """A scenario file: everything about a run that a person decides, checked before anything moves.
 
-    [scenario] [driver] [clock] [limits]  and either  [reference] [estimator] [controller]  or  [[excitation]]
+[scenario] [driver] [clock] [limits]  and either  [reference] [estimator] [controller]  or  [[excitation]]
 """
 
 from __future__ import annotations
@@ -93,7 +93,9 @@ class LimitsTable(Checked):
         if safe > self.high:
             raise ValueError(f"safe = {safe:g} mA must not exceed high = {self.high:g} mA")
         if not self.sensed_low < self.sensed_high:
-            raise ValueError(f"sensed_low = {self.sensed_low:g} ohm must be below sensed_high = {self.sensed_high:g} ohm")
+            raise ValueError(
+                f"sensed_low = {self.sensed_low:g} ohm must be below sensed_high = {self.sensed_high:g} ohm"
+            )
         return self
 
 
@@ -108,7 +110,9 @@ class ControllerTable(Checked):
 
     kind: Literal["pi"] = "pi"
     gain_margin: Annotated[float, Field(gt=1.0)] = 2.0
-    phase_margin_rad: Annotated[float, Quantity("rad"), Field(alias="phase_margin", gt=0.0)] = 1.0471975511965976
+    phase_margin_rad: Annotated[float, Quantity("rad"), Field(alias="phase_margin", gt=0.0)] = (
+        1.0471975511965976
+    )
     kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0)] | None = None
     ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0)] | None = None
     deadband: Annotated[Level, LevelIn("um")] = Level(0.15, True)
@@ -130,6 +134,15 @@ class ChecksTable(Checked):
     self_sensing_max_percent: Annotated[float, Field(gt=0.0)] | None = None
 
 
+class PaperTable(Checked):
+    """[paper]: the published figures that stand beside ours, in percent of range."""
+
+    tracking_mean: float | None = None
+    tracking_max: float | None = None
+    self_sensing_mean: float | None = None
+    self_sensing_max: float | None = None
+
+
 class Scenario(Checked):
     """A whole scenario file."""
 
@@ -142,15 +155,14 @@ class Scenario(Checked):
     estimator: EstimatorTable = EstimatorTable()
     controller: ControllerTable = ControllerTable()
     checks: ChecksTable = ChecksTable()
-    paper: dict[str, float] = {}
-    """The paper's figures beside ours, in percent of range: tracking_mean, self_sensing_mean, self_sensing_max."""
+    paper: PaperTable = PaperTable()
 
     @model_validator(mode="after")
     def _one_purpose(self) -> Scenario:
         if (self.reference is None) == (not self.excitation):
             raise ValueError("a scenario has either a [reference] to track or [[excitation]] tables to play")
         if self.reference is not None and self.scenario.duration_s is None:
-            raise ValueError("key \"scenario.duration\" is missing: a [reference] does not end by itself")
+            raise ValueError('key "scenario.duration" is missing: a [reference] does not end by itself')
         return self
 
 
@@ -168,7 +180,7 @@ def _apply(tables: dict[str, Any], override: str) -> None:
     key, equals, text = override.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts):
-        raise InputError(f'--set {override}: expected KEY=VALUE, such as --set driver.kind=modbus-tcp')
+        raise InputError(f"--set {override}: expected KEY=VALUE, such as --set driver.kind=modbus-tcp")
     table = tables
     for part in parts[:-1]:
         table = table.setdefault(part, {})

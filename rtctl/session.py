@@ -80,7 +80,7 @@ def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
     """The setpoint of each sample [um]. Raises InputError where it leaves the model's deflection range."""
     assert scenario.reference is not None
     period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
-    time_s = period_s * np.arange(round(duration_s / period_s))
+    time_s = period_s * np.arange(round(duration_s / period_s), dtype=np.float64)
     try:
         setpoints = scenario.reference.build(time_s, *model.deflection)
     except ValueError as error:
@@ -200,7 +200,11 @@ def _parts(
 
 
 def play(
-    scenario: Scenario, driver: Driver, currents: FloatArray, first: Measurement, stop_requested: Callable[[], bool]
+    scenario: Scenario,
+    driver: Driver,
+    currents: FloatArray,
+    first: Measurement,
+    stop_requested: Callable[[], bool],
 ) -> tuple[Mapping[str, FloatArray], LoopOutcome]:
     """Play currents [mA] open-loop on an open driver; the recorded signals. Closes the driver."""
     from rtctl.estimators.none import NoEstimator
@@ -247,7 +251,7 @@ def summarise(
             "compute_us": percentiles(timing["compute"]),
         },
         "checks": checks,
-        "paper": dict(scenario.paper),
+        "paper": scenario.paper.model_dump(exclude_none=True),
         "faults": faults,
     }
 
@@ -291,5 +295,3 @@ def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
         closed_loop=scenario.reference is not None,
         range_um=result.summary["range_um"],
     )
-
-

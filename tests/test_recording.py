@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from rtctl.atomic import replacing
 from rtctl.recording import CHUNK_ROWS, Recorder, write_parquet
 
 COLUMNS = [("index", ""), ("current", "mA"), ("deflection", "um")]
@@ -94,3 +95,19 @@ def test_a_write_that_breaks_keeps_the_file_that_was_there(tmp_path: Path) -> No
         write_parquet(path, {"a": np.array(["text"])}, {}, {})  # type: ignore[dict-item]
     assert pq.read_table(path).num_rows == 3
     assert [entry.name for entry in tmp_path.iterdir()] == ["signals.parquet"]
+
+
+def test_a_failure_half_way_leaves_the_old_file_and_no_partial_one(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "signals.parquet"
+    with replacing(path) as partial:
+        partial.write_text("old")
+
+    def half() -> None:
+        with replacing(path) as partial:
+            partial.write_text("ha")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        half()
+    assert path.read_text() == "old"
+    assert [entry.name for entry in path.parent.iterdir()] == ["signals.parquet"]

@@ -9,7 +9,9 @@ from pathlib import Path
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `rtctl acquire`."""
-    parser.add_argument("scenario", help="scenario file with [[excitation]] tables, or a bundled name: acquire_vo2")
+    parser.add_argument(
+        "scenario", help="scenario file with [[excitation]] tables, or a bundled name: acquire_vo2"
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder of the dataset")
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",

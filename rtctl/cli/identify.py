@@ -35,7 +35,9 @@ def run(args: argparse.Namespace) -> int:
     dataset = read_dataset(args.dataset)
     options = Vo2FitOptions(plays=args.plays, starts=args.starts, seed=args.seed)
     model = identify_vo2(dataset, options, lambda text: say(text, quiet=quiet))
-    model = model.with_provenance(dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2")
+    model = model.with_provenance(
+        dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2"
+    )
     write_model(model, args.out)
     if not args.no_plot:
         from rtctl.cli.report import draw_model

@@ -83,7 +83,7 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
             summary["verdict"],
         ])  # fmt: skip
     headers = [
-        "scenario", "tracking mean", "tracking max", "self-sensing mean", "paper mean", "exchange p50/p99 us", "verdict",
+        "scenario", "tracking mean", "tracking max", "self-sensing mean", "paper mean", "exchange p50/p99", "verdict",
     ]  # fmt: skip
     print_table("errors against the reference deflection, in um and percent of range", headers, rows)
 
@@ -93,8 +93,9 @@ def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
     from rtctl.plots import plot_identification
 
     ends = steady_states(dataset)
-    scored = ends.scored
     v = ends.current_mA
+    second = np.flatnonzero(v == 0.0)[1:2]  # the first staircase is drawn: random ones would be a scribble
+    scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))
     models = {
         "GPI / EGPI": (
             -1e3 * model.resistance_gpi.simulate(v)[scored],

@@ -10,7 +10,9 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `rtctl run`."""
     parser.add_argument("scenario", help="scenario file, or the name of a bundled one")
-    parser.add_argument("--model", type=Path, help="identified model; without it the device is identified first")
+    parser.add_argument(
+        "--model", type=Path, help="identified model; without it the device is identified first"
+    )
     parser.add_argument("--out", type=Path, help="folder of the results (default: out/<scenario>)")
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="KEY=VALUE",

@@ -45,7 +45,9 @@ class PiGains:
 
     def __post_init__(self) -> None:
         if not self.kp >= 0.0 or not self.ki > 0.0:
-            raise ValueError(f"PI gains need kp >= 0 mA/um and ki > 0 mA/(um s), got {self.kp!r}, {self.ki!r}")
+            raise ValueError(
+                f"PI gains need kp >= 0 mA/um and ki > 0 mA/(um s), got {self.kp!r}, {self.ki!r}"
+            )
 
 
 class Feedforward(Protocol):
@@ -85,7 +87,9 @@ class PiController:
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """The first command equals the applied level whatever the first error is."""
         assumed = self._feedforward.start(levels[0])
-        self._integral = levels[0] - assumed - self.gains.kp * beyond(setpoint - estimate.value, self.deadband)
+        self._integral = (
+            levels[0] - assumed - self.gains.kp * beyond(setpoint - estimate.value, self.deadband)
+        )
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         """P, I and feedforward of one sample."""

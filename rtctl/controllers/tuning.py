@@ -31,7 +31,9 @@ class Tuning:
     """Steepest slope used [um/mA]."""
 
 
-def loop_transfer(gains: PiGains, plant_gain: float, time_constant_s: float, period_s: float, delay: int) -> Any:
+def loop_transfer(
+    gains: PiGains, plant_gain: float, time_constant_s: float, period_s: float, delay: int
+) -> Any:
     """Open loop L(z) as a python-control transfer function: PI, delay, heating through a zero-order hold."""
     import control
 

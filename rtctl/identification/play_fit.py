@@ -203,5 +203,3 @@ def play_regressors(
             w = min(w, np.tanh(a_L[j] * v[k] + b_L[j]) + radii[j])
             outputs[k, j] = w
     return outputs
-
-

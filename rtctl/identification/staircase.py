@@ -51,7 +51,7 @@ def steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
     if not records:
         raise InputError(
             f'{dataset.path}: no record has use = "{use}": a quasi-static staircase is needed, '
-            'such as `rtctl acquire` makes'
+            "such as `rtctl acquire` makes"
         )
     return _concatenate([_ends_of(record) for record in records])
 

@@ -75,7 +75,9 @@ def fit_time_constant(
         return sum(_misfit(record, resistance, deflection, math.exp(ln_tau)) for record in usable)
 
     centre = math.log(nominal_s)
-    found = minimize_scalar(cost, bounds=(centre - 2.3, centre + 2.3), method="bounded", options={"xatol": 1e-4})
+    found = minimize_scalar(
+        cost, bounds=(centre - 2.3, centre + 2.3), method="bounded", options={"xatol": 1e-4}
+    )
     best, step = float(found.x), 0.02
     curvature = (cost(best + step) - 2.0 * cost(best) + cost(best - step)) / step**2
     variance = 2.0 * cost(best) / max(moving - 1, 1) / curvature if curvature > 0.0 else math.inf

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +63,14 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
     report("resistance: GPI with an analytic inverse")
     gpi, gpi_error = _fit_gpi(data, options)
     report("deflection: EGPI behind the inverse GPI")
-    behind_gpi, composite_error = _fit_egpi(surrogate_of(data, GpiInverse.of(gpi).estimate, -1e-3), data, options)
+    behind_gpi, composite_error = _fit_egpi(
+        surrogate_of(data, GpiInverse.of(gpi).estimate, -1e-3), data, options
+    )
     report("resistance: gap-free, and EGPI behind its inverse")
     gap_free, gap_free_error = _fit_gap_free(data, options)
-    behind_gap_free, gap_free_composite_error = _fit_egpi(surrogate_of(data, gap_free.invert, None), data, options)
+    behind_gap_free, gap_free_composite_error = _fit_egpi(
+        surrogate_of(data, gap_free.invert, None), data, options
+    )
     report("deflection: EGPI on the current itself")
     egpi, egpi_error = _fit_egpi(data.v, data, options)
     report("baseline: EGPI on resistance")
@@ -76,7 +81,10 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         memoryless=(True, False),
     )  # fmt: skip
     fine_r, fine_d, tau = _fit_fine_and_heating(dataset, data, options)
-    resistance_span, deflection_span = _span(np.exp(-data.u[data.scored])), _span(data.deflection[data.deflection_scored])
+    resistance_span, deflection_span = (
+        _span(np.exp(-data.u[data.scored])),
+        _span(data.deflection[data.deflection_scored]),
+    )
     u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
     return Vo2Model(
         identity=dataset.identity,
@@ -152,7 +160,9 @@ def _prepare(dataset: Dataset) -> _Data:
 
 
 def surrogate_of(
-    data: _Data, invert: Callable[[FloatArray], tuple[FloatArray, ...]], resistance_scale: float | None
+    data: _Data,
+    invert: Callable[[FloatArray], tuple[FloatArray, FloatArray, Any]],
+    resistance_scale: float | None,
 ) -> FloatArray:
     """Surrogate (n,) that an inverse gives for the measured resistance, each staircase from a full cooling.
 
@@ -245,7 +255,7 @@ def _fit_egpi(v: FloatArray, data: _Data, options: Vo2FitOptions) -> tuple[EgpiM
     return model, fit.residual
 
 
-def _plays(fit: PlayFit, problem: PlayProblem) -> dict[str, FloatArray]:
+def _plays(fit: PlayFit, problem: PlayProblem) -> dict[str, Any]:
     return {"p": fit.weights, "r": problem.radii, **fit.envelopes._asdict()}
 
 
@@ -262,5 +272,3 @@ def _quality(residual: FloatArray, unit: str, width: float) -> FitQuality:
         unit=unit,
         range=width,
     )
-
-

@@ -171,9 +171,12 @@ def _from_tables(tables: dict[str, Any]) -> Vo2Model:
     spans = {n: Span(value(f"{n}_low", unit), value(f"{n}_high", unit)) for n, unit in _SPANS.items()}
     for name, span in spans.items():
         if not span.low < span.high:
-            raise ValueError(f"parameters.{name}_low = {span.low:g} must be below {name}_high = {span.high:g}")
+            raise ValueError(
+                f"parameters.{name}_low = {span.low:g} must be below {name}_high = {span.high:g}"
+            )
     tau = parameters["thermal_time_constant"]
-    hysteresis = {name: kind.from_table(tables["hysteresis"][name]) for name, kind in _HYSTERESIS.items()}
+    stored = tables["hysteresis"]
+    hysteresis: dict[str, Any] = {name: kind.from_table(stored[name]) for name, kind in _HYSTERESIS.items()}
     tau_s = value("thermal_time_constant", "s")
     if not tau_s > 0.0:
         raise ValueError(f"parameters.thermal_time_constant must be > 0 s, got {tau_s!r}")
@@ -186,6 +189,8 @@ def _from_tables(tables: dict[str, Any]) -> Vo2Model:
         deflection_error=value("deflection_error", "um"),
         quality={name: FitQuality(**entry) for name, entry in tables.get("quality", {}).items()},
         provenance=dict(tables.get("provenance", {})),
-        **spans,
+        current=spans["current"],
+        resistance=spans["resistance"],
+        deflection=spans["deflection"],
         **hysteresis,
     )

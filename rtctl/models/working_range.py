@@ -34,7 +34,8 @@ def working_range(deflection: PreisachModel, current: Span, points: int = 400) -
     spacing = v[1] - v[0]
     window = max(1, points // 100)  # over 1 % of the range: a single cell of the grid is not a slope
     slope = max(
-        float(np.max(np.abs(branch[window:] - branch[:-window]))) / (window * spacing) for branch in (heating, cooling)
+        float(np.max(np.abs(branch[window:] - branch[:-window]))) / (window * spacing)
+        for branch in (heating, cooling)
     )
     return WorkingRange(
         Span(float(v[low]), float(v[high])), Span(float(cooling[low]), float(heating[high])), slope

@@ -113,7 +113,8 @@ class CurrentSine(_Excitation):
 
 
 Excitation = Annotated[
-    DampedOscillation | ReversalCurves | RandomStaircase | LevelSequence | CurrentSine, Field(discriminator="kind")
+    DampedOscillation | ReversalCurves | RandomStaircase | LevelSequence | CurrentSine,
+    Field(discriminator="kind"),
 ]
 
 

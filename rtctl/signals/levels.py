@@ -37,7 +37,9 @@ def parse_level(raw: Any, unit: str) -> Level:
         try:
             return Level(float(raw.strip()[:-1]), True)
         except ValueError:
-            raise ValueError(f'a level is "<number> {unit}" or "<number> %" of the range, got {raw!r}') from None
+            raise ValueError(
+                f'a level is "<number> {unit}" or "<number> %" of the range, got {raw!r}'
+            ) from None
     return Level(parse_quantity(raw, unit), False)
 
 

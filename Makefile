@@ -1,0 +1,45 @@
+# `make run`: the whole job on simulated hardware. `make test`: every check. Both set up what they need.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+
+.PHONY: run test setup lint types contracts unit figures benchmarks clean
+
+run: $(STAMP)
+	$(BIN)/rtctl demo --out out/demo
+
+test: lint types contracts unit
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than 3.11; try: make PYTHON=python3.11"; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	@touch $@
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP)
+	$(BIN)/mypy
+
+contracts: $(STAMP)
+	$(BIN)/lint-imports
+
+unit: $(STAMP)
+	$(BIN)/python -m pytest
+
+# Everything in docs/results.md, made anew (about twenty minutes).
+figures: $(STAMP)
+	$(BIN)/python benchmarks/compare_estimators.py --out docs/figures
+
+benchmarks: $(STAMP)
+	$(BIN)/python benchmarks/estimator_vs_c.py
+	$(BIN)/python benchmarks/transactions.py
+
+clean:
+	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
