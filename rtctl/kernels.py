@@ -6,7 +6,8 @@ C-contiguous float64 arrays and NamedTuples of them.
 
 numba keys its cache on the file of the kernel alone: edit a kernel in another file and callers that have
 compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels
-and NamedTuples in the kernel's module. Import both by name, above the kernels; constants are not followed.
+and NamedTuples in the kernel's module, and of this file. Import both by name, above the kernels; constants
+from other modules are not followed.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ def kernel(function: Callable[P, T]) -> Callable[P, T]:
     if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
         return function
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
-    compiled._cache._cache_file._source_stamp = "|".join([_stamp(compiled), *sorted(set(_parts(function)))])
+    compiled._cache._cache_file._source_stamp = "|".join(
+        [_stamp(compiled), *sorted({_file_stamp(__name__), *_parts(function)})]
+    )
     result: Callable[P, T] = compiled
     return result
 

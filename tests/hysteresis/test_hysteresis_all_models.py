@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hysteresis_cases import HIGH, LOW, RUN, any_models, claim, histories, rising_models, scale
+from hysteresis_cases import HIGH, LOW, RUN, any_models, claim, histories, levels, rising_models, scale
 
 from rtctl.border.errors import InputError
 
@@ -35,6 +35,16 @@ def test_a_closed_excursion_within_the_last_turning_points_is_forgotten(model, v
     plain = model.simulate(np.concatenate((v, after)))
     returned = model.simulate(np.concatenate((v, excursion, v[-2:], after)))
     np.testing.assert_allclose(returned[-after.size :], plain[-after.size :], **tolerance(model))
+
+
+@claim
+@given(any_models, histories(), levels, levels, histories())
+def test_an_input_that_passes_older_turning_points_wipes_them_out(model, v, one, other, after):
+    """Whatever happened inside the last, larger excursion leaves no trace once it is passed."""
+    sweep = np.array([max(one, other, *v), min(one, other, *v)])
+    wiped = model.simulate(np.concatenate((v, sweep, after)), model.initial_state(LOW))
+    plain = model.simulate(np.concatenate((sweep, after)), model.initial_state(LOW))
+    np.testing.assert_allclose(wiped[-after.size :], plain[-after.size :], **tolerance(model))
 
 
 @claim

@@ -119,7 +119,8 @@ def test_a_radius_that_bridges_the_crossing_keeps_the_order():
 
 
 @claim
-@given(st.integers(1, 6).flatmap(radii))
-def test_an_inner_play_starts_where_full_cooling_leaves_it(r):
+@given(st.integers(1, 6).flatmap(radii), st.floats(LOW, HIGH))
+def test_each_play_starts_where_full_cooling_and_a_rise_leave_it(r, v0):
     model = GpiModel(**{**ORDERED, "p": np.ones(r.size), "r": r}, v_low=LOW, v_high=HIGH)
-    np.testing.assert_allclose(model.initial_state(-1e3), r - 1.0)
+    expected = np.maximum(r - 1.0, math.tanh(model.a_R * v0 + model.b_R) - r)
+    np.testing.assert_allclose(model.initial_state(v0), expected, atol=1e-15)

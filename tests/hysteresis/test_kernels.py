@@ -10,20 +10,23 @@ from pathlib import Path
 
 from rtctl.kernels import kernel
 
-INNER = """
+PAIR = """
 from typing import NamedTuple
-from rtctl.kernels import kernel
 
 class Pair(NamedTuple):
     first: float
     second: float
+"""
+INNER = """
+from rtctl.kernels import kernel
 
 @kernel
 def inner(x: float) -> float:
     return x + 1.0
 """
 OUTER = """
-from inner import Pair, inner
+from inner import inner
+from pair import Pair
 from rtctl.kernels import kernel
 
 @kernel
@@ -58,13 +61,13 @@ def run_outer(folder: Path) -> list[str]:
 def test_a_cached_kernel_is_compiled_anew_when_what_it_contains_changes(tmp_path):
     (tmp_path / "outer.py").write_text(OUTER)
     (tmp_path / "inner.py").write_text(INNER)
+    (tmp_path / "pair.py").write_text(PAIR)
     assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
     assert run_outer(tmp_path) == ["2.0 5.0", "1 1"]
-    changed = INNER.replace("x + 1.0", "x + 2.0")
-    (tmp_path / "inner.py").write_text(changed)
+    (tmp_path / "inner.py").write_text(INNER.replace("x + 1.0", "x + 2.0"))
     assert run_outer(tmp_path) == ["3.0 5.0", "0 0"]
-    swapped = changed.replace("first: float\n    second: float", "second: float\n    first: float")
-    (tmp_path / "inner.py").write_text(swapped)
+    swapped = PAIR.replace("first: float\n    second: float", "second: float\n    first: float")
+    (tmp_path / "pair.py").write_text(swapped)
     assert run_outer(tmp_path) == ["3.0 6.0", "0 0"]
 
 
