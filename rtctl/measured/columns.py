@@ -83,7 +83,7 @@ def _is_number(value: object) -> bool:
     try:
         float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        return value is None  # a gap, which is found as NaN once the text is corrected
+        return value is None or value == ""  # a gap: found as NaN once the text is corrected
     return True
 
 

@@ -162,6 +162,35 @@ def test_a_lost_sample_is_told_with_its_place_and_size(oscillator: Write) -> Non
     assert "set resample = true" in text
 
 
+def test_rows_of_a_time_column_are_those_of_the_file(oscillator: Write) -> None:
+    rows = 'time = "t"\nrows = [100, 200]'
+    time_s = 1e-3 * (np.arange(200) + (np.arange(200) > 120))
+    assert "after row 120 it goes on" in message_of(oscillator((RATE, rows), t=time_s))
+    time_s = 1e-3 * (np.arange(200) - 5 * (np.arange(200) > 130))
+    assert "does not increase from row 130 (0.13 s) to 131 (0.126 s)" in message_of(
+        oscillator((RATE, rows), t=time_s)
+    )
+
+
+def test_a_gap_in_the_time_column(oscillator: Write) -> None:
+    time_s = 1e-3 * np.arange(200)
+    time_s[7] = np.nan
+    text = message_of(oscillator((RATE, 'time = "t"\nresample = true'), t=time_s))
+    assert 'key time: column "t" is NaN in 1 of 200 rows: row 7' in text
+
+
+def test_a_file_with_a_header_and_nothing_else(oscillator: Write, tmp_path: Path) -> None:
+    path = oscillator()
+    (tmp_path / "r00.csv").write_text("drive,x_tip\n")
+    assert message_of(path) == 'records.0 "r00.csv": the file has no rows'
+
+
+def test_columns_of_different_lengths(oscillator: Write, tmp_path: Path) -> None:
+    path = oscillator(('"r00.csv"', '"r00.npz"'))
+    np.savez(tmp_path / "r00.npz", drive=np.zeros(10), x_tip=np.zeros(9))
+    assert "columns differ in length: drive 10, displacement 9" in message_of(path)
+
+
 @pytest.mark.parametrize(("stretch", "uniform"), [(1.0009, True), (1.0011, False)])
 def test_a_time_column_may_be_off_by_a_thousandth(oscillator: Write, stretch: float, uniform: bool) -> None:
     intervals = np.full(200, 1e-3)

@@ -120,6 +120,7 @@ def csv(folder: Path, text: str | bytes) -> Path:
         "# from the bench\n# room 23 degC, dry\na,b\n1.5,2\n-3,4\n",
         '"a","b"\n1.5,2\n-3,4\n',
         b"\xef\xbb\xbfa,b\n1.5,2\n-3,4\n",
+        b"\xef\xbb\xbf# from the bench\na,b\n1.5,2\n-3,4\n",
         "b,a\n2,1.5\n4,-3",
     ],
 )
@@ -137,6 +138,7 @@ def test_csv_as_instruments_and_spreadsheets_write_it(tmp_path: Path, text: str 
         ("a,b\n1,2,3\n", "not readable as CSV: .*Expected 2 columns, got 3"),
         ("a,a\n1,2\n", "two columns have the same name"),
         ("a,b\n1,2\nsoon,3\n", 'column "a" holds text, numbers are needed: "soon", in row 1'),
+        ("a,b\n,2\nsoon,3\n", 'numbers are needed: "soon", in row 1'),
         ("a,b\n2026-01-01 10:00:00,2\n", 'column "a" holds datetime64.*real numbers are needed'),
     ],
 )
@@ -180,6 +182,19 @@ def test_arrays_that_are_no_signal(tmp_path: Path, value: np.ndarray, message: s
     np.savez(tmp_path / "r.npz", a=value)
     with pytest.raises(ValueError, match=message):
         column(tmp_path / "r.npz", "a")
+
+
+def test_a_gap_among_text_is_not_called_text(tmp_path: Path) -> None:
+    pq.write_table(pa.table({"a": ["1.5", None, "x"]}), tmp_path / "r.parquet")
+    with pytest.raises(ValueError, match=r'"x", in row 2 \(counted from 0\)'):
+        column(tmp_path / "r.parquet", "a")
+
+
+def test_matlab_s_own_references_are_no_columns(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "r.mat", "w", userblock_size=512) as file:
+        file["a"], file["#refs#/b"], file["run/c"] = A, B, A
+    assert set(open_table(tmp_path / "r.mat").columns) == {"a", "run/c"}
 
 
 def test_python_objects_are_not_unpickled(tmp_path: Path) -> None:

@@ -47,6 +47,13 @@ def test_signals_tell_role_unit_and_hold_with_linear_as_the_default(oscillator: 
     assert read_dataset(vo2()).signals["resistance"] == ("output", "ohm", None)
 
 
+def test_a_bare_number_in_initial_is_in_the_unit_of_its_signal(oscillator: Write) -> None:
+    table = ("[[records]]", '[signals.velocity]\nrole = "output"\nunit = "m/s"\ncolumn = "v"\n[[records]]')
+    state = ("= 1000.0", "= 1000.0\ninitial = { displacement = 0.5, velocity = 0.25 }")
+    (record,) = read_dataset(oscillator(table, state, v=np.zeros(200))).records
+    assert record.initial == {"displacement": 0.5, "velocity": 250.0}
+
+
 def test_every_key_of_a_record_arrives(oscillator: Write, shaker: dict[str, np.ndarray]) -> None:
     keys = """sample_rate_hz = 500.0
 rows = [20, 120]
@@ -129,6 +136,15 @@ def test_resampling_a_held_input_never_invents_levels_between_its_own(oscillator
     rate = ("sample_rate_hz = 1000.0", 'time = "t"\nresample = true')
     (record,) = read_dataset(oscillator(hold, rate, t=time_s, drive=levels)).records
     assert set(record.signals["drive"]) == {1.0, 5.0}
+
+
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+def test_resampling_what_is_uniform_changes_nothing(oscillator: Write, hold: str) -> None:
+    time_s = np.cumsum(np.full(200, 0.1))  # not the same floats as 0.1 k
+    table = ('unit = "m/s^2"', f'unit = "m/s^2"\nhold = "{hold}"')
+    rate = ("sample_rate_hz = 1000.0", 'time = "t"\nresample = true')
+    (record,) = read_dataset(oscillator(table, rate, t=time_s, drive=np.arange(200.0))).records
+    np.testing.assert_allclose(record.signals["drive"], np.arange(200.0), atol=1e-9)
 
 
 @pytest.mark.parametrize(
