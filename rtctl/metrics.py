@@ -27,6 +27,9 @@ class ErrorScore(NamedTuple):
     rms_percent: float | None = None
 
 
+NOT_SCORED = ErrorScore(None, None, None, None, None, None)
+
+
 def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorScore:
     """Errors of `wanted` (n,) against `reference` (n,) [um] where the instrument gave a number.
 
@@ -37,7 +40,7 @@ def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorSc
         raise ValueError(f"range_um must be > 0 um, got {range_um!r}")
     scored = np.isfinite(reference)
     if not scored.any():
-        return ErrorScore(None, None, None, None, None, None)
+        return NOT_SCORED
     error = np.abs(wanted[scored] - reference[scored])
     error[~np.isfinite(error)] = math.inf
     figures = (float(error.mean()), float(error.max()), float(np.sqrt(np.mean(error**2))))

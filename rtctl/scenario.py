@@ -115,6 +115,8 @@ class ControllerTable(Checked):
     )
     kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0)] | None = None
     ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0)] | None = None
+    feedforward: Literal["none", "inverse"] = "none"
+    """inverse: the identified model's own current for the next setpoint, the PI corrects what it gets wrong."""
     deadband: Annotated[Level, LevelIn("um")] = Level(0.15, True)
     """Errors below this move nothing: inside the hysteresis the plant's gain is negative, and a PI would hunt."""
 
@@ -181,14 +183,23 @@ def _apply(tables: dict[str, Any], override: str) -> None:
     parts = key.strip().split(".")
     if not equals or not all(parts):
         raise InputError(f"--set {override}: expected KEY=VALUE, such as --set driver.kind=modbus-tcp")
-    table = tables
+    table: Any = tables
     for part in parts[:-1]:
-        table = table.setdefault(part, {})
-        if not isinstance(table, dict):
-            raise InputError(f'--set {override}: "{part}" is not a table')
+        table = _inner(table, part, override)
+    if not isinstance(table, dict):
+        raise InputError(f'--set {override}: "{parts[-2]}" is not a table')
     if parts[-1] == "kind" and table.get("kind") != text:
         table.clear()  # another kind has other keys: those of the old one would be unknown to it
     table[parts[-1]] = _value(text)
+
+
+def _inner(table: Any, part: str, override: str) -> Any:
+    """The table below `part`; a list of tables is indexed from 0: `excitation.0.seed=7`."""
+    if isinstance(table, list) and part.isdigit() and int(part) < len(table):
+        return table[int(part)]
+    if isinstance(table, dict):
+        return table.setdefault(part, {})
+    raise InputError(f'--set {override}: there is no table "{part}" here')
 
 
 def _value(text: str) -> Any:

@@ -26,7 +26,7 @@ from rtctl.loop import (
     run_loop,
     signal_columns,
 )
-from rtctl.metrics import percentiles, score, write_json
+from rtctl.metrics import NOT_SCORED, finite, score, timing_summary, write_json
 from rtctl.models.vo2 import Vo2Model
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.recording import Recorder
@@ -226,13 +226,12 @@ def summarise(
     """The run summary of the file formats, with percentages of the model's deflection range beside."""
     span = model.deflection.width
     deflection = signals["deflection"]
-    nothing = np.full(len(deflection), np.nan)
-    tracking = score(signals["setpoint"] if scenario.reference is not None else nothing, deflection, span)
     sensing = score(signals["estimate"], deflection, span)
+    tracking = NOT_SCORED if scenario.reference is None else score(signals["setpoint"], deflection, span)
     faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
     checks = _checks(scenario, tracking, sensing)
     failed = [check for check in checks if not check["met"]]
-    return {
+    summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
         "verdict": "fault" if faults else "fail" if failed else "pass",
         "tracking": tracking._asdict(),
@@ -242,18 +241,13 @@ def summarise(
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
         "device": model.identity,
-        "timing": {
-            "period_s": scenario.scenario.period_s,
-            "steps": outcome.steps,
-            "overruns": outcome.overruns,
-            "lateness_us": percentiles(timing["lateness"]),
-            "round_trip_us": percentiles(timing["round_trip"]),
-            "compute_us": percentiles(timing["compute"]),
-        },
+        "timing": timing_summary(timing, scenario.scenario.period_s, outcome.steps, outcome.overruns),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
         "faults": faults,
     }
+    cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
+    return cleaned
 
 
 def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, Any]]:

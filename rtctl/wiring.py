@@ -8,11 +8,12 @@ from pathlib import Path
 from rtctl.border.errors import InputError
 from rtctl.border.records import PROFILES, DeviceProfile, Driver
 from rtctl.clock import MonotonicClock, SimulatedClock
-from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
+from rtctl.controllers.feedforward import InverseFeedforward
+from rtctl.controllers.pi import Feedforward, NoFeedforward, PiController, PiGains
 from rtctl.controllers.tuning import Tuning, margins, tune
 from rtctl.interfaces import Clock, Controller, Estimator
 from rtctl.limits import CommandLimits, Plausibility
-from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2 import Span, Vo2Model
 from rtctl.models.working_range import WorkingRange
 from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario
 
@@ -96,7 +97,14 @@ def build_controller(
             least_phase_margin_deg=table.phase_margin_rad * 57.29577951308232,
         )
     deadband = table.deadband.resolve_width(0.0, model.deflection.width)
-    return PiController(tuning.gains, NoFeedforward(), deadband=deadband), tuning
+    return PiController(tuning.gains, _feedforward(scenario, model, working), deadband=deadband), tuning
+
+
+def _feedforward(scenario: Scenario, model: Vo2Model, working: WorkingRange) -> Feedforward:
+    if scenario.controller.feedforward == "none":
+        return NoFeedforward()
+    limits = build_limits(scenario, working)
+    return InverseFeedforward(model, Span(limits.low, limits.high))
 
 
 def build_limits(scenario: Scenario, working: WorkingRange | None) -> CommandLimits:

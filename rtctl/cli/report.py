@@ -16,8 +16,13 @@ from rtctl.progress import print_table
 
 
 def um_and_percent(um: float | None, percent: float | None) -> str:
-    """`0.123 um (0.22 %)`, or a dash where there was nothing to score."""
-    return "–" if um is None or percent is None else f"{um:.3f} um ({percent:.2f} %)"
+    """`0.123 um, 0.22 %`, or a dash where there was nothing to score."""
+    return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
+
+
+def number(value: float | None, digits: int = 0) -> str:
+    """A figure that may be missing."""
+    return "–" if value is None else f"{value:.{digits}f}"
 
 
 def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Path) -> None:
@@ -44,8 +49,8 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
     timing = summary["timing"]
     print(
         f"{timing['steps']} steps of {1e3 * timing['period_s']:g} ms, {summary['clock']}, {summary['driver']}: "
-        f"round trip p50 {timing['round_trip_us']['p50']:.0f} us, p99 {timing['round_trip_us']['p99']:.0f} us; "
-        f"compute p50 {timing['compute_us']['p50']:.1f} us; {timing['overruns']} periods missed"
+        f"round trip p50 {number(timing['round_trip_us']['p50'])} us, p99 {number(timing['round_trip_us']['p99'])} us; "
+        f"compute p50 {number(timing['compute_us']['p50'], 1)} us; {timing['overruns']} periods missed"
     )
     print(f"results in {folder}")
 
@@ -78,14 +83,19 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
             um_and_percent(tracking["mean_abs_um"], tracking["mean_abs_percent"]),
             um_and_percent(tracking["max_abs_um"], tracking["max_abs_percent"]),
             um_and_percent(sensing["mean_abs_um"], sensing["mean_abs_percent"]),
+            um_and_percent(sensing["max_abs_um"], sensing["max_abs_percent"]),
             "–" if theirs is None else f"{theirs:g} %",
-            f"{summary['timing']['round_trip_us']['p50']:.0f} / {summary['timing']['round_trip_us']['p99']:.0f}",
+            " / ".join(number(summary["timing"]["round_trip_us"][p]) for p in ("p50", "p99")),
             summary["verdict"],
         ])  # fmt: skip
     headers = [
-        "scenario", "tracking mean", "tracking max", "self-sensing mean", "paper mean", "exchange p50/p99", "verdict",
+        "scenario", "tracking mean", "max", "self-sensing mean", "max", "paper", "exchange us", "verdict",
     ]  # fmt: skip
-    print_table("errors against the reference deflection, in um and percent of range", headers, rows)
+    title = (
+        "absolute errors against the reference deflection, um and percent of range; the paper's mean beside them; "
+        "exchange: round trip p50 / p99"
+    )
+    print_table(title, headers, rows)
 
 
 def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
