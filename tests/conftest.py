@@ -1,0 +1,22 @@
+"""Fixtures of the whole suite: bundled devices, identified once a session for all workers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+from vo2_cases import IdentifiedDevice, identified_device
+
+
+@pytest.fixture(scope="session")
+def identified(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], IdentifiedDevice]:
+    """`identified("vo2_a")`: its data, its model, and a staircase that no fit has seen."""
+    session = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        session = session.parent  # the workers' common folder
+    folder = Path(session) / "identified"
+    folder.mkdir(exist_ok=True)
+    return cache(lambda name: identified_device(name, folder))
