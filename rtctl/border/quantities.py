@@ -43,6 +43,8 @@ def convert(value: float, unit: str, to: str) -> float:
         raise ValueError(f'unknown unit "{unit}" (expected one of {to})') from error
     except pint.DimensionalityError as error:
         raise ValueError(f'unit "{unit}" is not compatible with {to}') from error
+    except Exception as error:  # "mm)", "??": pint's parser lets out whatever it stumbles on
+        raise ValueError(f'"{unit}" is not a unit (expected one of {to})') from error
 
 
 def parse_quantity(raw: Any, unit: str) -> float:
