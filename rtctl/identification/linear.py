@@ -32,11 +32,10 @@ def fit_partly_nonnegative(free: FloatArray, nonnegative: FloatArray, y: FloatAr
     projected = nonnegative - q_free @ (q_free.T @ nonnegative)
     target = y - q_free @ (q_free.T @ y)
     scale = np.linalg.norm(projected, axis=0)
-    scale[scale < 1e-12 * max(float(scale.max(initial=0.0)), 1.0)] = (
-        np.inf
-    )  # a column inside the free span: weight 0
+    scale[scale <= 1e-12 * np.linalg.norm(nonnegative, axis=0)] = np.inf  # inside the free span: weight 0
     q_small, r_small = qr(projected / scale, mode="economic")
-    weights = nnls(r_small, q_small.T @ target)[0] / scale
+    # scipy's nnls ends the process where there are no columns
+    weights = nnls(r_small, q_small.T @ target)[0] / scale if len(scale) else np.empty(0)
     coefficients = solve_triangular(r_free, q_free.T @ (y - nonnegative @ weights))
     residual = y - free @ coefficients - nonnegative @ weights
     return LinearFit(coefficients, weights, residual)

@@ -53,7 +53,7 @@ def steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
             f'{dataset.path}: no record has use = "{use}": a quasi-static staircase is needed, '
             "such as `rtctl acquire` makes"
         )
-    return _concatenate([_ends_of(record) for record in records])
+    return _concatenate([_ends_of(record, dataset) for record in records])
 
 
 def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "identify") -> FloatArray:
@@ -73,12 +73,14 @@ def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "ident
     return np.concatenate(parts)
 
 
-def _ends_of(record: Record) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _ends_of(record: Record, dataset: Dataset) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     current = record.signals["current"]
     ends = hold_ends(current)
     if len(ends) < 20:
         raise InputError(
-            f"{record.name}: only {len(ends)} distinct holds of current; a staircase over the range has hundreds"
+            f"{dataset.path}: record {record.file or record.name}: only {len(ends)} holds of current; a quasi-static "
+            'staircase over the range has hundreds (`rtctl acquire` makes one); give this record use = "fit", or '
+            "measure it anew"
         )
     deflection = record.signals["deflection"] if record.has("deflection") else np.full(len(current), np.nan)
     weight = (ends >= record.ignore_first).astype(np.float64)

@@ -20,6 +20,10 @@ from rtctl.kernels import kernel
 from rtctl.measured.dataset import Record
 
 FloatArray = NDArray[np.float64]
+LEAST_MOVING = 20
+MOVING_SAMPLES = 9
+SEARCHED_FACTOR = 10.0  # about the nominal value, either way
+READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
 class ReadOut(Protocol):
@@ -62,47 +66,69 @@ def from_full_cooling(v: FloatArray) -> FloatArray:
 def fit_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
-    """tau from the samples that move; None where every sample is at rest (sampled too slowly to see it).
+    """tau from the samples that move; None where it cannot be seen: sampled too slowly, too few, or off the scale.
 
-    `resistance` gives -ln R. Residuals are weighted by what each read-out leaves at rest.
+    `resistance` gives -ln R. Residuals are in parts of each record's range. A read-out errs alike all along a hold,
+    so the standard error counts holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
     """
     usable = [record for record in records if record.period_s < 2.0 * nominal_s]
     moving = sum(int(_moving(record).sum()) for record in usable)
-    if moving < 20:
+    if moving < LEAST_MOVING:
         return None
 
-    def cost(ln_tau: float) -> float:
-        return sum(_misfit(record, resistance, deflection, math.exp(ln_tau)) for record in usable)
+    def residual(ln_tau: float) -> FloatArray:
+        parts = [_residual(record, resistance, deflection, math.exp(ln_tau)) for record in usable]
+        return np.concatenate(parts)
 
-    centre = math.log(nominal_s)
-    found = minimize_scalar(
-        cost, bounds=(centre - 2.3, centre + 2.3), method="bounded", options={"xatol": 1e-4}
-    )
-    best, step = float(found.x), 0.02
-    curvature = (cost(best + step) - 2.0 * cost(best) + cost(best - step)) / step**2
-    variance = 2.0 * cost(best) / max(moving - 1, 1) / curvature if curvature > 0.0 else math.inf
+    def cost(ln_tau: float) -> float:
+        error = residual(ln_tau)
+        return float(error @ error)
+
+    bounds = math.log(nominal_s / SEARCHED_FACTOR), math.log(nominal_s * SEARCHED_FACTOR)
+    best = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
+    if min(best - bounds[0], bounds[1] - best) < 0.01:
+        return None
+    step = 0.01
+    slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
+    scores = np.bincount(_holds(usable, deflection is not None), weights=slope * residual(best))
+    information = float(slope @ slope)
+    if not information > 0.0:
+        return None
     tau = math.exp(best)
-    return TimeConstant(tau, tau * math.sqrt(variance), moving)
+    relative = math.hypot(float(np.linalg.norm(scores)) / information, READ_OUT_SHARE)
+    return TimeConstant(tau, tau * relative, moving)
 
 
 def _moving(record: Record) -> NDArray[np.bool_]:
-    """Samples within ten samples after a change of current."""
+    """The nine samples that follow a change of current: row k is measured before its own current acts."""
     current = record.signals["current"]
     changed = np.flatnonzero(np.diff(current) != 0.0) + 1
-    mask = np.zeros(len(current) + 10, dtype=bool)
-    for offset in range(1, 10):
+    mask = np.zeros(len(current) + MOVING_SAMPLES + 1, dtype=bool)
+    for offset in range(1, MOVING_SAMPLES + 1):
         mask[changed + offset] = True
     mask = mask[: len(current)]
     mask[: record.ignore_first] = False
     return mask
 
 
-def _misfit(record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float) -> float:
+def _holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
+    """Which hold each residual belongs to, in the order of the residuals."""
+    parts: list[NDArray[np.intp]] = []
+    first = 0
+    for record in records:
+        hold = first + np.cumsum(np.diff(record.signals["current"], prepend=np.nan) != 0.0)
+        parts += [hold[_moving(record)]] * (2 if with_deflection and record.has("deflection") else 1)
+        first = int(hold[-1])
+    return np.concatenate(parts)
+
+
+def _residual(record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float) -> FloatArray:
+    """Errors of the moving samples in parts of the record's range: resistance, then deflection where there is one."""
     v = from_full_cooling(heat(record.signals["current"], record.period_s, tau_s))
     moving = _moving(record)
-    error = (resistance.simulate(v)[1:] + np.log(record.signals["resistance"]))[moving]
-    total = float(error @ error) / max(float(np.ptp(np.log(record.signals["resistance"]))), 1e-9) ** 2
+    reading = -np.log(record.signals["resistance"])
+    parts = [(resistance.simulate(v)[1:] - reading)[moving] / max(float(np.ptp(reading)), 1e-9)]
     if deflection is not None and record.has("deflection"):
-        error = (deflection.simulate(v)[1:] - record.signals["deflection"])[moving]
-        total += float(error @ error) / max(float(np.ptp(record.signals["deflection"])), 1e-9) ** 2
-    return total
+        measured = record.signals["deflection"]
+        parts.append((deflection.simulate(v)[1:] - measured)[moving] / max(float(np.ptp(measured)), 1e-9))
+    return np.concatenate(parts)

@@ -81,6 +81,11 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         memoryless=(True, False),
     )  # fmt: skip
     fine_r, fine_d, tau = _fit_fine_and_heating(dataset, data, options)
+    if tau is None:
+        report(
+            "the heating's time constant cannot be seen in these data (too few samples a hold): nominal "
+            f"{1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an interval"
+        )
     resistance_span, deflection_span = (
         _span(np.exp(-data.u[data.scored])),
         _span(data.deflection[data.deflection_scored]),
@@ -137,9 +142,8 @@ def _fit_fine_and_heating(
 def _prepare(dataset: Dataset) -> _Data:
     if dataset.plant != "vo2":
         raise InputError(f'{dataset.path}: dataset.plant is "{dataset.plant}", --kind vo2 needs "vo2"')
+    _refuse_nonpositive(dataset)
     ends = steady_states(dataset)
-    if not (ends.resistance_ohm > 0.0).all():
-        raise InputError(f"{dataset.path}: resistance must be > 0 ohm everywhere; is the unit right?")
     has_deflection = ends.scored & np.isfinite(ends.deflection_um)
     if has_deflection.sum() < 100:
         raise InputError(
@@ -157,6 +161,21 @@ def _prepare(dataset: Dataset) -> _Data:
         deflection_scored=has_deflection,
         ends=ends,
     )
+
+
+def _refuse_nonpositive(dataset: Dataset) -> None:
+    """Raise InputError where a record that the fits use has a resistance with no logarithm."""
+    found = []
+    for record in dataset.records:
+        bad = np.flatnonzero(~(record.signals["resistance"] > 0.0))
+        if record.use != "test" and bad.size:
+            found.append(
+                f"{dataset.path}: record {record.file or record.name}: resistance is "
+                f"{record.signals['resistance'][bad[0]]:g} ohm at sample {bad[0]} and {bad.size} in all are not > 0: "
+                'a sign or a unit is wrong, or give the record use = "test"'
+            )
+    if found:
+        raise InputError("\n".join(found))
 
 
 def surrogate_of(
