@@ -45,10 +45,10 @@ def demonstrate(
         for file in sorted(files.glob("*.toml")):
             if file.stem.startswith("acquire"):
                 continue
-            scenario, _ = load_scenario(file, wire)
+            scenario, tables = load_scenario(file, wire)
             report(f"running {file.stem}")
             result, outcome = track(scenario, model, build_driver(scenario, files), stop_requested)
-            write_run(folder / file.stem, scenario, file.read_text(encoding="utf-8"), result)
+            write_run(folder / file.stem, scenario, tables, result)
             summaries.append(result.summary)
             if outcome.fault is not None:
                 raise RunError(f"{file.stem}: {outcome.fault}: {outcome.message}")

@@ -162,6 +162,15 @@ def currents_of(scenario: Scenario) -> list[FloatArray]:
     return built
 
 
+def steps_of(scenario: Scenario) -> int:
+    """Exchanges that a run takes, the settling before each part included. Raises InputError."""
+    period_s = scenario.scenario.period_s
+    settling = round(scenario.clock.settle_s / period_s)
+    if scenario.reference is not None:
+        return settling + round((scenario.scenario.duration_s or 0.0) / period_s)
+    return sum(settling + len(currents) for currents in currents_of(scenario))
+
+
 def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
     """The loop's plan for given setpoints."""
     period_s = scenario.scenario.period_s
@@ -265,11 +274,17 @@ def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, A
     ]  # fmt: skip
 
 
-def write_run(folder: Path, scenario: Scenario, scenario_text: str, result: RunResult) -> None:
-    """All files of a run; the summary last, so that a folder with a summary is whole."""
+def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
+    """All files of a run; the summary last, so that a folder with a summary is whole.
+
+    `tables`: the scenario as it was run, overrides included; it goes into the recording's metadata.
+    """
+    import tomli_w
+
     from rtctl.recording import write_parquet
 
-    metadata = {"scenario": scenario_text, "program": "rtctl"}
+    (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
+    metadata = {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
     write_parquet(folder / "signals.parquet", result.signals, result.units, metadata)
     write_parquet(folder / "timing.parquet", result.timing, dict(TIMING_COLUMNS), metadata)
     if len(result.signals["index"]) > 1:

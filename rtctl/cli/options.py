@@ -9,6 +9,7 @@ from pathlib import Path
 from types import FrameType
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.progress import progress_bar
 
 
 def find_scenario(name: str) -> Path:
@@ -33,6 +34,22 @@ def bundled_scenarios() -> Path:
 def _bundles() -> list[Path]:
     package = Path(__file__).resolve().parent.parent
     return [package / "bundled_scenarios", package.parent / "scenarios"]
+
+
+@contextmanager
+def watched_run(title: str, steps: int, *, quiet: bool) -> Iterator[Callable[[], bool]]:
+    """`stop_on_interrupt`, and a bar for a person who is watching: the loop asks once an exchange."""
+    with stop_on_interrupt() as stop_requested, progress_bar(title, steps, quiet=quiet) as advance:
+        done = 0
+
+        def asked() -> bool:
+            nonlocal done
+            done += 1
+            if done % 250 == 0:
+                advance(done)
+            return stop_requested()
+
+        yield asked
 
 
 @contextmanager

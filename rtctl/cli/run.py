@@ -22,20 +22,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 0: passed its checks; 1: fault or checks not met."""
-    from rtctl.cli.options import find_scenario, stop_on_interrupt
+    from rtctl.cli.options import find_scenario, watched_run
     from rtctl.cli.report import print_summary
     from rtctl.models.vo2 import read_model
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
-    from rtctl.session import track, write_run
+    from rtctl.session import steps_of, track, write_run
     from rtctl.wiring import build_driver
 
     path = find_scenario(args.scenario)
-    scenario, _ = load_scenario(path, args.overrides)
+    scenario, tables = load_scenario(path, args.overrides)
     folder = args.out or Path("out") / path.stem
     quiet = args.quiet or args.json
     driver = build_driver(scenario, path.parent)
-    with stop_on_interrupt() as stop_requested:
+    with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:
         if args.model is not None:
             model = read_model(args.model)
         else:
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
             model = identify_first(scenario, driver, folder, stop_requested, quiet=quiet)
             driver = build_driver(scenario, path.parent)
         result, outcome = track(scenario, model, driver, stop_requested)
-    write_run(folder, scenario, path.read_text(encoding="utf-8"), result)
+    write_run(folder, scenario, tables, result)
     if args.json:
         print(json.dumps(result.summary, indent=2))
     elif not args.quiet:
