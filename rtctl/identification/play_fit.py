@@ -93,10 +93,17 @@ def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple
     """theta and cost after at most so many evaluations of the outer problem."""
     pairs = 1 if problem.common else len(problem.radii)
     span = problem.range[1] - problem.range[0]
+
+    def residual(theta: FloatArray) -> FloatArray:
+        return _inner(problem, theta)[0].residual
+
+    def jacobian(theta: FloatArray) -> FloatArray:
+        return _jacobian(problem, theta)
+
     result = least_squares(
-        lambda theta: _inner(problem, theta)[0].residual,
+        residual,
         guess,
-        jac=lambda theta: _jacobian(problem, theta),
+        jac=jacobian,
         bounds=_bounds(problem, pairs),
         x_scale=np.tile([0.3, 0.5, 0.05 * span, 0.05 * span], pairs),
         ftol=1e-7,

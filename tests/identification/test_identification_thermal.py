@@ -1,0 +1,172 @@
+"""The heating: its solution, and its time constant back from a device that is written here, relay by relay."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from rtctl.identification import thermal
+from rtctl.identification.thermal import fit_time_constant, heat
+from rtctl.measured.dataset import Record
+
+claim = settings(deadline=None, max_examples=60, derandomize=True)
+NOMINAL_S = 1.8e-3
+currents = st.lists(st.floats(0.0, 9.0), min_size=2, max_size=20).map(np.array)
+constants = st.floats(2e-4, 2e-2)
+
+
+@claim
+@given(low=st.floats(0.0, 9.0), high=st.floats(0.0, 9.0), period_s=st.floats(1e-5, 1e-2), tau_s=constants)
+def test_a_step_of_current_is_the_exponential(low, high, period_s, tau_s):
+    v = heat(np.array([low] + [high] * 30), period_s, tau_s)
+    time_s = period_s * np.arange(31) - period_s  # the step acts from sample 1 on
+    exact = high**2 + (low**2 - high**2) * np.exp(-np.maximum(time_s, 0.0) / tau_s)
+    np.testing.assert_allclose(v**2, exact, rtol=1e-9, atol=1e-9)
+
+
+@claim
+@given(current=currents, tau_s=constants)
+def test_heating_is_that_of_an_integrator(current, tau_s):
+    period_s, s = 1e-3, [current[0] ** 2]
+    for held in current[:-1]:
+        rise = solve_ivp(
+            lambda _, x, held=held: (held**2 - x) / tau_s,
+            (0.0, period_s),
+            s[-1:],
+            method="LSODA",
+            rtol=1e-9,
+            atol=1e-9,
+        )
+        s.append(float(rise.y[0, -1]))
+    np.testing.assert_allclose(heat(current, period_s, tau_s) ** 2, s, rtol=1e-6, atol=1e-6)
+
+
+@claim
+@given(current=currents, tau_s=constants)
+def test_two_half_periods_are_one_period(current, tau_s):
+    whole, halves = heat(current, 1e-3, tau_s), heat(np.repeat(current, 2), 5e-4, tau_s)
+    np.testing.assert_allclose(halves[::2], whole, rtol=1e-9, atol=1e-9)
+
+
+def test_nothing_in_nothing_out_and_a_held_current_is_rest():
+    assert heat(np.empty(0), 1e-3, NOMINAL_S).shape == (0,)
+    np.testing.assert_allclose(heat(np.full(50, 6.1), 1e-3, NOMINAL_S), 6.1, rtol=1e-12)
+
+
+class Relays:
+    """-ln R or deflection of a population of relays: on above one v, off below another."""
+
+    def __init__(self, seed, gain):
+        draw = np.random.default_rng(seed)
+        centre, half = draw.normal(6.2, 0.5, 500), 0.5 * np.abs(draw.normal(0.6, 0.2, 500))
+        self.up, self.down, self.gain = centre + half, centre - half, gain
+
+    def simulate(self, v):
+        on, outputs = np.zeros(500, bool), []
+        for x in v:
+            on = (x >= self.up) | (on & (x > self.down))
+            outputs.append(self.gain * (on.mean() + 0.05 * x))
+        return np.array(outputs)
+
+
+RESISTANCE, DEFLECTION = Relays(1, 2.4), Relays(2, 50.0)
+NOISE = 0.003  # ln ohm; and of the deflection, in um, ten times that
+
+
+def measured(tau_s, seed, *, levels=60, samples_a_hold=12, period_s=1e-3, use="fit", deflection=True):
+    """A record of random levels as that device gives it; the heating is integrated here in 50 substeps a sample."""
+    draw = np.random.default_rng(seed)
+    current = np.repeat(draw.uniform(4.5, 8.4, levels), samples_a_hold)
+    s, temperature = current[0] ** 2, []
+    for held in current:
+        temperature.append(math.sqrt(s))
+        for _ in range(50):
+            k1 = (held**2 - s) / tau_s
+            s += period_s / 50 * (held**2 - s - 0.5 * period_s / 50 * k1) / tau_s
+    v = np.array(temperature)
+    signals = {
+        "current": current,
+        "resistance": np.exp(-RESISTANCE.simulate(v) + draw.normal(0.0, NOISE, len(v))),
+    }
+    if deflection:
+        signals["deflection"] = DEFLECTION.simulate(v) + draw.normal(0.0, 10.0 * NOISE, len(v))
+    return Record(name=f"r{seed}", period_s=period_s, signals=signals, use=use)
+
+
+@pytest.mark.parametrize("tau_s", [1.0e-3, 1.8e-3, 4.0e-3])
+@pytest.mark.parametrize("deflection", [True, False])
+def test_the_true_time_constant_is_within_three_standard_errors(tau_s, deflection):
+    found = fit_time_constant(
+        [measured(tau_s, 3, deflection=deflection)], RESISTANCE, DEFLECTION if deflection else None, NOMINAL_S
+    )
+    assert found is not None
+    assert abs(found.value_s - tau_s) < 3.0 * found.standard_error_s
+    assert found.standard_error_s < 0.01 * tau_s, "and the interval says something"
+    assert found.samples == 59 * 9
+
+
+def test_the_standard_error_is_the_scatter_of_repeated_experiments(monkeypatch):
+    monkeypatch.setattr(thermal, "READ_OUT_SHARE", 0.0)  # these read-outs are exact: chance alone is left
+    fits = [
+        fit_time_constant([measured(NOMINAL_S, seed, levels=30)], RESISTANCE, DEFLECTION, NOMINAL_S)
+        for seed in range(20)
+    ]
+    normalised = [(fit.value_s - NOMINAL_S) / fit.standard_error_s for fit in fits if fit is not None]
+    assert len(normalised) == 20
+    # 20 squares of standard normals: the sum is within 7.4 and 40 in 99 of 100 experiments
+    # (chi-square, 20 degrees), 29 holds widen its tails: 5 to 60
+    assert 5.0 < float(np.sum(np.square(normalised))) < 60.0
+
+
+def test_errors_that_stay_for_a_hold_do_not_count_as_many_samples(monkeypatch):
+    """The same errors repeated in each hold must not give a smaller standard error than they deserve."""
+    monkeypatch.setattr(thermal, "READ_OUT_SHARE", 0.0)
+    draw, normalised = np.random.default_rng(8), []
+    for seed in range(20):
+        record = measured(NOMINAL_S, seed, levels=30, deflection=False)
+        offsets = np.repeat(draw.normal(0.0, 0.1, 30), 12)  # thirty times the noise, one a hold
+        record.signals["resistance"][:] *= np.exp(offsets)
+        fit = fit_time_constant([record], RESISTANCE, None, NOMINAL_S)
+        assert fit is not None
+        normalised.append((fit.value_s - NOMINAL_S) / fit.standard_error_s)
+    assert float(np.sqrt(np.mean(np.square(normalised)))) < 2.0  # naive samples: near 3
+
+
+def test_a_read_out_on_a_grid_is_never_more_certain_than_its_cells():
+    found = fit_time_constant([measured(NOMINAL_S, 3)], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert found is not None
+    assert found.standard_error_s >= thermal.READ_OUT_SHARE * found.value_s
+
+
+@pytest.mark.parametrize("why", ["sampled slowly", "at rest", "one edge", "off the scale"])
+def test_none_where_the_time_constant_cannot_be_seen(why):
+    record = {
+        "sampled slowly": lambda: measured(NOMINAL_S, 3, period_s=10e-3, samples_a_hold=1, levels=300),
+        "at rest": lambda: measured(NOMINAL_S, 3, levels=1, samples_a_hold=100),
+        "one edge": lambda: measured(NOMINAL_S, 3, levels=2),
+        "off the scale": lambda: measured(0.06, 3, levels=40),
+    }[why]()
+    assert fit_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S) is None
+
+
+def test_a_slow_record_beside_a_fast_one_changes_nothing():
+    fast, slow = measured(NOMINAL_S, 3), measured(NOMINAL_S, 4, period_s=10e-3)
+    alone = fit_time_constant([fast], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert fit_time_constant([slow, fast], RESISTANCE, DEFLECTION, NOMINAL_S) == alone
+
+
+def test_samples_that_the_manifest_ignores_have_no_say():
+    good = measured(NOMINAL_S, 3)
+    spoilt = good.signals["resistance"].copy()
+    spoilt[:100] *= 3.0
+    damaged = Record(
+        name="r", period_s=1e-3, signals={**good.signals, "resistance": spoilt}, ignore_first=100
+    )
+    found = fit_time_constant([damaged], RESISTANCE, None, NOMINAL_S)
+    assert found is not None
+    assert found.value_s == pytest.approx(NOMINAL_S, rel=0.01)
