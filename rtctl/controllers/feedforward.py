@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachParams, output_at, preisach_step
 from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Span, Vo2Model
@@ -33,8 +34,13 @@ class InverseParams(NamedTuple):
     still: float
 
 
+DEFLECTION_PART = 1 + len(InverseParams._fields)
+
+
 @kernel
-def walk_to(stack: FloatArray, target: float, v: float, p: InverseParams, deflection: PreisachParams) -> float:
+def walk_to(
+    stack: FloatArray, target: float, v: float, p: InverseParams, deflection: PreisachParams
+) -> float:
     """v* [mA] nearest to v where the deflection crosses `target` [um], or the best one in the range."""
     now = output_at(stack, int(stack[0]), deflection)
     if abs(target - now) <= p.still:
@@ -71,21 +77,31 @@ def inverse_step(
     return current
 
 
+@kernel
+def packed_inverse_step(memory: FloatArray, target: float, elapsed_s: float) -> float:
+    """`inverse_step` in a packed memory: state, parameters, those of the deflection model."""
+    p = InverseParams(number_at(memory, 1), number_at(memory, 2), number_at(memory, 3), number_at(memory, 4))
+    return inverse_step(array_at(memory, 0), target, elapsed_s, p, preisach_at(memory, DEFLECTION_PART))
+
+
 class InverseFeedforward:
     """`Feedforward` of the PI controller."""
 
     def __init__(self, model: Vo2Model, current: Span) -> None:
         self._model = model.deflection_preisach
-        self._deflection = self._model.params
         still = STILL * model.deflection.width
         self._params = InverseParams(model.time_constant_s, current.low, current.high, still)
-        self._state: FloatArray = np.empty(0)
+        self._memory = self._packed(current.low)
 
     def start(self, level: float) -> float:
         """At rest at the applied level, from a full cooling."""
-        self._state = np.concatenate(([level * level], self._model.initial_state(level)))
+        self._memory = self._packed(level)
         return level
+
+    def _packed(self, level: float) -> FloatArray:
+        state = np.concatenate(([level * level], self._model.initial_state(level)))
+        return pack(state, self._params, self._model.params)
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
         """The command [mA] for the next period."""
-        return inverse_step(self._state, upcoming, elapsed_s, self._params, self._deflection)
+        return packed_inverse_step(self._memory, upcoming, elapsed_s)

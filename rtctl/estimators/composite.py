@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gpi_inverse import GpiInverse, GpiInverseParams, InverseStep, gpi_inverse_step
+from rtctl.hysteresis.packing import array_at, egpi_at, gpi_inverse_at, number_at, pack
 from rtctl.interfaces import Estimate
 from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Vo2Model
 
 SURROGATE_MARGIN = 0.1  # of the identified current range: beyond it an inverse near saturation says nothing
+EGPI_PART = 4 + len(GpiInverseParams._fields)
 
 
 @kernel
@@ -39,6 +39,15 @@ def composite_step(
     return egpi_step(plays, v, egpi), v, found.gain, found.status
 
 
+@kernel
+def packed_composite_step(memory: FloatArray, resistance_ohm: float) -> tuple[float, float, float, int]:
+    """`composite_step` in a packed memory: both states, low and high, the inverse's parameters, the EGPI's."""
+    return composite_step(
+        array_at(memory, 0), array_at(memory, 1), resistance_ohm, number_at(memory, 2), number_at(memory, 3),
+        gpi_inverse_at(memory, 4), egpi_at(memory, EGPI_PART),
+    )  # fmt: skip
+
+
 class CompositeEstimator:
     """`Estimator` of the paper's composite."""
 
@@ -47,22 +56,21 @@ class CompositeEstimator:
         self._clip = (model.current.low - margin, model.current.high + margin)
         self._inverse = GpiInverse.of(model.resistance_gpi)
         self._egpi = model.composite_egpi
-        self._params, self._egpi_params = self._inverse.params, self._egpi.params
         self._fit_rms = model.quality["composite"].rms
         steepness = model.deflection.width / model.current.width
         self._reading = 1e-3 * model.reading_error / float(model.resistance_gpi.p[0]) * steepness
-        self._inverse_state: FloatArray = np.empty(0)
-        self._plays: FloatArray = np.empty(0)
+        self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """From a full cooling."""
-        self._inverse_state = self._inverse.initial_state(levels[0])
-        self._plays = self._egpi.initial_state(levels[0])
+        self._memory = self._packed(levels[0])
         return self.step(levels, sensed, 0.0)
+
+    def _packed(self, v0: float) -> FloatArray:
+        states = self._inverse.initial_state(v0), self._egpi.initial_state(v0)
+        return pack(*states, *self._clip, self._inverse.params, self._egpi.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample; the current is not used."""
-        value, surrogate, gain, status = composite_step(
-            self._inverse_state, self._plays, sensed[0], *self._clip, self._params, self._egpi_params
-        )
+        value, surrogate, gain, status = packed_composite_step(self._memory, sensed[0])
         return Estimate(value, surrogate, math.hypot(self._fit_rms, self._reading * sensed[0] * gain), status)

@@ -5,17 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from rtctl.hysteresis.egpi import EgpiModel, egpi_step
+from rtctl.hysteresis.packing import array_at, egpi_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachModel, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
-from rtctl.kernels import FloatArray
+from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Span, Vo2Model
 
 OK, NOT_FINITE, OUT_OF_RANGE = (
     int(status) for status in (EstimateStatus.OK, EstimateStatus.NOT_FINITE, EstimateStatus.OUT_OF_RANGE)
 )
+
+
+@kernel
+def packed_egpi_step(memory: FloatArray, u: float) -> float:
+    """`egpi_step` in a packed memory: plays, parameters."""
+    return egpi_step(array_at(memory, 0), u, egpi_at(memory, 1))
+
+
+@kernel
+def packed_preisach_step(memory: FloatArray, u: float) -> tuple[float, int]:
+    """`preisach_step` in a packed memory: stack, parameters."""
+    found = preisach_step(array_at(memory, 0), u, preisach_at(memory, 1))
+    return found.y, found.status
 
 
 class _Direct:
@@ -24,7 +36,6 @@ class _Direct:
     def __init__(self, model: Vo2Model, fit: str) -> None:
         self._error = model.quality[fit].rms
         self._range = Span(-math.log(model.resistance.high), -math.log(model.resistance.low))
-        self._state: FloatArray = np.empty(0)
         self._last = 0.0
 
     def _reading(self, resistance_ohm: float) -> tuple[float, int]:
@@ -46,17 +57,20 @@ class DirectEgpiEstimator(_Direct):
     def __init__(self, model: Vo2Model) -> None:
         super().__init__(model, "direct_egpi")
         self._model: EgpiModel = model.direct_egpi
-        self._params = self._model.params
+        self._memory = self._packed()
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """From a full cooling."""
-        self._state = self._model.initial_state(self._range.low)
+        self._memory = self._packed()
         return self.step(levels, sensed, 0.0)
+
+    def _packed(self) -> FloatArray:
+        return pack(self._model.initial_state(self._range.low), self._model.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample; the current is not used."""
         u, status = self._reading(sensed[0])
-        return self._estimate(egpi_step(self._state, u, self._params), status)
+        return self._estimate(packed_egpi_step(self._memory, u), status)
 
 
 class DirectPreisachEstimator(_Direct):
@@ -65,15 +79,18 @@ class DirectPreisachEstimator(_Direct):
     def __init__(self, model: Vo2Model) -> None:
         super().__init__(model, "direct_preisach")
         self._model: PreisachModel = model.direct_preisach
-        self._params = self._model.params
+        self._memory = self._packed()
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """From a full cooling."""
-        self._state = self._model.initial_state(self._range.low)
+        self._memory = self._packed()
         return self.step(levels, sensed, 0.0)
+
+    def _packed(self) -> FloatArray:
+        return pack(self._model.initial_state(self._range.low), self._model.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample; the current is not used."""
         u, status = self._reading(sensed[0])
-        found = preisach_step(self._state, u, self._params)
-        return self._estimate(found.y, status | int(found.status))
+        value, clipped = packed_preisach_step(self._memory, u)
+        return self._estimate(value, status | clipped)

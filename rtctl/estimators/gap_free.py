@@ -9,17 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from rtctl.estimators.composite import SURROGATE_MARGIN
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gap_free import GapFreeParams, gap_free_inverse_step
+from rtctl.hysteresis.packing import array_at, egpi_at, gap_free_at, number_at, pack
 from rtctl.hysteresis.status import BranchPoint
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Vo2Model
 
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
+INVERSE_PART = 4 + len(EgpiParams._fields)
 
 
 @kernel
@@ -39,6 +39,17 @@ def gap_free_composite_step(
     return egpi_step(plays, v, egpi), v, point.slope, point.status
 
 
+@kernel
+def packed_gap_free_composite_step(
+    memory: FloatArray, resistance_ohm: float
+) -> tuple[float, float, float, int]:
+    """`gap_free_composite_step` in a packed memory: states, low, high, parameters of the EGPI, of the inverse."""
+    return gap_free_composite_step(
+        array_at(memory, 0), array_at(memory, 1), resistance_ohm, number_at(memory, 2), number_at(memory, 3),
+        gap_free_at(memory, INVERSE_PART), egpi_at(memory, 4),
+    )  # fmt: skip
+
+
 class GapFreeEstimator:
     """`Estimator` of the gap-free composite."""
 
@@ -46,22 +57,21 @@ class GapFreeEstimator:
         margin = SURROGATE_MARGIN * model.current.width
         self._clip = (model.current.low - margin, model.current.high + margin)
         self._inverse, self._egpi = model.resistance_gap_free, model.gap_free_egpi
-        self._params, self._egpi_params = self._inverse.params, self._egpi.params
         self._fit_rms = model.quality["gap_free_composite"].rms
         self._reading = model.reading_error * model.deflection.width / model.current.width
-        self._inverse_state: FloatArray = np.empty(0)
-        self._plays: FloatArray = np.empty(0)
+        self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """From a full cooling."""
-        self._inverse_state = self._inverse.initial_state(levels[0])
-        self._plays = self._egpi.initial_state(levels[0])
+        self._memory = self._packed(levels[0])
         return self.step(levels, sensed, 0.0)
+
+    def _packed(self, v0: float) -> FloatArray:
+        states = self._inverse.initial_state(v0), self._egpi.initial_state(v0)
+        return pack(*states, *self._clip, self._egpi.params, self._inverse.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample; the current is not used."""
-        value, surrogate, slope, status = gap_free_composite_step(
-            self._inverse_state, self._plays, sensed[0], *self._clip, self._params, self._egpi_params
-        )
+        value, surrogate, slope, status = packed_gap_free_composite_step(self._memory, sensed[0])
         error = math.hypot(self._fit_rms, self._reading / max(slope, 1e-12))
         return Estimate(value, surrogate, error, status)

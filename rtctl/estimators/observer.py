@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachParams, preisach_slope, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
@@ -58,6 +59,10 @@ class ObserverParams(NamedTuple):
     low: float
     """Range of v in which the models were identified [mA]."""
     high: float
+
+
+RESISTANCE_PART = 4 + len(ObserverParams._fields)
+DEFLECTION_PART = RESISTANCE_PART + len(PreisachParams._fields)
 
 
 @kernel
@@ -121,6 +126,22 @@ def observer_step(
     return value, v, abs(slope) * math.sqrt(max(x[4], 0.0)) / (2.0 * max(v, 1e-9)), status
 
 
+@kernel
+def packed_observer_step(
+    memory: FloatArray, current_mA: float, resistance_ohm: float, elapsed_s: float
+) -> tuple[float, float, float, int]:
+    """`observer_step` in a packed memory: x, the three stacks, then the parameters of each in turn."""
+    p = ObserverParams(
+        number_at(memory, 4), number_at(memory, 5), number_at(memory, 6), number_at(memory, 7),
+        number_at(memory, 8), number_at(memory, 9), number_at(memory, 10),
+    )  # fmt: skip
+    return observer_step(
+        array_at(memory, 0), array_at(memory, 1), array_at(memory, 2), array_at(memory, 3),
+        current_mA, resistance_ohm, elapsed_s, p,
+        preisach_at(memory, RESISTANCE_PART), preisach_at(memory, DEFLECTION_PART),
+    )  # fmt: skip
+
+
 class ObserverEstimator:
     """`Estimator` of the thermal observer."""
 
@@ -136,27 +157,27 @@ class ObserverEstimator:
             model.current.high + margin,
         )
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
-        self._resistance_params, self._deflection_params = self._resistance.params, self._deflection.params
         self._fit_error = model.deflection_error
-        self._x: FloatArray = np.zeros(7)
-        self._stack: FloatArray = np.empty(0)
-        self._probed_stack: FloatArray = np.empty(0)
-        self._deflection_stack: FloatArray = np.empty(0)
+        self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """At rest at the applied current, from a full cooling."""
-        current = float(levels[0])
-        s = current * current
-        self._x = np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, self._params.model_variance])
-        self._stack = self._resistance.initial_state(current)
-        self._probed_stack = self._resistance.initial_state(math.sqrt(s + PROBE_MA2))
-        self._deflection_stack = self._deflection.initial_state(current)
+        self._memory = self._packed(float(levels[0]))
         return self.step(levels, sensed, 0.0)
+
+    def _packed(self, current: float) -> FloatArray:
+        s = current * current
+        return pack(
+            np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, self._params.model_variance]),
+            self._resistance.initial_state(current),
+            self._resistance.initial_state(math.sqrt(s + PROBE_MA2)),
+            self._deflection.initial_state(current),
+            self._params,
+            self._resistance.params,
+            self._deflection.params,
+        )
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample."""
-        value, surrogate, error, status = observer_step(
-            self._x, self._stack, self._probed_stack, self._deflection_stack, levels[0], sensed[0], elapsed_s,
-            self._params, self._resistance_params, self._deflection_params,
-        )  # fmt: skip
+        value, surrogate, error, status = packed_observer_step(self._memory, levels[0], sensed[0], elapsed_s)
         return Estimate(value, surrogate, math.hypot(error, self._fit_error), status)
