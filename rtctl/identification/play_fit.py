@@ -116,8 +116,10 @@ def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple
 def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArray]:
     """Starts around the middle of the output's change, the first without scatter; per play where not common."""
     low, high = problem.range
-    v, y = problem.v[problem.scored], problem.y[problem.scored]
-    middle, change, rising = 0.5 * (v[1:] + v[:-1]), np.abs(np.diff(y)) + 1e-12, np.diff(v) > 0.0
+    v, y = problem.v, problem.y
+    together = problem.scored[1:] & problem.scored[:-1]  # not across the jump from one record to the next
+    middle, change = 0.5 * (v[1:] + v[:-1])[together], np.abs(np.diff(y))[together] + 1e-12
+    rising = np.diff(v)[together] > 0.0
     up, up_width = _middle_and_width(middle[rising], change[rising])
     down, down_width = _middle_and_width(middle[~rising], change[~rising])
     centre, gap = 0.5 * (up + down), max(up - down, 0.02 * (high - low))

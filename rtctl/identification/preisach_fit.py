@@ -30,15 +30,25 @@ class PreisachFit(NamedTuple):
     residual: FloatArray
 
 
-def choose_grid(v: FloatArray, y: FloatArray, cells: int, *, uniform_share: float) -> FloatArray:
+def choose_grid(
+    v: FloatArray,
+    y: FloatArray,
+    cells: int,
+    *,
+    uniform_share: float,
+    scored: NDArray[np.bool_] | None = None,
+) -> FloatArray:
     """`cells` + 1 nodes over the range of v: dense where y changes most along the data, shape (cells + 1,).
 
-    `uniform_share` = 1 is the textbook's uniform grid.
+    `uniform_share` = 1 is the textbook's uniform grid. Samples that are not `scored` have no say, nor has the jump
+    from one record to the next across them.
     """
-    low, high = float(v.min()), float(v.max())
+    scored = np.ones(len(v), dtype=bool) if scored is None else scored
+    low, high = float(v[scored].min()), float(v[scored].max())
     bins = np.linspace(low, high, 401)
-    centre = 0.5 * (v[1:] + v[:-1])
-    change, _ = np.histogram(centre, bins=bins, weights=np.abs(np.diff(y)))
+    together = scored[1:] & scored[:-1]
+    centre, size = 0.5 * (v[1:] + v[:-1])[together], np.abs(np.diff(y))[together]
+    change, _ = np.histogram(centre, bins=bins, weights=size)
     density = (1.0 - uniform_share) * change / max(float(change.sum()), 1e-300) + uniform_share / len(change)
     cumulative = np.concatenate(([0.0], np.cumsum(density)))
     return np.interp(np.linspace(0.0, cumulative[-1], cells + 1), cumulative, bins)
@@ -59,7 +69,7 @@ def fit_preisach(
 
     `memoryless` switches the linear and the quadratic memoryless term; `sign` = -1 for an output that falls.
     """
-    nodes = choose_grid(v[scored], y[scored], cells, uniform_share=uniform_share)
+    nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
     regressors = preisach_regressors(v, nodes)[scored]
     target, inputs = sign * y[scored], v[scored]
     columns = [np.ones_like(inputs)] + [inputs**k for k, used in zip((1, 2), memoryless, strict=True) if used]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError
-from rtctl.identification.thermal import heat
+from rtctl.identification.thermal import heat, shows_heating
 from rtctl.measured.dataset import Dataset, Record
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +32,8 @@ class SteadyStates:
     """NaN where a record has none."""
     weight: FloatArray
     """1 for measured samples, 0 for the reset samples and for what the manifest says not to score."""
+    reset: NDArray[np.bool_]
+    """The sample before each staircase (a measured current may be 0 mA as well)."""
 
     @property
     def scored(self) -> NDArray[np.bool_]:
@@ -67,8 +69,7 @@ def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "ident
         if record.use == use:
             current = record.signals["current"]
             ends = hold_ends(current)
-            sampled_slowly = len(ends) > 0.5 * len(current)
-            v = current if sampled_slowly else heat(current, record.period_s, time_constant_s)
+            v = heat(current, record.period_s, time_constant_s) if shows_heating(record) else current
             parts += [np.zeros(1), v[ends]]
     return np.concatenate(parts)
 
@@ -89,11 +90,13 @@ def _ends_of(record: Record, dataset: Dataset) -> tuple[FloatArray, FloatArray, 
 
 def _concatenate(parts: Sequence[tuple[FloatArray, ...]]) -> SteadyStates:
     columns: list[list[FloatArray]] = [[], [], [], []]
+    reset = np.zeros(sum(len(part[0]) + 1 for part in parts), dtype=bool)
+    reset[np.cumsum([0] + [len(part[0]) + 1 for part in parts[:-1]])] = True
     for part in parts:
-        reset = (np.zeros(1), part[1][:1], part[2][:1], np.zeros(1))
-        for column, first, rest in zip(columns, reset, part, strict=True):
+        cooled = (np.zeros(1), part[1][:1], part[2][:1], np.zeros(1))
+        for column, first, rest in zip(columns, cooled, part, strict=True):
             column += [first, rest]
     current, resistance, deflection, weight = (np.concatenate(column) for column in columns)
     return SteadyStates(
-        current_mA=current, resistance_ohm=resistance, deflection_um=deflection, weight=weight
+        current_mA=current, resistance_ohm=resistance, deflection_um=deflection, weight=weight, reset=reset
     )

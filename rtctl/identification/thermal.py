@@ -71,7 +71,7 @@ def fit_time_constant(
     `resistance` gives -ln R. Residuals are in parts of each record's range. A read-out errs alike all along a hold,
     so the standard error counts holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
     """
-    usable = [record for record in records if record.period_s < 2.0 * nominal_s]
+    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
     moving = sum(int(_moving(record).sum()) for record in usable)
     if moving < LEAST_MOVING:
         return None
@@ -97,6 +97,12 @@ def fit_time_constant(
     tau = math.exp(best)
     relative = math.hypot(float(np.linalg.norm(scores)) / information, READ_OUT_SHARE)
     return TimeConstant(tau, tau * relative, moving)
+
+
+def shows_heating(record: Record) -> bool:
+    """Whether a record has rows between the ends of its holds; a staircase of one row a hold is at rest in each."""
+    changes = int(np.count_nonzero(np.diff(record.signals["current"])))
+    return record.use != "identify" or changes < 0.5 * record.samples
 
 
 def _moving(record: Record) -> NDArray[np.bool_]:

@@ -27,6 +27,7 @@ from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Span, Vo2Model
 
 FloatArray = NDArray[np.float64]
 Report = Callable[[str], None]
+LEAST_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,7 +143,7 @@ def _fit_fine_and_heating(
 def _prepare(dataset: Dataset) -> _Data:
     if dataset.plant != "vo2":
         raise InputError(f'{dataset.path}: dataset.plant is "{dataset.plant}", --kind vo2 needs "vo2"')
-    _refuse_nonpositive(dataset)
+    _refuse_impossible(dataset)
     ends = steady_states(dataset)
     has_deflection = ends.scored & np.isfinite(ends.deflection_um)
     if has_deflection.sum() < 100:
@@ -152,7 +153,14 @@ def _prepare(dataset: Dataset) -> _Data:
         )
     u = -np.log(ends.resistance_ohm)
     low, width = float(u[ends.scored].min()), float(np.ptp(u[ends.scored]))
-    u = np.where(ends.current_mA == 0.0, low - width, u)  # the reset samples reset models of u as well
+    if not width > LEAST_LN_CHANGE:
+        raise InputError(
+            f"{dataset.path}: resistance changes by {100.0 * np.expm1(width):.2g} % over the staircases: that is no "
+            "transition; check the range of the current and the resistance channel"
+        )
+    if not np.ptp(ends.deflection_um[has_deflection]) > 0.0:
+        raise InputError(f"{dataset.path}: deflection never changes; check the external instrument's channel")
+    u = np.where(ends.reset, low - width, u)  # the reset samples reset models of u as well
     return _Data(
         v=ends.current_mA,
         u=u,
@@ -163,17 +171,20 @@ def _prepare(dataset: Dataset) -> _Data:
     )
 
 
-def _refuse_nonpositive(dataset: Dataset) -> None:
-    """Raise InputError where a record that the fits use has a resistance with no logarithm."""
+def _refuse_impossible(dataset: Dataset) -> None:
+    """Raise InputError where a record that the fits use has a current below 0 or a resistance with no logarithm."""
     found = []
-    for record in dataset.records:
-        bad = np.flatnonzero(~(record.signals["resistance"] > 0.0))
-        if record.use != "test" and bad.size:
-            found.append(
-                f"{dataset.path}: record {record.file or record.name}: resistance is "
-                f"{record.signals['resistance'][bad[0]]:g} ohm at sample {bad[0]} and {bad.size} in all are not > 0: "
-                'a sign or a unit is wrong, or give the record use = "test"'
-            )
+    for record in (record for record in dataset.records if record.use != "test"):
+        for name, unit, bound in (("current", "mA", ">= 0"), ("resistance", "ohm", "> 0")):
+            values = record.signals[name]
+            bad = ~(values > 0.0 if bound == "> 0" else values >= 0.0)
+            if bad.any():
+                first = int(bad.argmax())
+                found.append(
+                    f"{dataset.path}: record {record.file or record.name}: {name} is {values[first]:g} {unit} at "
+                    f"sample {first}, {bad.sum()} of {len(bad)} samples are not {bound}; correct its sign or its "
+                    'unit, or give the record use = "test"'
+                )
     if found:
         raise InputError("\n".join(found))
 
@@ -192,7 +203,7 @@ def surrogate_of(
     low, high = data.v[data.scored].min(), data.v[data.scored].max()
     margin = 0.1 * (high - low)
     reading = data.u if resistance_scale is None else resistance_scale * np.exp(-data.u)
-    starts = np.flatnonzero(data.v == 0.0)
+    starts = np.flatnonzero(data.ends.reset)
     surrogate = np.zeros(len(data.v))
     for first, last in zip(starts, np.append(starts[1:], len(data.v)), strict=True):
         found = invert(np.ascontiguousarray(reading[first + 1 : last]))[0]

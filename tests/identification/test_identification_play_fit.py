@@ -92,6 +92,16 @@ def test_the_same_seed_gives_the_same_fit_and_another_other_starts():
         np.testing.assert_array_equal(a, b)
 
 
+def test_starts_do_not_depend_on_the_order_of_the_records():
+    first, second = damped_oscillation(), np.concatenate(([0.0], np.linspace(4.0, 6.5, 40)))
+    starts = []
+    for order in ((first, second), (second, first)):
+        y = np.concatenate([known_egpi().simulate(part) for part in order])
+        problem = problem_of(np.concatenate(order), y, 3, common=False, linear=True)
+        starts.append(spread_starts(problem, 3, seed=4))
+    np.testing.assert_allclose(starts[0], starts[1], rtol=1e-12)
+
+
 def test_more_starts_never_end_worse():
     v = damped_oscillation(step=0.1)
     y = known_egpi().simulate(v) + np.random.default_rng(0).normal(0.0, 0.3, len(v))

@@ -128,6 +128,17 @@ def test_the_textbook_grid_is_uniform_and_another_is_dense_where_the_output_chan
     assert choose_grid(v, y, 40, uniform_share=0.5)[widths.argmin()] == pytest.approx(7.0, abs=0.15)
 
 
+def test_the_jump_between_two_records_draws_no_nodes():
+    v = np.concatenate(([0.0], np.linspace(3.7, 8.5, 60), [0.0], np.linspace(4.0, 6.0, 30)))
+    y = np.tanh(4.0 * (v - 7.0))
+    order = np.concatenate((np.arange(61, 92), np.arange(61)))
+    grids = [
+        choose_grid(v[k], y[k], 20, uniform_share=0.3, scored=v[k] > 0.0) for k in (np.arange(92), order)
+    ]
+    np.testing.assert_allclose(grids[0], grids[1], atol=1e-12)
+    assert (grids[0][0], grids[0][-1]) == (3.7, 8.5)
+
+
 def differences(nodes):
     """Rows of first differences of the density between neighbouring cells, one pair at a time."""
     n = len(nodes) - 1
