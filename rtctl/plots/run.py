@@ -114,7 +114,7 @@ def _draw_against_time(
 def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray]) -> None:
     draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
     draw_line(axes, time, column["deflection"], BLUE, "deflection (external instrument)", 1.3)
-    draw_line(axes, time, column["estimate"], VERMILION, "estimate (from resistance)", 0.9)
+    draw_line(axes, time, column["estimate"], VERMILION, "estimate", 0.9)
     axes.set_ylabel("deflection [µm]")
 
 
