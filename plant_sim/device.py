@@ -99,7 +99,7 @@ class SimulatedDevice:
         if self._status & (_ENABLED | _TRIPPED) != _ENABLED:
             self._status |= _REFUSED
             return
-        self._levels = levels = tuple(map(min, map(max, asked, self._low), self._high))
+        self._levels = levels = self._clamped(asked)
         self._status = _ENABLED | (_CLAMPED if levels != asked else 0) | (self._status & _SENSOR_FAULT)
         self._sequence = sequence
         self._fed_us = self._time_us
@@ -168,9 +168,17 @@ class SimulatedDevice:
             rounded: tuple[float, ...] = self._commands.unpack(self._commands.pack(*levels))
         except (struct.error, OverflowError) as error:
             raise ValueError(f"command {tuple(levels)!r}: {error}") from None
-        if not all(map(isfinite, rounded)):
-            raise ValueError(f"command {tuple(levels)!r}: a finite level is needed")
+        for level in rounded:
+            if not isfinite(level):
+                raise ValueError(f"command {tuple(levels)!r}: a finite level is needed")
         return rounded
+
+    def _clamped(self, asked: tuple[float, ...]) -> tuple[float, ...]:
+        """`asked` within the plant's limits."""
+        for level, low, high in zip(asked, self._low, self._high, strict=True):
+            if not low <= level <= high:
+                return tuple(map(min, map(max, asked, self._low), self._high))
+        return asked
 
     def _sample(self) -> None:
         """One lockstep sample; the lease of its command may end inside it."""
@@ -182,13 +190,13 @@ class SimulatedDevice:
             self._measured(*self._plant.step(self._levels, self._period_s))
 
     def _measured(self, sensed: Sequence[float], reference: float) -> None:
-        *rounded, self._reference = self._readings.unpack(self._readings.pack(*sensed, reference))
-        self._sensed = tuple(rounded)
+        rounded = self._readings.unpack(self._readings.pack(*sensed, reference))
+        self._sensed, self._reference = rounded[:-1], rounded[-1]
         self._counter += 1
-        if all(map(isfinite, rounded)):
-            self._status &= ~_SENSOR_FAULT
-        else:
-            self._status |= _SENSOR_FAULT
+        self._status &= ~_SENSOR_FAULT
+        for reading in self._sensed:
+            if not isfinite(reading):
+                self._status |= _SENSOR_FAULT
 
     def _live_until_now(self) -> None:
         self._live_until(round((self._clock() - self._epoch_s) * 1e6))

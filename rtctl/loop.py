@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import Driver, Measurement
-from rtctl.interfaces import Clock, Controller, Estimate, Estimator, SignalRecorder
+from rtctl.interfaces import Clock, ControlAction, Controller, Estimate, Estimator, SignalRecorder
 from rtctl.limits import CommandLimits, Plausibility
 
 
@@ -64,12 +64,14 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
     safe = tuple(limit.safe for limit in parts.limits)
     progress = _Progress()
     try:
+        _refuse_implausible(parts, first, first._replace(counter=first.counter - 1))  # nothing before it
         reading = _settle(parts, plan, first, safe)
         _track(parts, plan, reading, safe, progress)
         fault, message = None, ""
     except DriverError as error:
         fault, message = error.fault, str(error)
-    parts.driver.close(safe)
+    finally:  # also on what is no fault: a second Ctrl-C, a bug
+        parts.driver.close(safe)
     return LoopOutcome(steps=progress.steps, overruns=progress.overruns, fault=fault, message=message)
 
 
@@ -93,17 +95,18 @@ def _track(
     parts: LoopParts, plan: LoopPlan, reading: Measurement, safe: tuple[float, ...], progress: _Progress
 ) -> None:
     levels = commanded = safe
-    setpoints = plan.setpoints.tolist()
+    setpoints = [*plan.setpoints.tolist(), plan.setpoints[-1].item()]  # after the last one: the same
     estimate = parts.estimator.start(levels, reading.sensed)
     parts.controller.start(levels, setpoints[0], estimate)
     levels = _next_levels(parts, setpoints[0], setpoints[0], estimate, levels, plan.period_s)[0]
-    exchange, step_estimator = parts.driver.exchange, parts.estimator.step
+    wait, exchange, step_estimator = parts.clock.wait, parts.driver.exchange, parts.estimator.step
     record, record_timing, now_ns = parts.signals.append, parts.timings.append, time.perf_counter_ns
-    last, previous_index = len(setpoints) - 1, -1
+    last, previous_index = len(plan.setpoints) - 1, -1
     parts.clock.start(plan.period_s)
     while previous_index < last:
-        index, lateness_s = parts.clock.wait()
+        index, lateness_s = wait()
         if index > last:
+            progress.overruns += last - previous_index
             break
         begun_ns = now_ns()
         new = exchange(levels)
@@ -112,10 +115,9 @@ def _track(
         reading = new
         elapsed_s = (index - previous_index) * plan.period_s
         estimate = step_estimator(commanded if plan.reading_delay else levels, reading.sensed, elapsed_s)
-        setpoint, upcoming = setpoints[index], setpoints[min(index + 1, last)]
-        commanded = levels
-        levels, action = _next_levels(parts, setpoint, upcoming, estimate, levels, elapsed_s)
-        record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action,
+        setpoint, commanded = setpoints[index], levels
+        levels, action = _next_levels(parts, setpoint, setpoints[index + 1], estimate, levels, elapsed_s)
+        record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action[1:],
                 reading.counter, reading.time_us, reading.status))  # fmt: skip
         decided_ns = now_ns()
         record_timing((lateness_s * 1e6, (answered_ns - begun_ns) * 1e-3, (decided_ns - answered_ns) * 1e-3))
@@ -131,9 +133,10 @@ def _next_levels(
     estimate: Estimate,
     levels: tuple[float, ...],
     elapsed_s: float,
-) -> tuple[tuple[float, ...], tuple[float, float, float]]:
-    """Control, then limit; the controller learns what was let through."""
-    asked, *terms = parts.controller.step(setpoint, upcoming, estimate, elapsed_s)
+) -> tuple[tuple[float, ...], ControlAction]:
+    """Control, then limit; the controller learns what was let through. Raises DriverError on a NaN."""
+    action = parts.controller.step(setpoint, upcoming, estimate, elapsed_s)
+    asked = action.levels
     if len(asked) == 1:
         allowed: tuple[float, ...] = (parts.limits[0].clip(asked[0], levels[0], elapsed_s),)
     else:
@@ -142,7 +145,7 @@ def _next_levels(
             for limit, level, old in zip(parts.limits, asked, levels, strict=True)
         )
     parts.controller.applied(allowed)
-    return allowed, (terms[0], terms[1], terms[2])
+    return allowed, action
 
 
 def _checked_exchange(parts: LoopParts, levels: Sequence[float], previous: Measurement) -> Measurement:

@@ -7,13 +7,13 @@ holds; its memory travels as that kernel's last arguments.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.kernels import compiled, pack
+from plant_sim.kernels import compiled, direct, pack
 from plant_sim.sensing import (
     OCTAVES,
     REFERENCE,
@@ -101,6 +101,48 @@ def read(parameters: Array, state: Array, normals: Array, row: int) -> tuple[flo
     )
 
 
+@compiled
+def step_domains(
+    current_mA: float,
+    dt_s: float,
+    row: int,
+    parameters: Array,
+    state: Array,
+    normals: Array,
+    t_up: Floats,
+    t_down: Floats,
+    by_t_down: Array,
+    is_up: Array,
+    counters: Array,
+) -> tuple[float, float]:
+    """`hold_domains`, then `read`, for the price of one call."""
+    hold_domains(parameters, state, current_mA, dt_s, t_up, t_down, by_t_down, is_up, counters)
+    return read(parameters, state, normals, row)
+
+
+@compiled
+def step_limiting_loop(
+    current_mA: float,
+    dt_s: float,
+    row: int,
+    parameters: Array,
+    state: Array,
+    normals: Array,
+    memory: Floats,
+) -> tuple[float, float]:
+    """`hold_limiting_loop`, then `read`, for the price of one call."""
+    hold_limiting_loop(parameters, state, current_mA, dt_s, memory)
+    return read(parameters, state, normals, row)
+
+
+def held_current(levels: Sequence[float], dt_s: float) -> float:
+    """The current [mA] of `levels`. Raises ValueError on one that is not finite, or no time to hold it for."""
+    (current_mA,) = levels
+    if not (math.isfinite(current_mA) and dt_s >= 0.0):
+        raise ValueError(f"current {current_mA!r} mA for {dt_s!r} s: needs a finite current, a time >= 0")
+    return current_mA
+
+
 class Vo2Plant:
     """A simulated device (see `plant_sim.plant.Plant`). Commands and readings are float32 on every path."""
 
@@ -117,7 +159,11 @@ class Vo2Plant:
         self._parameters = pack(device)
         hysteresis = device.hysteresis
         self._thresholds = draw(hysteresis) if isinstance(hysteresis, Domains) else None
-        self._hold = hold_limiting_loop if self._thresholds is None else hold_domains
+        limiting = self._thresholds is None
+        self._hold: Callable[..., None] = hold_limiting_loop if limiting else hold_domains
+        self._step_kernel: Callable[..., tuple[float, float]] = (
+            step_limiting_loop if limiting else step_domains
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -127,6 +173,8 @@ class Vo2Plant:
         self._memory = self._cold_memory()
         self._noise = NoiseSource(self._seed)
         self._state["flicker"] = self._noise.block[self._noise.next_row(), :OCTAVES]
+        self._film = (self._parameters, self._state, self._noise.block, *self._memory)
+        self._step = direct(self._step_kernel, 0.0, 0.0, 0, *self._film)
         self.advance((0.0,), 0.0)
 
     def _cold_memory(self) -> tuple[Array, ...]:
@@ -139,10 +187,7 @@ class Vo2Plant:
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
         """Hold `levels` ([mA],) for `dt_s` [s]. Raises ValueError on a current that is not finite."""
-        (current_mA,) = levels
-        if not (math.isfinite(current_mA) and dt_s >= 0.0):
-            raise ValueError(f"current {current_mA!r} mA for {dt_s!r} s: needs a finite current, a time >= 0")
-        self._hold(self._parameters, self._state, current_mA, dt_s, *self._memory)
+        self._hold(self._parameters, self._state, held_current(levels, dt_s), dt_s, *self._memory)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
         """Readings: ((resistance [ohm],), deflection [um])."""
@@ -152,8 +197,9 @@ class Vo2Plant:
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
         """`advance`, then `measure`."""
-        self.advance(levels, dt_s)
-        return self.measure()
+        current_mA = held_current(levels, dt_s)
+        resistance, deflection = self._step(current_mA, dt_s, self._noise.next_row(), *self._film)
+        return (resistance,), deflection
 
     @property
     def temperature_degC(self) -> float:
