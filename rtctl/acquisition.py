@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.errors import InputError, RunError
-from rtctl.border.records import Driver
+from rtctl.border.errors import InputError, RtctlError, RunError
+from rtctl.border.records import DeviceStatus, Driver
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
 from rtctl.scenario import Scenario
@@ -40,12 +40,19 @@ def acquire(
     for index, currents in enumerate(currents_of(scenario)):
         kind = scenario.excitation[index].kind
         report(f"{kind}: {len(currents) * scenario.scenario.period_s:.3g} s, {len(currents)} samples")
-        first = open_driver(driver, scenario)
+        try:
+            first = open_driver(driver, scenario)
+        except RtctlError as error:
+            if not records:
+                raise
+            failure = str(error)
+            break
         rest = np.concatenate(([scenario.limits.low], currents))
         signals, outcome = play(scenario, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break
+        _refuse_clamped(signals, kind)
         records.append(_record(signals, scenario, index, kind))
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
@@ -60,6 +67,17 @@ def acquire(
     if failure:
         raise RunError(f"{failure}; the {len(records)} records before it are in {path}")
     return path
+
+
+def _refuse_clamped(signals: Mapping[str, FloatArray], kind: str) -> None:
+    """The dataset would hold commanded currents that were never applied. Raises RunError."""
+    clamped = (signals["device_status"].astype(np.int64) & int(DeviceStatus.CLAMPED)) != 0
+    if clamped.any():
+        asked = signals["current"][clamped]
+        raise RunError(
+            f"{kind}: the device clamped {int(clamped.sum())} commands between {asked.min():.4g} and "
+            f"{asked.max():.4g} mA to its own limits; narrow --set limits.low=... and limits.high=... to them"
+        )
 
 
 def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, kind: str) -> Record:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.errors import InputError
-from rtctl.border.records import Driver, Measurement
+from rtctl.border.errors import DriverError, Fault, InputError
+from rtctl.border.records import DeviceStatus, Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
 from rtctl.controllers.tuning import Tuning
 from rtctl.interfaces import Controller, Estimator, SignalRecorder
@@ -60,7 +60,7 @@ class RunResult:
 
 
 def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
-    """Open with the scenario's clock, timeout and watchdog."""
+    """Open with the scenario's clock, timeout and watchdog. Raises InputError where nothing is at the port."""
     lockstep = scenario.clock.mode == "lockstep"
     period_s = scenario.scenario.period_s
     timeout_s = scenario.clock.timeout_s or (
@@ -69,11 +69,16 @@ def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
     watchdog_s = scenario.clock.watchdog_s
     if watchdog_s is None:
         watchdog_s = 0.0 if lockstep else max(WATCHDOG_PERIODS * period_s, LEAST_WATCHDOG_S)
-    return driver.open(
-        lockstep_period_us=round(period_s * 1e6) if lockstep else None,
-        watchdog_ms=round(watchdog_s * 1e3),
-        timeout_s=timeout_s,
-    )
+    try:
+        return driver.open(
+            lockstep_period_us=round(period_s * 1e6) if lockstep else None,
+            watchdog_ms=round(watchdog_s * 1e3),
+            timeout_s=timeout_s,
+        )
+    except DriverError as error:
+        if error.fault is Fault.CONNECTION_LOST:  # nothing there to begin with: the port or address is wrong
+            raise InputError(str(error)) from None
+        raise
 
 
 def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
@@ -86,7 +91,7 @@ def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
     except ValueError as error:
         raise InputError(str(error)) from None
     low, high = float(setpoints.min()), float(setpoints.max())
-    if low < model.deflection.low or high > model.deflection.high:
+    if not (low >= model.deflection.low and high <= model.deflection.high):
         raise InputError(
             f"[reference] asks for {low:.4g} to {high:.4g} um, the model reaches {model.deflection.low:.4g} to "
             f"{model.deflection.high:.4g} um; give levels inside it, or in percent of the range"
@@ -99,14 +104,15 @@ def track(
 ) -> tuple[RunResult, LoopOutcome]:
     """A closed-loop run, or an open-loop one where the scenario has excitations (self-sensing only)."""
     working = _working_range(model)
+    setpoints, controller, tuning = _plan_control(scenario, model, working)
+    limits = build_limits(scenario, working if scenario.reference is not None else None)
+    estimator = build_estimator(scenario.estimator.kind, model)
+    _compile(estimator, controller, model, limits.safe)
     first = open_driver(driver, scenario)
     try:
         _check_identity(scenario, model, driver)
-        setpoints, controller, tuning = _plan_control(scenario, model, working)
-        limits = build_limits(scenario, working if scenario.reference is not None else None)
-        estimator = build_estimator(scenario.estimator.kind, model)
     except InputError:
-        driver.close((scenario.limits.low if scenario.limits.safe is None else scenario.limits.safe,))
+        driver.close((limits.safe,))
         raise
     parts, signals, timings = _parts(scenario, driver, estimator, controller, limits, stop_requested)
     outcome = run_loop(parts, loop_plan(scenario, setpoints), first)
@@ -115,6 +121,14 @@ def track(
     return RunResult(
         summary=summary, signals=table, units=dict(signals.columns), timing=timing, tuning=tuning
     ), outcome
+
+
+def _compile(estimator: Estimator, controller: Controller, model: Vo2Model, level: float) -> None:
+    """One step of each before the device is opened: compiling lasts seconds, its watchdog a tenth of one."""
+    levels, sensed = (level,), (model.resistance.high,)
+    estimate = estimator.start(levels, sensed)
+    controller.start(levels, estimate.value, estimate)
+    controller.step(estimate.value, estimate.value, estimator.step(levels, sensed, 1e-3), 1e-3)
 
 
 def _working_range(model: Vo2Model) -> WorkingRange:
@@ -138,7 +152,7 @@ def _plan_control(
     scenario: Scenario, model: Vo2Model, working: WorkingRange
 ) -> tuple[FloatArray, Controller, Tuning | None]:
     if scenario.reference is None:
-        return currents_of(scenario)[0], PlaybackController(), None
+        return np.concatenate(currents_of(scenario)), PlaybackController(), None
     delay = 0 if scenario.clock.mode == "lockstep" else 1
     controller, tuning = build_controller(scenario, model, working, delay)
     return setpoints_of(scenario, model), controller, tuning
@@ -153,7 +167,7 @@ def currents_of(scenario: Scenario) -> list[FloatArray]:
             current = excitation.build(limits.low, limits.high, period_s)
         except ValueError as error:
             raise InputError(f"excitation {index}: {error}") from None
-        if current.min() < limits.low - 1e-9 or current.max() > limits.high + 1e-9:
+        if not (current.min() >= limits.low - 1e-9 and current.max() <= limits.high + 1e-9):
             raise InputError(
                 f"excitation {index} asks for {current.min():.4g} to {current.max():.4g} mA, "
                 f"[limits] allow {limits.low:g} to {limits.high:g} mA"
@@ -239,7 +253,7 @@ def summarise(
     tracking = NOT_SCORED if scenario.reference is None else score(signals["setpoint"], deflection, span)
     faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
     checks = _checks(scenario, tracking, sensing)
-    failed = [check for check in checks if not check["met"]]
+    failed = [check for check in checks if check["met"] is False]  # None: no instrument, nothing to hold it to
     summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
         "verdict": "fault" if faults else "fail" if failed else "pass",
@@ -251,6 +265,7 @@ def summarise(
         "clock": scenario.clock.mode,
         "device": model.identity,
         "timing": timing_summary(timing, scenario.scenario.period_s, outcome.steps, outcome.overruns),
+        "clamped_steps": int(np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
         "faults": faults,
@@ -269,7 +284,7 @@ def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, A
     limits = scenario.checks.model_dump(exclude_none=True)
     return [
         {"check": name, "limit": limit, "measured": measured[name],
-         "met": measured[name] is not None and measured[name] <= limit}
+         "met": None if measured[name] is None else measured[name] <= limit}
         for name, limit in limits.items()
     ]  # fmt: skip
 

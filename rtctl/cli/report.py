@@ -38,8 +38,15 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
         f"{summary['scenario']}: {summary['verdict']}", ["", "mean abs", "max abs", "paper, mean"], rows
     )
     for check in summary["checks"]:
-        if not check["met"]:
-            print(f"check not met: {check['check']} = {check['measured']}, at most {check['limit']}")
+        if check["met"] is None:
+            print(f"not checked: {check['check']}: the device gave no reference deflection")
+        elif not check["met"]:
+            print(f"check not met: {check['check']} = {check['measured']:.3g}, at most {check['limit']:g}")
+    if summary["clamped_steps"]:
+        print(
+            f"the device clamped the current in {summary['clamped_steps']} steps: its own limits are narrower than "
+            "[limits], and the estimator believes the commanded current"
+        )
     if tuning is not None:
         print(
             f"PI: kp = {tuning.gains.kp:.4g} mA/um, ki = {tuning.gains.ki:.4g} mA/(um s); at the steepest slope, "
