@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import parse_quantity, read_toml
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
@@ -99,14 +99,24 @@ _HYSTERESIS: dict[str, Any] = {
     "direct_preisach": PreisachModel,
     "direct_egpi": EgpiModel,
 }
+_QUALITY = (
+    "resistance_gpi",
+    "composite",
+    "gap_free_composite",
+    "resistance_gap_free",
+    "resistance_preisach",
+    "deflection_egpi",
+    "deflection_preisach",
+    "direct_preisach",
+    "direct_egpi",
+)
 _SPANS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
 
 
 def model_tables(model: Vo2Model) -> dict[str, Any]:
     """The model as TOML tables."""
-    tau_ms, error_ms = model.time_constant_s * 1e3, model.time_constant_error_s * 1e3
     parameters: dict[str, Any] = {
-        "thermal_time_constant": _interval(tau_ms, 2.0 * error_ms, "ms"),
+        "thermal_time_constant": _interval(model.time_constant_s, model.time_constant_error_s, "s"),
         "reading_error": {"value": model.reading_error, "unit": "dimensionless"},
         "deflection_error": {"value": model.deflection_error, "unit": "um"},
     }
@@ -126,10 +136,12 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
     }
 
 
-def _interval(value: float, half_width: float, unit: str) -> dict[str, Any]:
+def _interval(value: float, standard_error: float, unit: str) -> dict[str, Any]:
+    """A quantity with its standard error and two of them either side; the value alone where that is infinite."""
     table: dict[str, Any] = {"value": value, "unit": unit}
-    if np.isfinite(half_width):
-        table |= {"low": value - half_width, "high": value + half_width}
+    if np.isfinite(standard_error):
+        low, high = value - 2.0 * standard_error, value + 2.0 * standard_error
+        table |= {"standard_error": standard_error, "low": low, "high": high}
     return table
 
 
@@ -154,43 +166,122 @@ def read_model(path: Path) -> Vo2Model:
         )
     try:
         return _from_tables(tables)
-    except (KeyError, TypeError, ValueError) as error:
-        what = f"key {error} is missing" if isinstance(error, KeyError) else str(error)
-        raise InputError(f"{path}: [model]: {what}; make it anew with `rtctl identify`") from None
+    except (_WrongKeyError, InputError) as error:
+        raise InputError(f"{path}: {error}; make the model anew with `rtctl identify`") from None
 
 
-def _from_tables(tables: dict[str, Any]) -> Vo2Model:
-    parameters = tables["parameters"]
+class _WrongKeyError(ValueError):
+    """A key below [model] and what is wrong with it."""
 
-    def value(name: str, unit: str) -> float:
-        number = parse_quantity({k: parameters[name][k] for k in ("value", "unit")}, unit)
-        if not np.isfinite(number):
-            raise ValueError(f"parameters.{name} = {number} {unit} must be finite")
-        return number
+    def __init__(self, key: str, what: str) -> None:
+        super().__init__(f'key "model.{key}" {what}')
 
-    spans = {n: Span(value(f"{n}_low", unit), value(f"{n}_high", unit)) for n, unit in _SPANS.items()}
-    for name, span in spans.items():
-        if not span.low < span.high:
-            raise ValueError(
-                f"parameters.{name}_low = {span.low:g} must be below {name}_high = {span.high:g}"
-            )
-    tau = parameters["thermal_time_constant"]
-    stored = tables["hysteresis"]
-    hysteresis: dict[str, Any] = {name: kind.from_table(stored[name]) for name, kind in _HYSTERESIS.items()}
-    tau_s = value("thermal_time_constant", "s")
-    if not tau_s > 0.0:
-        raise ValueError(f"parameters.thermal_time_constant must be > 0 s, got {tau_s!r}")
-    half_ms = (tau["high"] - tau["low"]) / 2.0 if "high" in tau else float("inf")
+
+def _from_tables(model: dict[str, Any]) -> Vo2Model:
+    parameters = _table(model, "parameters")
+    spans = {name: _span_of(parameters, name, unit) for name, unit in _SPANS.items()}
+    if not spans["current"].low >= 0.0:
+        raise _WrongKeyError("parameters.current_low", f"must be >= 0 mA, got {spans['current'].low:g}")
+    if not spans["resistance"].low > 0.0:
+        raise _WrongKeyError("parameters.resistance_low", f"must be > 0 ohm, got {spans['resistance'].low:g}")
+    tables = _table(model, "hysteresis")
+    hysteresis: dict[str, Any] = {
+        name: _hysteresis_of(_table(tables, name, "hysteresis."), name, kind)
+        for name, kind in _HYSTERESIS.items()
+    }
+    tau_s = _positive(parameters, "thermal_time_constant", "s")
     return Vo2Model(
-        identity=str(tables.get("identity", "")),
+        identity=str(model.get("identity", "")),
         time_constant_s=tau_s,
-        time_constant_error_s=half_ms / 2.0 * tau_s / max(float(tau["value"]), 1e-300),
-        reading_error=value("reading_error", "dimensionless"),
-        deflection_error=value("deflection_error", "um"),
-        quality={name: FitQuality(**entry) for name, entry in tables.get("quality", {}).items()},
-        provenance=dict(tables.get("provenance", {})),
+        time_constant_error_s=_standard_error_of(parameters, "thermal_time_constant", tau_s, "s"),
         current=spans["current"],
         resistance=spans["resistance"],
         deflection=spans["deflection"],
+        reading_error=_positive(parameters, "reading_error", "dimensionless"),
+        deflection_error=_positive(parameters, "deflection_error", "um"),
+        quality=_quality_of(_table(model, "quality")),
+        provenance={key: str(value) for key, value in _table(model, "provenance").items()},
         **hysteresis,
     )
+
+
+def _table(tables: dict[str, Any], name: str, within: str = "") -> dict[str, Any]:
+    if name not in tables:
+        raise _WrongKeyError(within + name, "is missing")
+    table = tables[name]
+    if not isinstance(table, dict):
+        raise _WrongKeyError(within + name, f"must be a table, got {table!r}")
+    return table
+
+
+def _number(parameters: dict[str, Any], name: str, unit: str, part: str = "value") -> float:
+    """`part` of the quantity `name`, in `unit`, finite."""
+    table, key = _table(parameters, name, "parameters."), f"parameters.{name}"
+    for needed in (part, "unit"):
+        if needed not in table:
+            raise _WrongKeyError(f"{key}.{needed}", "is missing")
+    try:
+        number = parse_quantity({"value": table[part], "unit": table["unit"]}, unit)
+    except ValueError as error:
+        raise _WrongKeyError(f"{key}.{part}", f": {error}") from None
+    if not np.isfinite(number):
+        raise _WrongKeyError(f"{key}.{part}", f"must be finite, got {number} {unit}")
+    return number
+
+
+def _positive(parameters: dict[str, Any], name: str, unit: str) -> float:
+    number = _number(parameters, name, unit)
+    if not number > 0.0:
+        raise _WrongKeyError(f"parameters.{name}", f"must be > 0 {unit}, got {number:g}")
+    return number
+
+
+def _span_of(parameters: dict[str, Any], name: str, unit: str) -> Span:
+    span = Span(_number(parameters, f"{name}_low", unit), _number(parameters, f"{name}_high", unit))
+    if not span.low < span.high:
+        raise _WrongKeyError(
+            f"parameters.{name}_low",
+            f"= {span.low:g} {unit} must be below {name}_high = {span.high:g} {unit}",
+        )
+    return span
+
+
+def _standard_error_of(parameters: dict[str, Any], name: str, value: float, unit: str) -> float:
+    """The standard error where it is written, else a quarter of low to high, else infinite: nobody knows."""
+    written = _table(parameters, name).keys()
+    if not written & {"low", "high", "standard_error"}:
+        return float("inf")
+    low, high = _number(parameters, name, unit, "low"), _number(parameters, name, unit, "high")
+    if not low <= value <= high:
+        raise _WrongKeyError(
+            f"parameters.{name}.low", f"to high = {low:g} to {high:g} {unit} must hold {value:g} {unit}"
+        )
+    if "standard_error" not in written:
+        return (high - low) / 4.0
+    return _number(parameters, name, unit, "standard_error")
+
+
+def _hysteresis_of(table: dict[str, Any], name: str, kind: Any) -> Any:
+    try:
+        return kind.from_table(table)
+    except InputError as error:
+        raise _WrongKeyError(f"hysteresis.{name}", f": {error}") from None
+
+
+def _quality_of(tables: dict[str, Any]) -> dict[str, FitQuality]:
+    quality = {}
+    for name in _QUALITY:
+        table = _table(tables, name, "quality.")
+        for key in table.keys() | set(FitQuality._fields):
+            where = f"quality.{name}.{key}"
+            if key not in FitQuality._fields:
+                raise _WrongKeyError(where, f"is unknown{nearest(key, FitQuality._fields)}")
+            if key not in table:
+                raise _WrongKeyError(where, "is missing")
+            good = isinstance(table[key], str) if key == "unit" else isinstance(table[key], int | float)
+            if not good or (key != "unit" and not 0.0 <= table[key] < np.inf):
+                raise _WrongKeyError(
+                    where, f"must be {'a unit' if key == 'unit' else '>= 0'}, got {table[key]!r}"
+                )
+        quality[name] = FitQuality(*(table[key] for key in FitQuality._fields))
+    return quality

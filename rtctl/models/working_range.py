@@ -2,7 +2,7 @@
 
 Thermal expansion bends the beam against the transition, so deflection falls again with current beyond both ends of
 the transition: there a PI of fixed sign would push the wrong way and stay. The working range runs from the minimum of
-the cooling branch to the maximum of the heating branch.
+the cooling branch before the transition to the maximum of the heating branch after it.
 """
 
 from __future__ import annotations
@@ -28,15 +28,21 @@ def working_range(deflection: PreisachModel, current: Span, points: int = 400) -
     v = np.linspace(current.low, current.high, points)
     loop = deflection.simulate(np.concatenate(([0.0], v, v[::-1])))[1:]
     heating, cooling = loop[:points], loop[points:][::-1]
-    low, high = int(np.argmin(cooling)), int(np.argmax(heating))
+    # the largest rise from an earlier cooling to a later heating current; a fall beyond both ends may be deeper
+    high = int(np.argmax(heating - np.minimum.accumulate(cooling)))
+    low = int(np.argmin(cooling[: high + 1]))
     if not low < high:
         raise ValueError("the deflection model falls with current: there is no range to control it in")
-    spacing = v[1] - v[0]
     window = max(1, points // 100)  # over 1 % of the range: a single cell of the grid is not a slope
-    slope = max(
-        float(np.max(np.abs(branch[window:] - branch[:-window]))) / (window * spacing)
+    rise = max(
+        float(np.max(branch[low : high + 1][window:] - branch[low : high + 1][:-window], initial=-np.inf))
         for branch in (heating, cooling)
     )
+    if not rise > 0.0:
+        raise ValueError(
+            "the deflection model rises over less than 1 % of the current range: a step, not a slope"
+        )
+    slope = rise / (window * float(v[1] - v[0]))
     return WorkingRange(
         Span(float(v[low]), float(v[high])), Span(float(cooling[low]), float(heating[high])), slope
     )
