@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 
@@ -37,7 +38,12 @@ class MonotonicClock:
     A relative limiter that re-bases on "now" would turn lateness into drift.
     """
 
-    def __init__(self) -> None:
+    def __init__(
+        self, now_ns: Callable[[], int] = time.monotonic_ns, sleep: Callable[[float], None] = time.sleep
+    ) -> None:
+        """`now_ns` [ns] and `sleep` [s]: the machine's, or a test's."""
+        self._now_ns = now_ns
+        self._sleep = sleep
         self._period_ns = 0
         self._start_ns = 0
         self._index = -1
@@ -45,15 +51,15 @@ class MonotonicClock:
     def start(self, period_s: float) -> None:
         """The first deadline is now."""
         self._period_ns = round(period_s * 1e9)
-        self._start_ns = time.monotonic_ns()
+        self._start_ns = self._now_ns()
         self._index = -1
 
     def wait(self) -> Tick:
         """Sleep until the next deadline that can still be met."""
-        since_ns = time.monotonic_ns() - self._start_ns
+        since_ns = self._now_ns() - self._start_ns
         self._index = max(self._index + 1, since_ns // self._period_ns)
         deadline_ns = self._start_ns + self._index * self._period_ns
-        ahead_ns = deadline_ns - time.monotonic_ns()
+        ahead_ns = deadline_ns - self._now_ns()
         if ahead_ns > 0:
-            time.sleep(ahead_ns * 1e-9)
-        return Tick(self._index, (time.monotonic_ns() - deadline_ns) * 1e-9)
+            self._sleep(ahead_ns * 1e-9)
+        return Tick(self._index, (self._now_ns() - deadline_ns) * 1e-9)

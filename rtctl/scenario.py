@@ -5,11 +5,13 @@
 
 from __future__ import annotations
 
+import math
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from rtctl.border.errors import InputError
 from rtctl.border.quantities import Checked, Quantity, check, read_toml
@@ -17,8 +19,9 @@ from rtctl.signals.excitations import Excitation
 from rtctl.signals.levels import Level, LevelIn
 from rtctl.signals.references import Reference
 
-Seconds = Annotated[float, Quantity("s")]
-MilliAmps = Annotated[float, Quantity("mA")]
+Seconds = Annotated[float, Quantity("s"), Field(allow_inf_nan=False)]
+MilliAmps = Annotated[float, Quantity("mA"), Field(allow_inf_nan=False)]
+_ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
 
 
 class Heading(Checked):
@@ -31,6 +34,19 @@ class Heading(Checked):
     period_s: Annotated[Seconds, Field(alias="period", gt=0.0)] = 1e-3
     duration_s: Annotated[Seconds | None, Field(alias="duration", gt=0.0)] = None
 
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Heading:
+        period_us = 1e6 * self.period_s
+        if not (round(period_us) >= 1 and math.isclose(period_us, round(period_us), rel_tol=1e-9)):
+            raise ValueError(
+                f"period = {period_us:.10g} us must be whole microseconds: a device counts in them"
+            )
+        if self.duration_s is not None and round(self.duration_s / self.period_s) < 1:
+            raise ValueError(
+                f"duration = {self.duration_s:g} s is shorter than the period {self.period_s:g} s"
+            )
+        return self
+
 
 class InProcess(Checked):
     """[driver] kind = "inprocess": a simulated device in this process."""
@@ -38,7 +54,7 @@ class InProcess(Checked):
     kind: Literal["inprocess"] = "inprocess"
     device: str = "vo2_a"
     """Plant file, or the name of a bundled one."""
-    seed: int | None = None
+    seed: Annotated[int, Field(ge=0)] | None = None
 
 
 class ModbusRtu(Checked):
@@ -54,9 +70,16 @@ class ModbusTcp(Checked):
     """[driver] kind = "modbus-tcp"."""
 
     kind: Literal["modbus-tcp"] = "modbus-tcp"
-    address: Annotated[str, Field(pattern=r"^[^\s:]+:\d+$|^\[[0-9a-fA-F:]+\]:\d+$")]
+    address: str
     """HOST:PORT."""
     unit: Annotated[int, Field(ge=0, le=247)] = 1
+
+    @field_validator("address")
+    @classmethod
+    def _host_and_port(cls, address: str) -> str:
+        if not _ADDRESS.fullmatch(address) or int(address.rpartition(":")[2]) > 0xFFFF:
+            raise ValueError(f"an address is HOST:PORT, such as 127.0.0.1:5020, got {address!r}")
+        return address
 
 
 DriverTable = Annotated[InProcess | ModbusRtu | ModbusTcp, Field(discriminator="kind")]
@@ -72,6 +95,13 @@ class ClockTable(Checked):
     """For one exchange; default: five periods, at least 50 ms (lockstep: 1 s)."""
     watchdog_s: Annotated[Seconds | None, Field(alias="watchdog", ge=0.0)] = None
     """The device's own; default: ten periods, at least 100 ms (lockstep: none)."""
+
+    @model_validator(mode="after")
+    def _representable(self) -> ClockTable:
+        watchdog_ms = 1e3 * (self.watchdog_s or 0.0)
+        if not (watchdog_ms == 0.0 or 1.0 <= watchdog_ms <= 0xFFFF):
+            raise ValueError(f"watchdog = {watchdog_ms:g} ms must be 0 (none) or 1 to 65535 ms")
+        return self
 
 
 class LimitsTable(Checked):
@@ -113,17 +143,19 @@ class ControllerTable(Checked):
     phase_margin_rad: Annotated[float, Quantity("rad"), Field(alias="phase_margin", gt=0.0)] = (
         1.0471975511965976
     )
-    kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0)] | None = None
-    ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0)] | None = None
+    kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0, allow_inf_nan=False)] | None = None
+    ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0, allow_inf_nan=False)] | None = None
     feedforward: Literal["none", "inverse"] = "none"
     """inverse: the identified model's own current for the next setpoint, the PI corrects what it gets wrong."""
     deadband: Annotated[Level, LevelIn("um")] = Level(0.15, True)
     """Errors below this move nothing: inside the hysteresis the plant's gain is negative, and a PI would hunt."""
 
     @model_validator(mode="after")
-    def _both_gains(self) -> ControllerTable:
+    def _sound(self) -> ControllerTable:
         if (self.kp is None) != (self.ki is None):
             raise ValueError("kp and ki are set together, or neither (then the model's tuning applies)")
+        if self.deadband.value < 0.0:
+            raise ValueError(f"deadband = {self.deadband.value:g} must be >= 0")
         return self
 
 
@@ -188,9 +220,10 @@ def _apply(tables: dict[str, Any], override: str) -> None:
         table = _inner(table, part, override)
     if not isinstance(table, dict):
         raise InputError(f'--set {override}: "{parts[-2]}" is not a table')
-    if parts[-1] == "kind" and table.get("kind") != text:
+    value = _value(text)
+    if parts[-1] == "kind" and table.get("kind") != value:
         table.clear()  # another kind has other keys: those of the old one would be unknown to it
-    table[parts[-1]] = _value(text)
+    table[parts[-1]] = value
 
 
 def _inner(table: Any, part: str, override: str) -> Any:

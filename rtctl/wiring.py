@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -90,12 +91,16 @@ def build_controller(
     if table.kp is not None and table.ki is not None:
         tuning = margins(PiGains(kp=table.kp, ki=table.ki), **plant, delay=delay)
     else:
+        least_phase_deg = math.degrees(table.phase_margin_rad)
         tuning = tune(
-            **plant,
-            delay=delay,
-            least_gain_margin=table.gain_margin,
-            least_phase_margin_deg=table.phase_margin_rad * 57.29577951308232,
+            **plant, delay=delay, least_gain_margin=table.gain_margin, least_phase_margin_deg=least_phase_deg
         )
+        if tuning.gain_margin < table.gain_margin or tuning.phase_margin_deg < least_phase_deg:
+            raise InputError(
+                f"controller.gain_margin = {table.gain_margin:g} and controller.phase_margin = {least_phase_deg:.3g} "
+                f"deg are out of a PI's reach: the slowest one tried leaves {tuning.gain_margin:.3g} and "
+                f"{tuning.phase_margin_deg:.3g} deg; ask for less, or give kp and ki"
+            )
     deadband = table.deadband.resolve_width(0.0, model.deflection.width)
     return PiController(tuning.gains, _feedforward(scenario, model, working), deadband=deadband), tuning
 
@@ -121,6 +126,10 @@ def build_limits(scenario: Scenario, working: WorkingRange | None) -> CommandLim
             raise InputError(
                 f"limits.low = {table.low:g} mA and limits.high = {table.high:g} mA leave nothing of the range "
                 f"{working.current.low:g} to {working.current.high:g} mA in which the model can be controlled"
+            )
+        if safe > high:
+            raise InputError(
+                f"limits.safe = {safe:g} mA lies above {high:g} mA, where the model's controllable range ends; lower it"
             )
     return CommandLimits(low=low, high=high, safe=safe, slew_per_s=table.slew_mA_per_s)
 

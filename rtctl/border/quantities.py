@@ -81,6 +81,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: no such file") from None
     except IsADirectoryError:
         raise InputError(f"{path}: is a folder, a TOML file is needed") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
@@ -90,35 +92,49 @@ def check(model: type[ModelT], tables: dict[str, Any], source: str) -> ModelT:
     try:
         return model.model_validate(tables)
     except ValidationError as error:
-        lines = [f"{source}: {_finding(model, dict(item))}" for item in error.errors()]
+        items: list[dict[str, Any]] = [dict(item) for item in error.errors()]
+        inner = {item["loc"][:-1] for item in items}  # a list whose items are wrong is not also too short
+        items = [item for item in items if item["type"] != "too_short" or item["loc"] not in inner]
+        lines = [f"{source}: {_finding(model, item)}" for item in items]
         raise InputError("\n".join(dict.fromkeys(lines))) from None
 
 
 def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
-    where = [str(part) for part in item["loc"]]
-    key = ".".join(where)
-    kind, message = item["type"], str(item["msg"])
+    where, known = _keys_on(model, item["loc"][:-1])
+    last = str(item["loc"][-1]) if item["loc"] else ""
+    key = ".".join([*where, last])
+    kind, message, context = item["type"], str(item["msg"]).removeprefix("Value error, "), item.get("ctx", {})
     if kind == "extra_forbidden":
-        return f'unknown key "{key}"{nearest(where[-1], _keys_at(model, item["loc"][:-1]))}'
+        return f'unknown key "{key}"{nearest(last, known)}'
     if kind == "missing":
         return f'key "{key}" is missing'
-    return f'key "{key}": {message.removeprefix("Value error, ")}'
+    if kind == "union_tag_not_found":
+        return f'key "{key}.kind" is missing'
+    if kind == "union_tag_invalid":
+        return f'key "{key}.kind": unknown kind "{context["tag"]}"; known: {context["expected_tags"].replace("'", "")}'
+    if kind == "literal_error":
+        return f'key "{key}": unknown value {item["input"]!r}; known: {context["expected"].replace("'", "")}'
+    return f'key "{key}": {message}' if key else message
 
 
-def _keys_at(model: Any, location: tuple[Any, ...]) -> list[str]:
-    """The valid keys of the table at `location` below `model` (unions: those of the named member)."""
-    candidates = _models_in(model)
+def _keys_on(model: Any, location: tuple[Any, ...]) -> tuple[list[str], list[str]]:
+    """The keys on the way to the table at `location` below `model`, as the file has them, and the valid keys in it.
+
+    A union's location names the member by its tag, which is no key of the file.
+    """
+    candidates, where = _models_in(model), []
     for part in location:
-        named = [m for m in candidates if _tag_of(m) == part]
+        named = [m for m in candidates if _tag_of(m) == part] if len(candidates) > 1 else []
         if named:
             candidates = named
             continue
+        where.append(str(part))
         inner: list[type[BaseModel]] = []
         for candidate in candidates:
             field = _fields(candidate).get(str(part))
             inner += _models_in(field) if field is not None else []
         candidates = inner or candidates
-    return sorted({name for candidate in candidates for name in _fields(candidate)})
+    return where, sorted({name for candidate in candidates for name in _fields(candidate)})
 
 
 def _fields(model: type[BaseModel]) -> dict[str, Any]:

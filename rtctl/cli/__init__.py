@@ -52,6 +52,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output went away: nothing left to tell
         sys.stderr.close()
         return 1
+    except (OSError, MemoryError) as error:  # a full disk, a duration of years
+        print(f"rtctl {args.verb}: {error}", file=sys.stderr)
+        return 1
 
 
 def _module(verb: str) -> ModuleType:

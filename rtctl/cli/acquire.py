@@ -22,18 +22,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """The verb."""
     from rtctl.acquisition import acquire
-    from rtctl.cli.options import find_scenario, watched_run
+    from rtctl.cli.options import find_scenario, output_folder, watched_run
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of
     from rtctl.wiring import build_driver
 
-    path = find_scenario(args.scenario)
+    path, folder = find_scenario(args.scenario), output_folder(args.out)
     scenario, _ = load_scenario(path, args.overrides)
     driver = build_driver(scenario, path.parent)
     quiet = args.quiet or args.json
     with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:
-        manifest = acquire(scenario, driver, args.out, stop_requested, lambda text: say(text, quiet=quiet))
+        manifest = acquire(scenario, driver, folder, stop_requested, lambda text: say(text, quiet=quiet))
     if args.json:
         print(json.dumps({"dataset": str(manifest), "device": driver.identity}))
     else:

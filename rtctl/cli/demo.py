@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 1 where a scenario misses its checks."""
-    from rtctl.cli.options import stop_on_interrupt
+    from rtctl.cli.options import output_folder, stop_on_interrupt
     from rtctl.cli.report import print_scenarios
     from rtctl.demonstration import demonstrate
     from rtctl.progress import say
@@ -24,7 +24,11 @@ def run(args: argparse.Namespace) -> int:
     quiet = args.quiet or args.json
     with stop_on_interrupt() as stop_requested:
         summaries = demonstrate(
-            args.device, args.seed, args.out, stop_requested, lambda text: say(text, quiet=quiet)
+            args.device,
+            args.seed,
+            output_folder(args.out),
+            stop_requested,
+            lambda text: say(text, quiet=quiet),
         )
     if args.json:
         print(json.dumps(summaries, indent=2))

@@ -22,6 +22,7 @@ def run(args: argparse.Namespace) -> int:
     """The verb."""
     from rtctl import __version__
     from rtctl.border.errors import InputError
+    from rtctl.cli.options import output_folder
     from rtctl.cli.report import print_model
     from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
     from rtctl.measured.reading import read_dataset
@@ -31,6 +32,9 @@ def run(args: argparse.Namespace) -> int:
     for option in ("plays", "starts"):
         if not 1 <= getattr(args, option) <= 64:
             raise InputError(f"--{option} {getattr(args, option)}: 1 to 64")
+    output_folder(args.out.parent)
+    if args.out.is_dir():
+        raise InputError(f"--out {args.out}: is a folder, a model file is needed")
     quiet = args.quiet or args.json
     dataset = read_dataset(args.dataset)
     options = Vo2FitOptions(plays=args.plays, starts=args.starts, seed=args.seed)

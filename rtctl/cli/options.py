@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,16 @@ def find_scenario(name: str) -> Path:
     if not path.suffix and name in bundled:
         return bundled[name]
     raise InputError(f"{name}: no such scenario file{nearest(path.stem, bundled)}")
+
+
+def output_folder(path: Path) -> Path:
+    """`path`, of which all that exists is a folder to write in: known before anything moves. Raises InputError."""
+    existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+    if not existing.is_dir():
+        raise InputError(f"--out {path}: {existing} is a file, a folder is needed")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"--out {path}: {existing} cannot be written to")
+    return path
 
 
 def bundled_scenarios() -> Path:

@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 0: passed its checks; 1: fault or checks not met."""
-    from rtctl.cli.options import find_scenario, watched_run
+    from rtctl.cli.options import find_scenario, output_folder, watched_run
     from rtctl.cli.report import print_summary
     from rtctl.models.vo2 import read_model
     from rtctl.progress import say
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
 
     path = find_scenario(args.scenario)
     scenario, tables = load_scenario(path, args.overrides)
-    folder = args.out or Path("out") / path.stem
+    folder = output_folder(args.out or Path("out") / path.stem)
     quiet = args.quiet or args.json
     driver = build_driver(scenario, path.parent)
     with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:

@@ -30,10 +30,12 @@ def pi_step(integral: float, error: float, elapsed_s: float, kp: float, ki: floa
 
 
 def beyond(error: float, deadband: float) -> float:
-    """What of an error lies beyond the deadband, continuous at its edges."""
+    """What of an error lies beyond the deadband, continuous at its edges; NaN stays NaN and ends the run."""
     if error > deadband:
         return error - deadband
-    return error + deadband if error < -deadband else 0.0
+    if error < -deadband:
+        return error + deadband
+    return 0.0 if error == error else error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ Use = Literal["identify", "fit", "test"]
 
 
 class _Excitation(Checked):
-    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0)]
+    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
     use: Use = "fit"
 
     def held(self, values: FloatArray, period_s: float) -> FloatArray:
@@ -71,7 +71,7 @@ class RandomStaircase(_Excitation):
 
     kind: Literal["random_staircase"] = "random_staircase"
     levels: Annotated[int, Field(ge=1)]
-    seed: int
+    seed: Annotated[int, Field(ge=0)]
     low: Annotated[Level, LevelIn("mA")] = Level(0.0, True)
     high: Annotated[Level, LevelIn("mA")] = Level(100.0, True)
 
@@ -99,8 +99,8 @@ class CurrentSine(_Excitation):
     """A sine of one frequency about an offset (figure 6: loops at several frequencies)."""
 
     kind: Literal["sine"] = "sine"
-    hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0)]
-    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0)]
+    hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0, allow_inf_nan=False)]
+    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0, allow_inf_nan=False)]
     offset: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
     amplitude: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
 

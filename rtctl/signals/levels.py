@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -35,12 +36,16 @@ def parse_level(raw: Any, unit: str) -> Level:
         return raw
     if isinstance(raw, str) and raw.strip().endswith("%"):
         try:
-            return Level(float(raw.strip()[:-1]), True)
+            level = Level(float(raw.strip()[:-1]), True)
         except ValueError:
             raise ValueError(
                 f'a level is "<number> {unit}" or "<number> %" of the range, got {raw!r}'
             ) from None
-    return Level(parse_quantity(raw, unit), False)
+    else:
+        level = Level(parse_quantity(raw, unit), False)
+    if not math.isfinite(level.value):
+        raise ValueError(f"a level must be finite, got {raw!r}")
+    return level
 
 
 def LevelIn(unit: str) -> BeforeValidator:

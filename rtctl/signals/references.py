@@ -16,7 +16,7 @@ class Steps(Checked):
 
     kind: Literal["steps"] = "steps"
     levels: Annotated[tuple[Annotated[Level, LevelIn("um")], ...], Field(min_length=1)]
-    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0)]
+    hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
 
     def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
         """The reference [um] at each time; the list starts over when it ends."""
@@ -30,8 +30,8 @@ class Sine(Checked):
     """One component of a multisine."""
 
     amplitude: Annotated[Level, LevelIn("um")]
-    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0)]
-    phase_rad: Annotated[float, Quantity("rad"), Field(alias="phase")] = 0.0
+    frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0, allow_inf_nan=False)]
+    phase_rad: Annotated[float, Quantity("rad"), Field(alias="phase", allow_inf_nan=False)] = 0.0
 
 
 class Multisine(Checked):
