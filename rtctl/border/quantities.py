@@ -111,9 +111,11 @@ def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
     if kind == "union_tag_not_found":
         return f'key "{key}.kind" is missing'
     if kind == "union_tag_invalid":
-        return f'key "{key}.kind": unknown kind "{context["tag"]}"; known: {context["expected_tags"].replace("'", "")}'
+        known_kinds = context["expected_tags"].replace("'", "")
+        return f'key "{key}.kind": unknown kind "{context["tag"]}"; known: {known_kinds}'
     if kind == "literal_error":
-        return f'key "{key}": unknown value {item["input"]!r}; known: {context["expected"].replace("'", "")}'
+        known_values = context["expected"].replace("'", "")
+        return f'key "{key}": unknown value {item["input"]!r}; known: {known_values}'
     return f'key "{key}": {message}' if key else message
 
 
