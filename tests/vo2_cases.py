@@ -78,9 +78,13 @@ def measure(scenario: Scenario, folder: Path) -> Dataset:
     )
 
 
-def staircase_on(device: str | Path, folder: Path, *overrides: str) -> Record:
-    """The bundled random staircase, 5 s, on a bundled device or a plant file."""
-    return measure(_scenario("random_staircase", str(device), *overrides), folder).records[0]
+def staircase_on(plant: Path, folder: Path, *, low: str, high: str) -> Record:
+    """The bundled random staircase, 5 s, between two levels (percent of the current range) on a plant file."""
+    levels = f'kind = "random_staircase"\nlow = "{low}"\nhigh = "{high}"'
+    scenario = folder.with_suffix(".toml")
+    text = (SCENARIOS / "random_staircase.toml").read_text()
+    scenario.write_text(text.replace('kind = "random_staircase"', levels))
+    return measure(load_scenario(scenario, [f'driver.device="{plant}"'])[0], folder).records[0]
 
 
 def _scenario(scenario: str, device: str, *overrides: str) -> Scenario:

@@ -32,9 +32,10 @@ def composite_step(
 ) -> tuple[float, float, float, int]:
     """Deflection [um], surrogate [mA], d surrogate / d u [mA] and status; both states advance in place.
 
-    `low`, `high` [mA] clip the surrogate between the halves.
+    `low`, `high` [mA] clip the surrogate between the halves. A resistance that is none holds everything.
     """
-    found: InverseStep = gpi_inverse_step(inverse_state, -1e-3 * resistance_ohm, inverse)
+    reading = -1e-3 * resistance_ohm if 0.0 < resistance_ohm < math.inf else math.nan
+    found: InverseStep = gpi_inverse_step(inverse_state, reading, inverse)
     v = min(max(found.v, low), high)
     return egpi_step(plays, v, egpi), v, found.gain, found.status
 
@@ -59,11 +60,14 @@ class CompositeEstimator:
         self._fit_rms = model.quality["composite"].rms
         steepness = model.deflection.width / model.current.width
         self._reading = 1e-3 * model.reading_error / float(model.resistance_gpi.p[0]) * steepness
+        self._highest_ohm = model.resistance.high
+        self._last_ohm = self._highest_ohm
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """From a full cooling."""
         self._memory = self._packed(levels[0])
+        self._last_ohm = self._highest_ohm
         return self.step(levels, sensed, 0.0)
 
     def _packed(self, v0: float) -> FloatArray:
@@ -73,4 +77,7 @@ class CompositeEstimator:
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample; the current is not used."""
         value, surrogate, gain, status = packed_composite_step(self._memory, sensed[0])
-        return Estimate(value, surrogate, math.hypot(self._fit_rms, self._reading * sensed[0] * gain), status)
+        if 0.0 < sensed[0] < math.inf:
+            self._last_ohm = sensed[0]
+        error = math.hypot(self._fit_rms, self._reading * self._last_ohm * gain)
+        return Estimate(value, surrogate, error, status)
