@@ -14,7 +14,7 @@ from typing import Any
 
 from rtctl.acquisition import acquire
 from rtctl.border.errors import RunError
-from rtctl.cli.options import bundled_scenarios
+from rtctl.bundled import bundled_scenarios
 from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import write_model

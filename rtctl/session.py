@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.border.records import DeviceStatus, Driver, Measurement
+from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
 from rtctl.controllers.tuning import Tuning
 from rtctl.interfaces import Controller, Estimator, SignalRecorder
@@ -26,11 +26,12 @@ from rtctl.loop import (
     run_loop,
     signal_columns,
 )
-from rtctl.metrics import NOT_SCORED, finite, score, timing_summary, write_json
+from rtctl.metrics import write_json
 from rtctl.models.vo2 import Vo2Model
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.recording import Recorder
 from rtctl.scenario import Scenario
+from rtctl.summary import summarise
 from rtctl.wiring import (
     build_clock,
     build_controller,
@@ -237,56 +238,6 @@ def play(
     )
     outcome = run_loop(parts, loop_plan(scenario, currents), first)
     return signals.table(), outcome
-
-
-def summarise(
-    scenario: Scenario,
-    model: Vo2Model,
-    outcome: LoopOutcome,
-    signals: Mapping[str, FloatArray],
-    timing: Mapping[str, FloatArray],
-) -> dict[str, Any]:
-    """The run summary of the file formats, with percentages of the model's deflection range beside."""
-    span = model.deflection.width
-    deflection = signals["deflection"]
-    sensing = score(signals["estimate"], deflection, span)
-    tracking = NOT_SCORED if scenario.reference is None else score(signals["setpoint"], deflection, span)
-    faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
-    checks = _checks(scenario, tracking, sensing)
-    failed = [check for check in checks if check["met"] is False]  # None: no instrument, nothing to hold it to
-    summary: dict[str, Any] = {
-        "scenario": scenario.scenario.title,
-        "verdict": "fault" if faults else "fail" if failed else "pass",
-        "tracking": tracking._asdict(),
-        "self_sensing": sensing._asdict(),
-        "range_um": span,
-        "estimator": scenario.estimator.kind,
-        "driver": scenario.driver.kind,
-        "clock": scenario.clock.mode,
-        "device": model.identity,
-        "timing": timing_summary(timing, scenario.scenario.period_s, outcome.steps, outcome.overruns),
-        "clamped_steps": int(np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)),
-        "checks": checks,
-        "paper": scenario.paper.model_dump(exclude_none=True),
-        "faults": faults,
-    }
-    cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
-    return cleaned
-
-
-def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, Any]]:
-    measured = {
-        "tracking_mean_percent": tracking.mean_abs_percent,
-        "tracking_max_percent": tracking.max_abs_percent,
-        "self_sensing_mean_percent": sensing.mean_abs_percent,
-        "self_sensing_max_percent": sensing.max_abs_percent,
-    }
-    limits = scenario.checks.model_dump(exclude_none=True)
-    return [
-        {"check": name, "limit": limit, "measured": measured[name],
-         "met": None if measured[name] is None else measured[name] <= limit}
-        for name, limit in limits.items()
-    ]  # fmt: skip
 
 
 def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:

@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """The verb."""
     from rtctl.acquisition import acquire
-    from rtctl.cli.options import find_scenario, output_folder, watched_run
+    from rtctl.bundled import find_scenario
+    from rtctl.cli.options import output_folder, watched_run
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of

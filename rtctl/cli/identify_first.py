@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rtctl.acquisition import acquire
 from rtctl.border.records import Driver
-from rtctl.cli.options import bundled_scenarios
+from rtctl.bundled import bundled_scenarios
 from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model, write_model

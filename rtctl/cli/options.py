@@ -1,4 +1,4 @@
-"""What several verbs share: looking up scenarios, stopping on Ctrl-C between two exchanges."""
+"""What several verbs share: where results go, stopping on Ctrl-C between two exchanges."""
 
 from __future__ import annotations
 
@@ -9,19 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from rtctl.border.errors import InputError, nearest
+from rtctl.border.errors import InputError
 from rtctl.progress import progress_bar
-
-
-def find_scenario(name: str) -> Path:
-    """A scenario file by path, or a bundled one by name. Raises InputError."""
-    path = Path(name)
-    if path.is_file():
-        return path
-    bundled = {file.stem: file for folder in _bundles() for file in folder.glob("*.toml")}
-    if not path.suffix and name in bundled:
-        return bundled[name]
-    raise InputError(f"{name}: no such scenario file{nearest(path.stem, bundled)}")
 
 
 def output_folder(path: Path) -> Path:
@@ -32,19 +21,6 @@ def output_folder(path: Path) -> Path:
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError(f"--out {path}: {existing} cannot be written to")
     return path
-
-
-def bundled_scenarios() -> Path:
-    """The folder of the scenarios that come with the program."""
-    for folder in _bundles():
-        if folder.is_dir():
-            return folder
-    raise InputError("the bundled scenarios are missing from this installation; install rtctl again")
-
-
-def _bundles() -> list[Path]:
-    package = Path(__file__).resolve().parent.parent
-    return [package / "bundled_scenarios", package.parent / "scenarios"]
 
 
 @contextmanager

@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 0: passed its checks; 1: fault or checks not met."""
-    from rtctl.cli.options import find_scenario, output_folder, watched_run
+    from rtctl.bundled import find_scenario
+    from rtctl.cli.options import output_folder, watched_run
     from rtctl.cli.report import print_summary
     from rtctl.models.vo2 import read_model
     from rtctl.progress import say
