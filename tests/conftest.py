@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from vo2_cases import IdentifiedDevice, identified_device
 
+from rtctl.models.vo2 import write_model
+
 
 @pytest.fixture(scope="session")
 def identified(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], IdentifiedDevice]:
@@ -20,3 +22,13 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Iden
     folder = Path(session) / "identified"
     folder.mkdir(exist_ok=True)
     return cache(lambda name: identified_device(name, folder))
+
+
+@pytest.fixture(scope="session")
+def model_file(
+    identified: Callable[[str], IdentifiedDevice], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """The model of vo2_a, as `rtctl run --model` takes it."""
+    path = tmp_path_factory.mktemp("model") / "vo2_a.toml"
+    write_model(identified("vo2_a").model, path)
+    return path
