@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kind", choices=["vo2"], required=True, help="which kind of plant")
     parser.add_argument("--out", type=Path, required=True, help="model file to write")
     parser.add_argument("--plays", type=int, default=6, help="play operators a model (default 6)")
-    parser.add_argument("--starts", type=int, default=6, help="starts of each fit (default 6)")
+    parser.add_argument("--starts", type=int, default=14, help="starts of each fit (default 14)")
     parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
     parser.add_argument("--no-plot", action="store_true", help="write no picture beside the model")
 

@@ -13,20 +13,24 @@ Reference: G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1 (variable project
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
+from scipy.linalg.lapack import dgeqrf
 from scipy.optimize import least_squares
 
+from rtctl.hysteresis.play import play
 from rtctl.identification.linear import LinearFit, fit_partly_nonnegative
 from rtctl.kernels import kernel
 
 FloatArray = NDArray[np.float64]
 PARAMETERS = 4  # of one pair of envelopes
 SCREENING_EVALUATIONS = 15
+SCREENING_STRIDE = 4
 FINALISTS = 2
 SATURATED_ARGUMENT = 9.2  # X: 1 - tanh X = 2e-8
 
@@ -74,43 +78,60 @@ class PlayFit(NamedTuple):
 
 
 def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) -> PlayFit:
-    """Solve the outer problem from every start (theta of one pair each), then the most promising ones to the end."""
+    """Solve the outer problem from every start (theta of one pair each), then the most promising ones to the end.
+
+    Promise is judged on every fourth sample. The first start, which has no scatter, always goes to the end.
+    """
     pairs = 1 if problem.common else len(problem.radii)
-    low, high = _bounds(problem, pairs)
-    guesses = [np.clip(np.resize(start, pairs * PARAMETERS), low + 1e-6, high - 1e-6) for start in starts]
-    trials = [_descend(problem, guess, SCREENING_EVALUATIONS) for guess in guesses]
+    thinned = replace(problem, scored=_every(SCREENING_STRIDE, problem.scored))
+    guesses = [np.resize(start, pairs * PARAMETERS) for start in starts]
+    first, *trials = (_descend(thinned, guess, SCREENING_EVALUATIONS) for guess in guesses)
     trials.sort(key=lambda trial: trial[1])
-    finals = [_descend(problem, theta, evaluations) for theta, _ in trials[:FINALISTS]]
+    finals = [_descend(problem, theta, evaluations) for theta, _ in (first, *trials[:FINALISTS])]
     best = min(finals, key=lambda trial: trial[1])[0]
-    inner, envelopes = _inner(problem, best)
-    plays = len(problem.radii)
+    inner, plays = _inner(problem, _columns(problem, best)), len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
     weights[0] += problem.least_first_weight
-    return PlayFit(envelopes, weights, inner.free, inner.nonnegative[plays:], inner.residual)
+    return PlayFit(envelopes_of(best, plays), weights, inner.free, inner.nonnegative[plays:], inner.residual)
 
 
 def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple[FloatArray, float]:
     """theta and cost after at most so many evaluations of the outer problem."""
     pairs = 1 if problem.common else len(problem.radii)
     span = problem.range[1] - problem.range[0]
+    low, high = _bounds(problem, pairs)
+
+    @lru_cache(maxsize=1)  # the solver asks for the residual, then for the Jacobian at the same theta
+    def linearised(theta: bytes) -> tuple[FloatArray, FloatArray]:
+        columns = _compressed(_columns(problem, np.frombuffer(theta)))
+        inner = _inner(problem, columns)
+        return inner.residual, _jacobian(problem, columns, inner)
 
     def residual(theta: FloatArray) -> FloatArray:
-        return _inner(problem, theta)[0].residual
+        return linearised(theta.tobytes())[0]
 
     def jacobian(theta: FloatArray) -> FloatArray:
-        return _jacobian(problem, theta)
+        return linearised(theta.tobytes())[1]
 
     result = least_squares(
         residual,
-        guess,
+        np.clip(guess, low + 1e-6, high - 1e-6),
         jac=jacobian,
-        bounds=_bounds(problem, pairs),
+        bounds=(low, high),
         x_scale=np.tile([0.3, 0.5, 0.05 * span, 0.05 * span], pairs),
         ftol=1e-7,
         xtol=1e-7,
         max_nfev=evaluations,
     )
     return result.x, float(result.cost)
+
+
+def _every(stride: int, scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """One of so many scored samples, at least a hundred; the plays still see all of them."""
+    index = np.flatnonzero(scored)
+    kept = np.zeros(len(scored), dtype=bool)
+    kept[index[:: max(1, min(stride, len(index) // 100))]] = True
+    return kept
 
 
 def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArray]:
@@ -162,53 +183,132 @@ def envelopes_of(theta: FloatArray, plays: int) -> EnvelopePairs:
     return EnvelopePairs(*(np.resize(part, plays) for part in (a_right, b_right, a_left, b_left)))
 
 
-def _inner(problem: PlayProblem, theta: FloatArray) -> tuple[LinearFit, EnvelopePairs]:
-    envelopes = envelopes_of(theta, len(problem.radii))
-    plays = play_regressors(problem.v, problem.radii, *envelopes)[problem.scored]
-    columns = np.concatenate((plays, problem.nonnegative[problem.scored]), axis=1)
-    target = problem.y[problem.scored] - problem.least_first_weight * plays[:, 0]
-    return fit_partly_nonnegative(problem.free[problem.scored], columns, target), envelopes
+class Columns(NamedTuple):
+    """The inner problem and how its plays move with theta; a row is a sample, or a combination of samples."""
+
+    free: FloatArray
+    """(rows, q)."""
+    plays: FloatArray
+    """Outputs (rows, n)."""
+    nonnegative: FloatArray
+    """(rows, m)."""
+    y: FloatArray
+    """(rows,)."""
+    derivatives: FloatArray
+    """Of each output by the four parameters of its envelopes, (rows, n, 4)."""
 
 
-def _jacobian(problem: PlayProblem, theta: FloatArray) -> FloatArray:
-    """Derivative of the residual (scored samples, parameters), Kaufman's form: -P dW p, P off the active columns.
-
-    A parameter moves the outputs of its own play only, so each difference costs one play and not a whole fit.
-    """
-    inner, envelopes = _inner(problem, theta)
+def _columns(problem: PlayProblem, theta: FloatArray) -> Columns:
+    """A row a scored sample."""
     plays, scored = len(problem.radii), problem.scored
+    moved = play_columns(
+        problem.v, scored, problem.radii, *_arguments(problem.v, envelopes_of(theta, plays)),
+        *envelope_derivatives(theta, plays),
+    )  # fmt: skip
+    outputs, derivatives = moved[:, 0].T, moved[:, 1:].transpose(2, 0, 1)
+    return Columns(problem.free[scored], outputs, problem.nonnegative[scored], problem.y[scored], derivatives)
+
+
+def _compressed(columns: Columns) -> Columns:
+    """The R of a QR decomposition of all columns side by side: as many rows as columns, the same products.
+
+    Weights, norms and angles follow from products alone, and so does every step of the outer solver. It then
+    works on a few tens of rows in the place of thousands of samples.
+    """
+    rows, n = columns.plays.shape
+    moved = columns.derivatives.transpose(1, 2, 0).reshape(-1, rows)
+    parts = (columns.free.T, columns.plays.T, columns.nonnegative.T, columns.y[None, :])
+    side_by_side = np.concatenate((*parts, moved)).T  # column by column in memory, as LAPACK wants it
+    triangle = np.triu(
+        dgeqrf(side_by_side, lwork=64 * side_by_side.shape[1], overwrite_a=True)[0][: side_by_side.shape[1]]
+    )
+    ends = np.cumsum([len(part) for part in parts])
+    free, plays, nonnegative, y, derivatives = np.split(triangle, ends, axis=1)
+    return Columns(free, plays, nonnegative, y[:, 0], derivatives.reshape(-1, n, PARAMETERS))
+
+
+def _inner(problem: PlayProblem, columns: Columns) -> LinearFit:
+    """Weights and residual for given envelopes."""
+    sloped = np.concatenate((columns.plays, columns.nonnegative), axis=1)
+    target = columns.y - problem.least_first_weight * columns.plays[:, 0]
+    return fit_partly_nonnegative(columns.free, sloped, target)
+
+
+def _jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) -> FloatArray:
+    """Derivative of the residual (rows, parameters), Kaufman's form: -P dW p, P off the active columns."""
+    plays = len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
     weights[0] += problem.least_first_weight
-    outputs = play_regressors(problem.v, problem.radii, *envelopes)[scored]
-    active = [problem.free[scored], outputs[:, inner.nonnegative[:plays] > 0.0]]
-    active.append(problem.nonnegative[scored][:, inner.nonnegative[plays:] > 0.0])
+    moved = -weights[:, None] * columns.derivatives
+    moved = moved.sum(axis=1) if problem.common else moved.reshape(len(moved), -1)
+    active = [columns.free, columns.plays[:, inner.nonnegative[:plays] > 0.0]]
+    active.append(columns.nonnegative[:, inner.nonnegative[plays:] > 0.0])
     basis = qr(np.concatenate(active, axis=1), mode="economic")[0]
-    columns = np.zeros((len(outputs), len(theta)))
-    for index in range(len(theta)):
-        moved = theta.copy()
-        step = -1e-6 if theta[index] > 0.0 else 1e-6  # towards zero: inside the bounds for gap and skew
-        moved[index] += step
-        touched = np.arange(plays) if problem.common else np.array([index // PARAMETERS])
-        pair = EnvelopePairs(*(part[touched] for part in envelopes_of(moved, plays)))
-        change = play_regressors(problem.v, problem.radii[touched], *pair)[scored] - outputs[:, touched]
-        columns[:, index] = -(change @ weights[touched]) / step
-    return columns - basis @ (basis.T @ columns)
+    return moved - basis @ (basis.T @ moved)
 
 
-@kernel
+def envelope_derivatives(theta: FloatArray, plays: int) -> tuple[FloatArray, FloatArray]:
+    """d x / d parameter = shift + stretch x of both tanh arguments x = a v + b: two arrays (2, 4, plays).
+
+    Heating edge first; parameters in the order of theta.
+    """
+    ln_width, skew, _, gap = theta.reshape(-1, PARAMETERS).T
+    width, per_gap = np.exp(ln_width), 0.5 / SATURATED_ARGUMENT
+    shift, stretch = np.zeros((2, PARAMETERS, len(gap))), np.zeros((2, PARAMETERS, len(gap)))
+    for edge, sign in enumerate((1.0, -1.0)):
+        a = 1.0 / (width + per_gap * gap * (1.0 + sign * skew))
+        stretch[edge] = -a * [width, sign * per_gap * gap, np.zeros_like(gap), per_gap * (1.0 + sign * skew)]
+        shift[edge] = -a * np.array([[0.0], [0.0], [1.0], [0.5 * sign]])
+    repeated = plays // len(gap)
+    return np.tile(shift, repeated), np.tile(stretch, repeated)
+
+
 def play_regressors(
     v: FloatArray, radii: FloatArray, a_R: FloatArray, b_R: FloatArray, a_L: FloatArray, b_L: FloatArray
 ) -> FloatArray:
     """Outputs (n, plays) of generalised plays that come cooling from saturation; equations (3), (4)."""
-    plays = len(radii)
-    outputs = np.empty((len(v), plays))
-    for j in range(plays):
-        w = 1.0 + radii[j]
+    still = np.zeros((2, PARAMETERS, len(radii)))
+    arguments = _arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
+    return play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
+
+
+def _arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatArray]:
+    """x = a v + b of all edges and tanh x, each (2, plays, n); numpy's tanh takes many at once, libm's one."""
+    a, b = np.stack((pairs.a_R, pairs.a_L)), np.stack((pairs.b_R, pairs.b_L))
+    x = a[:, :, None] * v + b[:, :, None]
+    return x, np.tanh(x)
+
+
+@kernel
+def play_columns(
+    v: FloatArray,
+    scored: NDArray[np.bool_],
+    radii: FloatArray,
+    x: FloatArray,
+    gamma: FloatArray,
+    shift: FloatArray,
+    stretch: FloatArray,
+) -> FloatArray:
+    """Outputs of plays that come cooling from saturation and their derivatives, (plays, 1 + 4, scored samples).
+
+    x, gamma (2, plays, n), shift, stretch (2, 4, plays): arguments and values of the edges, heating first. An
+    output that an edge moved keeps the derivative d gamma = (1 - gamma^2) dx of that moment until the next.
+    """
+    columns = np.empty((len(radii), 1 + PARAMETERS, scored.sum()))
+    for j in range(len(radii)):
+        w, row = 1.0 + radii[j], 0
+        derivative = np.zeros(PARAMETERS)
         for k in range(len(v)):
-            if k > 0 and v[k] == v[k - 1]:
-                outputs[k, j] = w
-                continue
-            w = max(w, np.tanh(a_R[j] * v[k] + b_R[j]) - radii[j])
-            w = min(w, np.tanh(a_L[j] * v[k] + b_L[j]) + radii[j])
-            outputs[k, j] = w
-    return outputs
+            if k == 0 or v[k] != v[k - 1]:
+                lower, upper = gamma[0, j, k] - radii[j], gamma[1, j, k] + radii[j]
+                moved = play(w, lower, upper)
+                if moved != w:
+                    w, edge = moved, 1 if moved == upper else 0
+                    slope = 1.0 - gamma[edge, j, k] ** 2
+                    for m in range(PARAMETERS):
+                        derivative[m] = slope * (shift[edge, m, j] + stretch[edge, m, j] * x[edge, j, k])
+            if scored[k]:
+                columns[j, 0, row] = w
+                columns[j, 1:, row] = derivative
+                row += 1
+    return columns

@@ -35,7 +35,7 @@ class Vo2FitOptions:
     """What a user may choose."""
 
     plays: int = 6
-    starts: int = 6
+    starts: int = 14
     fine_cells: int = 40
     paper_levels: int = 10
     seed: int = 0

@@ -183,13 +183,14 @@ def test_kaufmans_jacobian_is_exact_off_the_fitted_columns_and_its_gradient_ever
     theta = spread_starts(problem, 2, seed)[1]
     low, high = play_fit._bounds(problem, 1 if common else 3)
     theta = np.clip(theta, low + 0.05, high - 0.05)
-    jacobian = play_fit._jacobian(problem, theta)
-    inner, envelopes = play_fit._inner(problem, theta)
-    plays = play_regressors(v, problem.radii, *envelopes)[problem.scored]
+    columns = play_fit._columns(problem, theta)
+    inner, plays = play_fit._inner(problem, columns), columns.plays
+    jacobian = play_fit._jacobian(problem, columns, inner)
     basis = np.linalg.qr(np.hstack((problem.free[problem.scored], plays[:, inner.nonnegative > 0.0])))[0]
     step, left_out = 1e-6, []
     for k in range(len(theta)):
-        moved = [play_fit._inner(problem, theta + sign * step * np.eye(len(theta))[k])[0] for sign in (1, -1)]
+        thetas = [theta + sign * step * np.eye(len(theta))[k] for sign in (1, -1)]
+        moved = [play_fit._inner(problem, play_fit._columns(problem, moved)) for moved in thetas]
         if any(((m.nonnegative > 0.0) != (inner.nonnegative > 0.0)).any() for m in moved):
             continue  # a weight becomes zero: there the residual has a kink
         difference = (moved[0].residual - moved[1].residual) / (2.0 * step)
@@ -212,3 +213,48 @@ def test_a_parameter_moves_the_residual_through_its_own_play_alone():
         moved = play_regressors(v, problem.radii, *envelopes_of(theta + 0.01 * np.eye(len(theta))[k], 3))
         changed = np.flatnonzero(np.abs(moved - base).max(axis=0) > 1e-9)
         assert set(changed) <= {k // PARAMETERS}
+
+
+@pytest.mark.parametrize("common", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_of_the_plays_are_their_finite_differences(common, seed):
+    v = damped_oscillation()
+    problem = problem_of(v, known_egpi().simulate(v), 3, common=common)
+    theta = spread_starts(problem, 2, seed)[1]
+    derivatives = play_fit._columns(problem, theta).derivatives
+    for k in range(len(theta)):
+        step = 1e-6 * np.eye(len(theta))[k]
+        ahead, behind = (play_fit._columns(problem, theta + sign * step).plays for sign in (1, -1))
+        touched = slice(None) if common else slice(k // PARAMETERS, k // PARAMETERS + 1)
+        found = derivatives[:, touched, k % PARAMETERS]
+        expected = ((ahead - behind) / 2e-6)[:, touched]
+        away = np.abs(found - expected) > 1e-6 * (1.0 + np.abs(expected).max())
+        assert away.mean() < 0.01, "only where a play changes hands within the step"
+
+
+@pytest.mark.parametrize("common", [True, False])
+def test_compressed_columns_have_the_same_fit_and_the_same_normal_equations(common):
+    v = damped_oscillation()
+    y = known_egpi().simulate(v) + np.random.default_rng(2).normal(0.0, 1.0, len(v))
+    problem = problem_of(v, y, 3, common=common, linear=not common, least=2.0)
+    whole = play_fit._columns(problem, spread_starts(problem, 2, 1)[1])
+    small = play_fit._compressed(whole)
+    assert len(small.y) == small.free.shape[1] + 3 + 1 + 3 * PARAMETERS < len(whole.y)
+    fits = [play_fit._inner(problem, columns) for columns in (whole, small)]
+    np.testing.assert_allclose(fits[1].nonnegative, fits[0].nonnegative, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(fits[1].free, fits[0].free, rtol=1e-9)
+    slopes = [play_fit._jacobian(problem, c, f) for c, f in zip((whole, small), fits, strict=True)]
+    residuals = [fit.residual for fit in fits]
+    scale = np.linalg.norm(slopes[0]) * max(np.linalg.norm(slopes[0]), np.linalg.norm(residuals[0]))
+    assert residuals[1] @ residuals[1] == pytest.approx(residuals[0] @ residuals[0], rel=1e-12)
+    for left in (slopes, residuals):
+        np.testing.assert_allclose(left[1].T @ slopes[1], left[0].T @ slopes[0], atol=1e-12 * scale)
+
+
+def test_screening_leaves_samples_out_of_the_score_and_never_fewer_than_a_hundred():
+    scored = np.ones(1000, dtype=bool)
+    scored[::10] = False
+    assert play_fit._every(4, scored).sum() == 225
+    assert not play_fit._every(4, scored)[~scored].any()
+    few = np.arange(300) < 150
+    np.testing.assert_array_equal(play_fit._every(4, few), few)
