@@ -40,7 +40,9 @@ Never = Callable[[], bool]
 
 def main() -> None:
     """Run, print, and replace the block between the markers of the results page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="one seed, device A only")
     parser.add_argument("--results", type=Path, help="page whose marked block is replaced")
     args = parser.parse_args()
@@ -88,7 +90,9 @@ def run(device: str, model: Vo2Model, name: str, estimator: str, seed: int) -> d
 
 def report(results: dict[str, dict[tuple[str, str], list[dict[str, Any]]]], seeds: tuple[int, ...]) -> str:
     """Markdown: a table a device; mean and max over the seeds."""
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
+    )
     lines = [
         f"Made {datetime.date.today().isoformat()} at commit {commit.stdout.strip()} by "
         "`python benchmarks/compare_estimators.py --results docs/results.md`; "
@@ -119,7 +123,9 @@ def row(name: str, kind: str, found: dict[tuple[str, str], list[dict[str, Any]]]
     paper = found[name, "observer"][0]["paper"]
     theirs = " / ".join(f"{paper[key]:g}" for key in (f"{kind}_mean", f"{kind}_max") if key in paper) or "–"
     texts = [f"{mean:.2f} / {most:.1f}" for mean, most in cells.values()]
-    marked = [f"**{text}**" if cell == best else text for text, cell in zip(texts, cells.values(), strict=True)]
+    marked = [
+        f"**{text}**" if cell == best else text for text, cell in zip(texts, cells.values(), strict=True)
+    ]
     return f"| {name}, {kind.replace('_', '-')} mean / max | {theirs} | " + " | ".join(marked) + " |"
 
 

@@ -37,12 +37,18 @@ def main() -> None:
         title="Simulated device A under the damped oscillation of the paper's figure 4",
     )
     plot_scenarios(PICTURES / "scenarios.png", [_bar(summary) for summary in summaries])
-    print(json.dumps({summary["scenario"]: _bar(summary)[1] for summary in summaries}, indent=2, ensure_ascii=False))
+    print(
+        json.dumps(
+            {summary["scenario"]: _bar(summary)[1] for summary in summaries}, indent=2, ensure_ascii=False
+        )
+    )
 
 
 def _bar(summary: dict[str, object]) -> tuple[str, float | None, float | None]:
     tracking, sensing, paper = (dict(summary[key]) for key in ("tracking", "self_sensing", "paper"))  # type: ignore[call-overload]
-    kind, errors = ("self_sensing", sensing) if tracking["mean_abs_percent"] is None else ("tracking", tracking)
+    kind, errors = (
+        ("self_sensing", sensing) if tracking["mean_abs_percent"] is None else ("tracking", tracking)
+    )
     return str(summary["scenario"]), errors["mean_abs_percent"], paper.get(f"{kind}_mean")
 
 
