@@ -10,6 +10,7 @@ Reference: K. J. Astrom, T. Hagglund, Advanced PID Control, section 3.5.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -46,7 +47,7 @@ class PiGains:
     ki: float
 
     def __post_init__(self) -> None:
-        if not self.kp >= 0.0 or not self.ki > 0.0:
+        if not 0.0 <= self.kp < math.inf or not 0.0 < self.ki < math.inf:
             raise ValueError(
                 f"PI gains need kp >= 0 mA/um and ki > 0 mA/(um s), got {self.kp!r}, {self.ki!r}"
             )

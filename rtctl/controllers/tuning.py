@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from rtctl.controllers.pi import PiGains
 
+SLOWEST = 1e-3  # loop gain g a sample: a crossover of 0.16 Hz at 1 ms
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
@@ -65,11 +67,14 @@ def margins_of(response: NDArray[np.complex128], angle: NDArray[np.float64]) -> 
     """Gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
 
     Read off the response itself: `control.margin` solves polynomials, which fails where a zero cancels a pole, and
-    leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing.
+    leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing; a loop whose
+    gain is still above 1 at half the sample rate has its phase margin there.
     """
     size, phase = np.abs(response), np.unwrap(np.angle(response))
     falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))
     phase_margin, crossover = math.inf, 0.0
+    if size[-1] >= 1.0:
+        phase_margin, crossover = 180.0 + math.degrees(phase[-1]), float(angle[-1])
     for k in falls:
         share = (size[k] - 1.0) / (size[k] - size[k + 1])
         at = math.degrees(phase[k] + share * (phase[k + 1] - phase[k]))
@@ -93,10 +98,11 @@ def tune(
     """The fastest PI that keeps both margins. `plant_gain` [um/mA] > 0, times in s, `delay` in periods.
 
     With the heating pole cancelled the loop is an integrator of gain g behind d + 1 samples: phase margin
-    `90 deg - (d + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both.
+    `90 deg - (d + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both. Where no
+    gain keeps them (90 deg and more of phase) the answer is the slowest one, whose margins say so.
     """
-    if not plant_gain > 0.0:
-        raise ValueError(f"the steepest slope must be > 0 um/mA to tune on, got {plant_gain!r}")
+    if not 0.0 < plant_gain < math.inf:
+        raise ValueError(f"the steepest slope must be > 0 um/mA and finite to tune on, got {plant_gain!r}")
     decay = math.exp(-period_s / time_constant_s)
 
     def trial(g: float) -> Tuning:
@@ -110,11 +116,13 @@ def tune(
             delay=delay,
         )
 
-    low, high = 1e-3, 2.0
+    def keeps(tuning: Tuning) -> bool:
+        return tuning.gain_margin >= least_gain_margin and tuning.phase_margin_deg >= least_phase_margin_deg
+
+    low, high = SLOWEST, 2.0
     for _ in range(24):
         middle = math.sqrt(low * high)
-        result = trial(middle)
-        if result.gain_margin >= least_gain_margin and result.phase_margin_deg >= least_phase_margin_deg:
+        if keeps(trial(middle)):
             low = middle
         else:
             high = middle
