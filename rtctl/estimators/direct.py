@@ -15,6 +15,7 @@ from rtctl.models.vo2 import Span, Vo2Model
 OK, NOT_FINITE, OUT_OF_RANGE = (
     int(status) for status in (EstimateStatus.OK, EstimateStatus.NOT_FINITE, EstimateStatus.OUT_OF_RANGE)
 )
+READING_MARGIN = 0.1  # of the identified range of ln R: beyond it the memoryless term would run away
 
 
 @kernel
@@ -39,11 +40,13 @@ class _Direct:
         self._last = 0.0
 
     def _reading(self, resistance_ohm: float) -> tuple[float, int]:
-        """-ln R and its status; NaN where there is none."""
+        """-ln R within the margin, and its status; NaN where there is none."""
         if not 0.0 < resistance_ohm < math.inf:
             return math.nan, NOT_FINITE
         u = -math.log(resistance_ohm)
-        return u, OK if self._range.low <= u <= self._range.high else OUT_OF_RANGE
+        margin = READING_MARGIN * self._range.width
+        clipped = min(max(u, self._range.low - margin), self._range.high + margin)
+        return clipped, OK if self._range.low <= u <= self._range.high else OUT_OF_RANGE
 
     def _estimate(self, value: float, status: int) -> Estimate:
         if math.isfinite(value):
