@@ -150,6 +150,7 @@ def test_one_row_a_hold_is_a_staircase_at_rest_with_the_nominal_time_constant(sm
     assert math.isinf(model.time_constant_error_s)
     assert {"low", "high"}.isdisjoint(model_tables(model)["model"]["parameters"]["thermal_time_constant"])
     assert any("nominal 1.8 ms" in line and "without an interval" in line for line in said)
+    np.testing.assert_array_equal(heated_hold_ends(slow, 1.8e-3), steady_states(slow).current_mA)
     for name in ("resistance_gpi", "deflection_egpi", "direct_egpi"):
         assert model.quality[name] == small_model.quality[name], "the steady states are the same"
 
