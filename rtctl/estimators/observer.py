@@ -31,9 +31,9 @@ from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import Vo2Model
 
 PROBE_MA2 = 0.1
-HEAT_START_MA2 = 1.0  # what a room may differ from the day of identification
-HEAT_WALK_MA2 = 0.02  # a square root of a second: a sixth of a degree a minute
-MODEL_ERROR_FACTOR = 3.0  # the rms over all data understates the error where a model is worst
+HEAT_START_MA2 = 0.5  # what a room may differ from the day of identification
+HEAT_WALK_MA2 = 0.01  # a square root of a second: a tenth of a degree a minute
+MODEL_ERROR_FACTOR = 6.0  # the rms over all data understates the error where a model is worst
 ERROR_LENGTH = 0.05  # of the current range: over what path the resistance model's error changes
 READING_SHARE = 0.3  # of the model's rms error that is noise of a single reading
 DISAGREEMENT = 6.0  # standard deviations
