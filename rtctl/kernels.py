@@ -1,8 +1,9 @@
 """Compiled kernels: `numba.njit` with the signature kept for mypy and a cache that cannot be stale.
 
 `fastmath` stays off (a kernel must keep NaN and the order of its sums); division by zero gives inf as in
-numpy, so a kernel raises nothing and a status says what went wrong. A kernel takes plain scalars,
-C-contiguous float64 arrays and NamedTuples of them.
+numpy, so a kernel raises nothing and a status says what went wrong. A kernel takes plain scalars, C-contiguous
+float64 arrays and NamedTuples of them. It is compiled into its callers: left to itself LLVM calls some, and each
+call counts references on every array of a NamedTuple, which made the observer three times as slow.
 
 numba keys its cache on the file of the kernel alone: edit a kernel in another file and callers that have
 compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels
@@ -31,7 +32,7 @@ IntArray = NDArray[np.int64]
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """`function`, compiled at its first call for the types of its arguments and kept on disk."""
-    compiled: Any = numba.njit(cache=True, fastmath=False, error_model="numpy")(function)
+    compiled: Any = numba.njit(cache=True, fastmath=False, error_model="numpy", forceinline=True)(function)
     if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
         return function
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
