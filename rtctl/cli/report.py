@@ -71,8 +71,10 @@ def print_model(model: Vo2Model, path: Path) -> None:
     ]  # fmt: skip
     headers = ["fit on the identification data", "mean abs", "of range", "max abs", "of range", "rms"]
     print_table(f"model of {model.identity or 'the device'}", headers, rows)
+    known = np.isfinite(model.time_constant_error_s)
+    error = f"+- {1e3 * model.time_constant_error_s:.2g} ms" if known else "(nominal: the data do not tell)"
     print(
-        f"heating time constant {1e3 * model.time_constant_s:.4g} ms +- {1e3 * model.time_constant_error_s:.2g} ms; "
+        f"heating time constant {1e3 * model.time_constant_s:.4g} ms {error}; "
         f"deflection {model.deflection.low:.2f} to {model.deflection.high:.2f} um, resistance "
         f"{model.resistance.low / 1e3:.2f} to {model.resistance.high / 1e3:.2f} kohm"
     )
@@ -107,7 +109,7 @@ def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
 
     ends = steady_states(dataset)
     v = ends.current_mA
-    second = np.flatnonzero(v == 0.0)[1:2]  # the first staircase is drawn: random ones would be a scribble
+    second = np.flatnonzero(ends.reset)[1:2]  # the first staircase is drawn: random ones would be a scribble
     scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))
     models = {
         "GPI / EGPI": (
