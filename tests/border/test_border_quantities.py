@@ -76,8 +76,7 @@ class Circle(Checked):
 
 class Square(Checked):
     kind: Literal["square"] = "square"
-    square: Annotated[float, Quantity("mm"), Field(gt=0.0)]
-    sides: tuple[Annotated[float, Quantity("mm")], ...] = ()
+    square: tuple[Annotated[float, Quantity("mm"), Field(gt=0.0)], ...]
 
 
 class Page(Checked):
@@ -95,8 +94,8 @@ def test_keys_are_named_as_the_file_has_them() -> None:
     assert message(shapes=[{"kind": "circle", "radus": "1 mm", "radius": "1 mm"}]) == (
         'page.toml: unknown key "shapes.0.radus"; did you mean "radius"?'
     )
-    assert message(shapes=[{"kind": "square", "square": "0 mm"}]) == (
-        'page.toml: key "shapes.0.square": Input should be greater than 0'
+    assert message(shapes=[{"kind": "square", "square": ["1 mm", "0 mm"]}]) == (
+        'page.toml: key "shapes.0.square.1": Input should be greater than 0'
     ), "a key may be called as its table's kind"
     assert message(shapes=[{"kind": "square"}]) == 'page.toml: key "shapes.0.square" is missing'
     assert message(width="1 mm") == 'page.toml: unknown key "width"; known: shapes, w', (

@@ -45,7 +45,7 @@ def test_a_sweep_without_a_step_is_refused(step: float) -> None:
 
 
 def test_a_sweep_of_whole_steps_has_no_extra_one() -> None:
-    assert sweep([0.0, 0.3], 0.1).tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert sweep([0.0, 0.1 + 0.2], 0.1).tolist() == pytest.approx([0.0, 0.1, 0.2, 0.3])
 
 
 def test_a_damped_oscillation_closes_in_on_its_centre() -> None:
