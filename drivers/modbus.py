@@ -91,7 +91,7 @@ class ModbusDriver:
         except (ExceptionReply, OverflowError) as refusal:
             raise DriverError(
                 Fault.COMMAND_REFUSED,
-                f"{self._line.name}: command {tuple(levels)} {self.profile.commands[0].unit}: {refusal}",
+                f"{self._line.name}: command {levels[0]:g} {self.profile.commands[0].unit}: {refusal}",
             ) from None
         if measurement.sequence != sequence and not measurement.status & _REFUSED:
             raise DriverError(

@@ -58,7 +58,7 @@ def acquire(
         raise RunError(f"{failure}; nothing was recorded")
     path = write_dataset(
         folder,
-        name=scenario.scenario.title,
+        name=scenario.scenario.title if not failure else f"{scenario.scenario.title} (INCOMPLETE: {failure})",
         plant=scenario.scenario.plant,
         identity=driver.identity,
         records=records,

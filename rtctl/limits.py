@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceStatus, Measurement
 
+_UINT32, _HALF = 0xFFFFFFFF, 0x80000000
 _HEALTHY = int(DeviceStatus.ENABLED)  # a plain int: to compare with an enum costs a tenth of a microsecond
 
 
@@ -62,10 +63,11 @@ class Plausibility:
         for value, low, high in zip(new.sensed, self.sensed_low, self.sensed_high, strict=True):
             if not low <= value <= high:
                 return self._implausible(new.sensed)
-        if new.counter == previous.counter:
+        if not 0 < (new.counter - previous.counter) & _UINT32 < _HALF:  # it wraps at 2^32
             return (
                 Fault.FROZEN_COUNTER,
-                f"the sample counter stands still at {new.counter}: no new measurement",
+                f"the sample counter went from {previous.counter} to {new.counter}: no new measurement, or a device "
+                "that has restarted",
             )
         return None
 

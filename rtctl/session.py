@@ -41,6 +41,7 @@ from rtctl.wiring import (
 )
 
 FloatArray = NDArray[np.float64]
+MOST_STEPS = 30_000_000
 LIVE_TIMEOUT_PERIODS = 5.0
 LEAST_LIVE_TIMEOUT_S = 0.05
 LOCKSTEP_TIMEOUT_S = 1.0
@@ -86,6 +87,7 @@ def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
     """The setpoint of each sample [um]. Raises InputError where it leaves the model's deflection range."""
     assert scenario.reference is not None
     period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
+    _check_length(duration_s / period_s)
     time_s = period_s * np.arange(round(duration_s / period_s), dtype=np.float64)
     try:
         setpoints = scenario.reference.build(time_s, *model.deflection)
@@ -177,11 +179,20 @@ def currents_of(scenario: Scenario) -> list[FloatArray]:
     return built
 
 
+def _check_length(steps: float) -> None:
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"scenario.duration and scenario.period ask for {steps:.3g} steps, a run keeps at most {MOST_STEPS:.0e} in "
+            "memory; shorten the one or lengthen the other"
+        )
+
+
 def steps_of(scenario: Scenario) -> int:
     """Exchanges that a run takes, the settling before each part included. Raises InputError."""
     period_s = scenario.scenario.period_s
     settling = round(scenario.clock.settle_s / period_s)
     if scenario.reference is not None:
+        _check_length((scenario.scenario.duration_s or 0.0) / period_s)
         return settling + round((scenario.scenario.duration_s or 0.0) / period_s)
     return sum(settling + len(currents) for currents in currents_of(scenario))
 
@@ -241,7 +252,7 @@ def play(
 
 
 def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
-    """All files of a run; the summary last, so that a folder with a summary is whole.
+    """All files of a run; the summary after the recordings, so that a folder with a summary has them whole.
 
     `tables`: the scenario as it was run, overrides included; it goes into the recording's metadata.
     """
@@ -253,9 +264,9 @@ def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], resul
     metadata = {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
     write_parquet(folder / "signals.parquet", result.signals, result.units, metadata)
     write_parquet(folder / "timing.parquet", result.timing, dict(TIMING_COLUMNS), metadata)
-    if len(result.signals["index"]) > 1:
-        draw_run(folder / "run.png", scenario, result)
     write_json(folder / "summary.json", result.summary)
+    if len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
+        draw_run(folder / "run.png", scenario, result)
 
 
 def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:

@@ -48,6 +48,7 @@ def summarise(
         "clamped_steps": int(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
         ),
+        "checked": all(check["met"] is not None for check in checks),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
         "faults": faults,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import signal
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,8 +18,15 @@ def output_folder(path: Path) -> Path:
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     if not existing.is_dir():
         raise InputError(f"--out {path}: {existing} is a file, a folder is needed")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(f"--out {path}: {existing} cannot be written to")
+    try:
+        with tempfile.TemporaryFile(
+            dir=existing
+        ):  # permission bits say nothing to root, nor of odd file systems
+            pass
+    except OSError as error:
+        raise InputError(
+            f"--out {path}: {existing} cannot be written to: {error.strerror or error}"
+        ) from None
     return path
 
 

@@ -12,6 +12,8 @@ The sensitivity of the reading to b is taken between two resistance models side 
 `PROBE_MA2`, each with its own history. The local slope of H will not do: it has one value going up and another going
 down, and a filter that is shown both for the same state believes that it can tell b from m. (Nor will correcting v
 by every reading: the hysteresis rectifies the noise, and the estimate creeps.)
+In the small loops of a closed loop m keeps its sign, which no variance expresses; so an estimated b is acted on only as
+far as it exceeds what m can feign (`believed`).
 Kalman filter of (b, m) with one scalar measurement. State order: s, probed s, b, m, P_bb, P_bm, P_mm; then the stacks
 of H, of probed H and of D.
 """
@@ -36,6 +38,7 @@ HEAT_WALK_MA2 = 0.01  # a square root of a second: a tenth of a degree a minute
 MODEL_ERROR_FACTOR = 6.0  # the rms over all data understates the error where a model is worst
 ERROR_LENGTH = 0.05  # of the current range: over what path the resistance model's error changes
 READING_SHARE = 0.3  # of the model's rms error that is noise of a single reading
+STEEPNESS = 3.0
 DISAGREEMENT = 6.0  # standard deviations
 OUT_OF_RANGE, NOT_FINITE, DISAGREES = (
     int(EstimateStatus.OUT_OF_RANGE),
@@ -59,6 +62,8 @@ class ObserverParams(NamedTuple):
     low: float
     """Range of v in which the models were identified [mA]."""
     high: float
+    heat_faked: float
+    """b0, how much heat the resistance model's error can feign [mA^2]."""
 
 
 RESISTANCE_PART = 4 + len(ObserverParams._fields)
@@ -66,11 +71,19 @@ DEFLECTION_PART = RESISTANCE_PART + len(PreisachParams._fields)
 
 
 @kernel
+def believed(b: float, heat_faked: float) -> float:
+    """What of an estimated b is acted on [mA^2]: b^3 / (b^2 + b0^2), next to nothing below b0, all far above it."""
+    if heat_faked == 0.0:
+        return b
+    return b * b * b / (b * b + heat_faked * heat_faked)
+
+
+@kernel
 def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParams) -> float:
     """Advance x (state order above) by `elapsed_s` of a held current, in place; returns v [mA]."""
     a = math.exp(-elapsed_s / p.time_constant_s)
     before = math.sqrt(max(x[0], 0.0))
-    power = current_mA * current_mA + x[2]
+    power = current_mA * current_mA + believed(x[2], p.heat_faked)
     x[0] = power + (x[0] - power) * a
     x[1] = power + PROBE_MA2 + (x[1] - power - PROBE_MA2) * a
     v = math.sqrt(max(x[0], 0.0))
@@ -115,8 +128,9 @@ def observer_step(
     expected = preisach_step(stack, v, resistance).y
     probed = preisach_step(probed_stack, math.sqrt(max(x[1], 0.0)), resistance).y
     if resistance_ohm > 0.0 and math.isfinite(resistance_ohm):
-        innovation = -math.log(resistance_ohm) - expected - x[3]
         sensitivity = (probed - expected) / PROBE_MA2
+        withheld = x[2] - believed(x[2], p.heat_faked)
+        innovation = -math.log(resistance_ohm) - (expected + sensitivity * withheld) - x[3]
         if condition_on(x, innovation, sensitivity, p.reading_variance) > DISAGREEMENT:
             status |= DISAGREES
     else:
@@ -133,13 +147,19 @@ def packed_observer_step(
     """`observer_step` in a packed memory: x, the three stacks, then the parameters of each in turn."""
     p = ObserverParams(
         number_at(memory, 4), number_at(memory, 5), number_at(memory, 6), number_at(memory, 7),
-        number_at(memory, 8), number_at(memory, 9), number_at(memory, 10),
+        number_at(memory, 8), number_at(memory, 9), number_at(memory, 10), number_at(memory, 11),
     )  # fmt: skip
     return observer_step(
         array_at(memory, 0), array_at(memory, 1), array_at(memory, 2), array_at(memory, 3),
         current_mA, resistance_ohm, elapsed_s, p,
         preisach_at(memory, RESISTANCE_PART), preisach_at(memory, DEFLECTION_PART),
     )  # fmt: skip
+
+
+def _steep_slope(model: Vo2Model) -> float:
+    """-d ln R / ds where the film switches [1/mA^2]: about `STEEPNESS` times the mean over the range."""
+    span = model.current.high**2 - model.current.low**2
+    return STEEPNESS * math.log(model.resistance.high / model.resistance.low) / span
 
 
 class ObserverEstimator:
@@ -155,6 +175,7 @@ class ObserverEstimator:
             HEAT_WALK_MA2**2,
             model.current.low - margin,
             model.current.high + margin,
+            MODEL_ERROR_FACTOR * model.reading_error / _steep_slope(model),
         )
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
         self._fit_error = model.deflection_error

@@ -86,9 +86,9 @@ def test_a_run_that_breaks_while_writing_leaves_no_summary_of_an_older_one(
     assert (tmp_path / "summary.json").exists()
 
     def no_space(*_: Any) -> None:
-        raise OSError(28, "No space left on device", "run.png")
+        raise OSError(28, "No space left on device", "signals.parquet")
 
-    monkeypatch.setattr("rtctl.session.draw_run", no_space)
+    monkeypatch.setattr("rtctl.recording.write_parquet", no_space)
     assert run(model_file, tmp_path, "--quiet") == 1
     assert not (tmp_path / "summary.json").exists()
 

@@ -87,7 +87,7 @@ def test_refusal_by_exception_is_named() -> None:
     with rtu_session((t.COMMAND_42, t.ILLEGAL_VALUE)) as (driver, _, _):
         error = fault_of(driver)
         assert error.fault is Fault.COMMAND_REFUSED
-        assert "command (5.0,) mA: function 23 was answered with exception 3 (illegal value)" in str(error)
+        assert "command 5 mA: function 23 was answered with exception 3 (illegal value)" in str(error)
 
 
 def test_level_beyond_float32_is_refused_before_it_is_sent() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vo2_cases import RANGE_MA, run_over
 
 from rtctl.estimators import ESTIMATORS
-from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, condition_on, predict
+from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, believed, condition_on, predict
 from rtctl.identification.thermal import heat
 from rtctl.interfaces import EstimateStatus
 
@@ -59,7 +59,7 @@ def textbook(x, P, current, elapsed, p, innovation_of, sensitivity):
     reading=st.floats(-0.3, 0.3), sensitivity=st.floats(-0.05, 0.3), elapsed=st.floats(0.0, 1e-2),
 )  # fmt: skip
 def test_a_step_of_the_filter_is_the_textbooks(current, b, m, reading, sensitivity, elapsed):
-    p = ObserverParams(1.8e-3, 1e-6, 1e-4, 0.25, 4e-4, 3.7, 8.5)
+    p = ObserverParams(1.8e-3, 1e-6, 1e-4, 0.25, 4e-4, 3.7, 8.5, 0.0)
     P = np.array([[0.8, -0.002], [-0.002, 9e-5]])
     x = np.array([36.0, 36.1, b, m, P[0, 0], P[0, 1], P[1, 1]])
     expected, P, deviations = textbook(np.array([36.0, b, m]), P, current, elapsed, p, reading, sensitivity)
@@ -69,6 +69,14 @@ def test_a_step_of_the_filter_is_the_textbooks(current, b, m, reading, sensitivi
     np.testing.assert_allclose([x[0], x[2], x[3]], expected, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose([x[4], x[5], x[5], x[6]], P.ravel(), rtol=1e-6, atol=1e-14)
     assert found == pytest.approx(deviations)
+
+
+def test_heat_that_the_models_error_can_feign_is_hardly_acted_on():
+    for sign in (1.0, -1.0):
+        assert abs(believed(sign * 0.05, 0.15)) <= 0.11 * 0.05
+        assert believed(sign * 1.5, 0.15) == pytest.approx(sign * 1.5, rel=0.01)
+    assert believed(0.0, 0.15) == 0.0
+    assert believed(0.3, 0.0) == 0.3
 
 
 def test_the_covariance_stays_positive_over_a_long_run(identified):

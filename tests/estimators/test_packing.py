@@ -35,7 +35,7 @@ INVERSE = GpiInverse.of(GPI)
 PREISACH = PreisachModel(
     grid=np.array([3.0, 4.5, 5.0, 6.5, 9.0]), mu=np.linspace(0.1, 1.0, 10), sign=-1.0, c=2.0, c1=0.5, c2=0.1
 )
-OBSERVER = ObserverParams(1.8e-3, 1e-6, 1e-4, 0.2, 4e-4, 3.5, 8.5)
+OBSERVER = ObserverParams(1.8e-3, 1e-6, 1e-4, 0.2, 4e-4, 3.5, 8.5, 0.15)
 
 
 @pytest.mark.parametrize(

@@ -79,9 +79,14 @@ def test_the_ends_of_the_plausible_range_are_believed() -> None:
     assert judged(math.nextafter(1e6, 1e9)) is Fault.OUT_OF_RANGE
 
 
-def test_a_counter_may_wrap_or_jump_but_not_stand() -> None:
-    assert judged(counter=0) is None
+def test_a_counter_may_wrap_or_jump_ahead_but_not_stand_or_go_back() -> None:
+    assert judged(counter=2) is None
+    assert judged(counter=1000) is None
     assert judged(counter=1) is Fault.FROZEN_COUNTER
+    assert judged(counter=0) is Fault.FROZEN_COUNTER
+    last = Measurement((1e4,), 1.0, 0xFFFFFFFF, 0, 0, ENABLED)
+    plausible = Plausibility(sensed_low=(100.0,), sensed_high=(1e6,), names=("resistance [ohm]",))
+    assert plausible.judge(last._replace(counter=0), last) is None
 
 
 def test_the_cause_comes_before_its_consequences() -> None:
