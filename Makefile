@@ -32,9 +32,10 @@ contracts: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest
 
-# Everything in docs/results.md, made anew (about twenty minutes).
+# The tables and pictures of the documentation, made anew (about three minutes).
 figures: $(STAMP)
-	$(BIN)/python benchmarks/compare_estimators.py --out docs/figures
+	$(BIN)/python benchmarks/compare_estimators.py --results docs/results.md
+	$(BIN)/python benchmarks/pictures.py
 
 benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/estimator_vs_c.py
