@@ -52,7 +52,8 @@ def acquire(
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break
-        _refuse_clamped(signals, kind)
+        if failure := _clamped(signals, kind):
+            break
         records.append(_record(signals, scenario, index, kind))
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
@@ -69,15 +70,16 @@ def acquire(
     return path
 
 
-def _refuse_clamped(signals: Mapping[str, FloatArray], kind: str) -> None:
-    """The dataset would hold commanded currents that were never applied. Raises RunError."""
+def _clamped(signals: Mapping[str, FloatArray], kind: str) -> str:
+    """Why a record must not be kept: it would hold commanded currents that were never applied. Empty: none."""
     clamped = (signals["device_status"].astype(np.int64) & int(DeviceStatus.CLAMPED)) != 0
-    if clamped.any():
-        asked = signals["current"][clamped]
-        raise RunError(
-            f"{kind}: the device clamped {int(clamped.sum())} commands between {asked.min():.4g} and "
-            f"{asked.max():.4g} mA to its own limits; narrow --set limits.low=... and limits.high=... to them"
-        )
+    if not clamped.any():
+        return ""
+    asked = signals["current"][clamped]
+    return (
+        f"{kind}: the device clamped {int(clamped.sum())} commands between {asked.min():.4g} and "
+        f"{asked.max():.4g} mA to its own limits; narrow --set limits.low=... and limits.high=... to them"
+    )
 
 
 def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, kind: str) -> Record:

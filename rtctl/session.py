@@ -17,7 +17,8 @@ from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
 from rtctl.controllers.tuning import Tuning
-from rtctl.interfaces import Controller, Estimator, SignalRecorder
+from rtctl.interfaces import Controller, Estimator
+from rtctl.limits import CommandLimits
 from rtctl.loop import (
     TIMING_COLUMNS,
     LoopOutcome,
@@ -213,13 +214,12 @@ def _parts(
     driver: Driver,
     estimator: Estimator,
     controller: Controller,
-    limits: Any,
+    limits: CommandLimits,
     stop_requested: Callable[[], bool],
 ) -> tuple[LoopParts, Recorder, Recorder]:
     reference = driver.profile.reference
     signals = Recorder(signal_columns(driver, reference.name, reference.unit))
     timings = Recorder(TIMING_COLUMNS)
-    sink: tuple[SignalRecorder, SignalRecorder] = (signals, timings)
     parts = LoopParts(
         driver=driver,
         estimator=estimator,
@@ -227,8 +227,8 @@ def _parts(
         limits=(limits,),
         plausibility=build_plausibility(scenario, driver.profile),
         clock=build_clock(scenario),
-        signals=sink[0],
-        timings=sink[1],
+        signals=signals,
+        timings=timings,
         stop_requested=stop_requested,
     )
     return parts, signals, timings

@@ -41,7 +41,9 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
         if check["met"] is None:
             print(f"not checked: {check['check']}: the device gave no reference deflection")
         elif not check["met"]:
-            print(f"check not met: {check['check']} = {check['measured']:.3g}, at most {check['limit']:g}")
+            print(
+                f"check not met: {check['check']} = {number(check['measured'], 3)}, at most {check['limit']:g}"
+            )
     if summary["clamped_steps"]:
         print(
             f"the device clamped the current in {summary['clamped_steps']} steps: its own limits are narrower than "
