@@ -1,0 +1,77 @@
+"""What a number of a model means: its unit, where it does nothing, where it may lie, how large it matters.
+
+A mechanism is an extension of a nominal model by its physical name. A plant adds what it does to the equation;
+identification and diagnosis need no more than what is declared here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Scales(NamedTuple):
+    """Sizes of a motion (RMS, in the units of the data; times in s): what a parameter is to be compared with."""
+
+    displacement: float
+    velocity: float
+    acceleration: float
+    drive: float
+    rate: float
+    """Dominant angular frequency [1/s]."""
+    duration: float
+    """Of the records [s]."""
+    period: float
+    """Between samples [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """One number of a nominal model or of a mechanism.
+
+    `unit` may name the data's own units: `{z}` for displacement, `{u}` for drive, as in "1/({z}^2*s^2)".
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    scale: Callable[[Scales], float]
+    """The value at which it matters as much as the rest of the equation."""
+    neutral: float | None = 0.0
+    """Where its mechanism does nothing; None: a shape, which says how and not how much."""
+    default: float | None = None
+    """Of a shape that a file leaves out; None: it must be given."""
+    low: float = -math.inf
+    high: float = math.inf
+    shape_range: tuple[float, float] = (0.1, 10.0)
+    """Of a shape: where to look for it, in multiples of its scale."""
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it says how a mechanism acts and not how much."""
+        return self.neutral is None
+
+    def unit_in(self, **data_units: str) -> str:
+        """`unit` with the data's own units filled in."""
+        return self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mechanism:
+    """An extension of a nominal model: id of the file formats, physics in a sentence, parameters."""
+
+    id: str
+    statement: str
+    """One sentence; parameters as `{level}` are filled in with value and unit."""
+    parameters: tuple[Parameter, ...]
+
+    def __post_init__(self) -> None:
+        if all(parameter.is_shape for parameter in self.parameters):
+            raise ValueError(f"{self.id}: a mechanism needs a parameter with a neutral value")
+
+    @property
+    def amplitudes(self) -> tuple[Parameter, ...]:
+        """Parameters that switch it off when they are all neutral."""
+        return tuple(parameter for parameter in self.parameters if not parameter.is_shape)

@@ -1,0 +1,102 @@
+"""The protocol between what fits and doubts (rtctl) and what simulates (plant_sim): records in, predictions out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.mechanisms import Mechanism, Parameter, Scales
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stimulus:
+    """What drove one record: inputs (n,) in the data's units, how they go on between samples, the start."""
+
+    inputs: Mapping[str, FloatArray]
+    holds: Mapping[str, str]
+    """Of each input: "linear" | "zero" | "band-limited"."""
+    period_s: float
+    initial: Mapping[str, float] = field(default_factory=dict)
+    """State at the first sample in the data's units; what is missing is at rest."""
+    peak: Mapping[str, float] = field(default_factory=dict)
+    """Largest measured magnitude of each output, where it is known: the step is chosen for it."""
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(next(iter(self.inputs.values())))
+
+
+class FreeParameter(NamedTuple):
+    """One number that a fit may move."""
+
+    name: str
+    """"damping", or "friction.coulomb.level" of a mechanism."""
+    unit: str
+    value: float
+    low: float
+    high: float
+    fixed: bool
+    declared: Parameter
+    mechanism: str
+    """Its mechanism's id; "" of the nominal model."""
+
+
+class Prediction(NamedTuple):
+    """Free-run outputs of several parameter sets (lanes)."""
+
+    outputs: Mapping[str, FloatArray]
+    """(lanes, samples) each, in the data's units; NaN from where a lane diverged."""
+    diverged_at: IntArray
+    """(lanes,) first sample that is no number or absurd; -1: none."""
+
+
+class Simulation(Protocol):
+    """A model bound to the units of a dataset. Holds no state of a run; may be called from several threads."""
+
+    kind: str
+    parameters: tuple[FreeParameter, ...]
+    mechanisms: tuple[Mechanism, ...]
+    """Of this model, in its order."""
+    outputs: tuple[str, ...]
+    state: tuple[str, ...]
+    """What an initial state consists of: "displacement", "velocity"."""
+
+    def predict(
+        self,
+        stimulus: Stimulus,
+        values: FloatArray,
+        initial: FloatArray | None = None,
+        steps_per_period: float | None = None,
+    ) -> Prediction:
+        """Simulate from the first sample; no measured output is fed in.
+
+        `values` (lanes, parameters) in the order and units of `parameters`; `initial` (lanes, states) or the
+        stimulus's own. `steps_per_period`: of the fastest pole; None: so many that the integrator is not the error.
+        """
+        ...
+
+    def extended(self, mechanisms: tuple[str, ...]) -> Simulation:
+        """The same with these mechanisms added, at their neutral values (shapes at their defaults or scales)."""
+        ...
+
+    def with_values(self, values: FloatArray) -> Simulation:
+        """The same model with `values` (parameters,) as its own."""
+        ...
+
+
+class Catalogue(Protocol):
+    """All mechanisms that a kind of plant knows."""
+
+    mechanisms: Mapping[str, Mechanism]
+
+    def scales_of(self, stimulus: Stimulus, outputs: Mapping[str, FloatArray]) -> Scales:
+        """Sizes of a measured motion."""
+        ...
