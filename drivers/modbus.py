@@ -3,6 +3,9 @@
 A device without function 23 (exception 1) is driven with 16, then 3, from then on. A reply counts only if
 the sequence number in force (register 109) is that of the command just sent, or if the device says that it
 refused.
+
+Commands beyond the first lie behind the settings (enable, watchdog, clock, period: registers 3-7). To stay one
+transaction the write then runs over the settings as well and repeats them as the device gave them back at opening.
 """
 
 from __future__ import annotations
@@ -19,15 +22,17 @@ from rtctl.border.registers import (
     COMMAND,
     COUNTER,
     ENABLE,
+    FURTHER_COMMANDS,
     IDENTITY,
     IDENTITY_COUNT,
     READING,
-    READING_COUNT,
     SEQUENCE_IN_FORCE,
     STATUS,
     TIME_US,
     WATCHDOG_MS,
+    check_layout,
     float32_words,
+    reading_count,
     uint32_words,
     words_float32,
     words_identity,
@@ -44,9 +49,10 @@ class ModbusDriver:
         self, make_client: Callable[[float], Client], name: str, unit: int, profile: DeviceProfile
     ) -> None:
         """`make_client` takes the timeout [s]; `name` stands in messages."""
-        if [channel.register for channel in profile.commands] != [COMMAND]:
-            raise ValueError(f"profile {profile.kind}: one command at register {COMMAND} can be driven")
+        check_layout(profile)
         self.profile = profile
+        self._reading_count = reading_count(profile)
+        self._settings: list[int] = []  # registers 3-7 in force, where a command has to run over them
         self.identity = ""
         self._make_client = make_client
         self._name = name
@@ -67,7 +73,7 @@ class ModbusDriver:
             line.connect()
             self._set_up(line, lockstep_period_us, watchdog_ms)
             self.identity = _read_identity(line)
-            first = self._measurement(line.read(READING, READING_COUNT))
+            first = self._measurement(line.read(READING, self._reading_count))
         except ExceptionReply as reply:
             self._disconnect()
             raise DriverError(
@@ -85,13 +91,15 @@ class ModbusDriver:
             raise DriverError(Fault.CONNECTION_LOST, f"{self._name}: is not open")
         self._sequence = sequence = (self._sequence + 1) & 0xFFFF  # never sent twice, whatever comes of it
         try:
-            (level,) = levels
-            words = [*float32_words(level), sequence]
+            words = self._words(levels, sequence)
             measurement = self._measurement(self._command(self._line, words))
         except (ExceptionReply, OverflowError) as refusal:
+            asked = ", ".join(
+                f"{level:g} {channel.unit}"
+                for level, channel in zip(levels, self.profile.commands, strict=True)
+            )
             raise DriverError(
-                Fault.COMMAND_REFUSED,
-                f"{self._line.name}: command {levels[0]:g} {self.profile.commands[0].unit}: {refusal}",
+                Fault.COMMAND_REFUSED, f"{self._line.name}: command {asked}: {refusal}"
             ) from None
         if measurement.sequence != sequence and not measurement.status & _REFUSED:
             raise DriverError(
@@ -119,20 +127,30 @@ class ModbusDriver:
             line.write(CLOCK, [1, *uint32_words(lockstep_period_us)])
         line.write(WATCHDOG_MS, [watchdog_ms])
         line.write(ENABLE, [1])
+        if len(self.profile.commands) > 1:
+            self._settings = list(line.read(ENABLE, FURTHER_COMMANDS - ENABLE))
+
+    def _words(self, levels: Sequence[float], sequence: int) -> list[int]:
+        """Registers from 0 on: first command, sequence number, then settings and further commands."""
+        first, *further = levels
+        words = [*float32_words(first), sequence, *self._settings]
+        for level in further:
+            words += float32_words(level)
+        return words
 
     def _command(self, line: ModbusLine, words: list[int]) -> Sequence[int]:
         if self._has_function_23:
             try:
-                return line.write_then_read(COMMAND, words, READING, READING_COUNT)
+                return line.write_then_read(COMMAND, words, READING, self._reading_count)
             except ExceptionReply as reply:
                 if reply.code != ILLEGAL_FUNCTION:
                     raise
                 self._has_function_23 = False
         line.write(COMMAND, words)
-        return line.read(READING, READING_COUNT)
+        return line.read(READING, self._reading_count)
 
     def _measurement(self, words: Sequence[int]) -> Measurement:
-        """From registers 100-109."""
+        """From registers 100 on."""
 
         def float_at(register: int) -> float:
             at = register - READING

@@ -9,8 +9,8 @@ trip inside a sample, where the period exceeds it, because between samples no ti
 Choices where the register map leaves room:
 - The lease of a command ends strictly after the watchdog time, so watchdog = period never trips in
   lockstep.
-- Enabled, the device stays at the off level (0) until the first command; a trip forces the plant's safe
-  level.
+- Enabled, the device stays at the off levels until the first command: 0 on the first channel, which carries
+  the power, the safe level on further ones (a frequency of 0 is none). A trip forces the plant's safe levels.
 - A refused command changes nothing but bit 4: it is not in force, feeds no watchdog and advances no
   lockstep.
 - Re-arming (enable 0, then 1) clears bits 1 and 4 and puts the watchdog to sleep until the next command.
@@ -49,8 +49,8 @@ class SimulatedDevice:
         self._readings = struct.Struct(f"{len(plant.profile.sensed) + 1}f")
         self._low = self._float32(plant.low)
         self._high = self._float32(plant.high)
-        self._off = (0.0,) * len(plant.profile.commands)
-        self._levels: tuple[float, ...] = self._off
+        self.off = (0.0, *self._float32(plant.safe)[1:])
+        self._levels: tuple[float, ...] = self.off
         self._status = 0
         self._sequence: int | None = None  # None: no command since power-up
         self._counter = 0
@@ -90,7 +90,7 @@ class SimulatedDevice:
         return self.read()
 
     def command(self, levels: Sequence[float], sequence: int) -> None:
-        """Registers 0-2 written: `levels` in the profile's units, `sequence` uint16. Raises ValueError."""
+        """Commands and register 2 written: `levels` in the profile's units, `sequence` uint16. Raises ValueError."""
         asked = self._float32(levels)
         if not self._lockstep:
             self._live_until_now()
@@ -128,7 +128,7 @@ class SimulatedDevice:
             self._live_until_now()
         if not on:
             self._status &= ~(_ENABLED | _CLAMPED)
-            self._levels = self._off
+            self._levels = self.off
             self._fed_us = None
         elif not self._status & _ENABLED:
             self._status = _ENABLED | (self._status & _SENSOR_FAULT)

@@ -1,8 +1,9 @@
 """The register map around a simulated device: words in, words out, whole writes or none.
 
 A write is checked as a whole before anything of it takes effect. Then, whatever its order on the wire,
-settings apply first (watchdog, clock), enable next and the command last. A current without its sequence
-number is only latched; it takes effect when a fresh sequence number arrives.
+settings apply first (watchdog, clock), enable next and the command last. A level without its sequence
+number is only latched; it takes effect when a fresh sequence number arrives. Command channels beyond the first
+stand in registers 8-9, 10-11 and so on, as the profile says.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from plant_sim.device import SimulatedDevice
 from rtctl.border.records import Measurement
 from rtctl.border.registers import (
     CLOCK,
-    COMMAND,
     COUNTER,
     ENABLE,
     IDENTITY,
@@ -25,6 +25,7 @@ from rtctl.border.registers import (
     SEQUENCE_IN_FORCE,
     STATUS,
     WATCHDOG_MS,
+    check_layout,
     identity_words,
 )
 
@@ -32,9 +33,8 @@ ILLEGAL_FUNCTION = 1
 ILLEGAL_ADDRESS = 2
 ILLEGAL_VALUE = 3
 
-_SETTINGS = struct.Struct(">fHHHHI")
-"""Registers 0-7: current [mA], sequence, enable, watchdog [ms], clock, sample period [us]."""
-_SETTINGS_END = _SETTINGS.size // 2
+_SETTINGS = ">fHHHHI"
+"""Registers 0-7: first command, sequence, enable, watchdog [ms], clock, sample period [us]; then further commands."""
 _FLOAT32 = struct.Struct(">f")
 _COUNTER_STATUS_TIME = struct.Struct(">IHI")
 _WORD = struct.Struct(">H")
@@ -49,15 +49,15 @@ class Refusal(Exception):  # noqa: N818 - the protocol's answer to a request, no
 
 
 class RegisterFile:
-    """Holding registers of a device with one command channel; values are big-endian bytes, two a register."""
+    """Holding registers of a device; values are big-endian bytes, two a register."""
 
     def __init__(self, device: SimulatedDevice) -> None:
-        commands = [channel.register for channel in device.profile.commands]
-        if commands != [COMMAND]:
-            raise ValueError(f"one command at register {COMMAND} is served, got commands at {commands}")
+        check_layout(device.profile)
         self._device = device
-        self._current = 0.0
+        self._levels = device.off
         self._sequence = 0
+        self._layout = struct.Struct(_SETTINGS + (len(self._levels) - 1) * "f")
+        self._end = self._layout.size // 2
         identity = struct.pack(">8H", *identity_words(device.identity))
         self._blank = bytes(2 * (IDENTITY - READING)) + identity
         self._floats = [2 * (channel.register - READING) for channel in device.profile.sensed]
@@ -65,7 +65,7 @@ class RegisterFile:
 
     def check_readable(self, address: int, count: int) -> None:
         """Raises Refusal(2) unless all of the registers are in the map."""
-        if not (address + count <= _SETTINGS_END or (address >= READING and address + count <= MAP_END)):
+        if not (address + count <= self._end or (address >= READING and address + count <= MAP_END)):
             raise Refusal(ILLEGAL_ADDRESS)
 
     def read(self, address: int, count: int) -> bytes:
@@ -79,12 +79,13 @@ class RegisterFile:
     def write(self, address: int, words: bytes) -> None:
         """Write `words` from `address` on, as a whole. Raises Refusal; then nothing has changed."""
         end = address + len(words) // 2
-        if end > _SETTINGS_END:
+        if end > self._end:
             raise Refusal(ILLEGAL_ADDRESS)
         old = self._settings()
         new = old[: 2 * address] + words + old[2 * end :]
-        current, sequence, enable, watchdog_ms, clock, period_us = _SETTINGS.unpack(new)
-        if not (isfinite(current) and enable <= 1 and clock <= 1 and period_us > 0):
+        first, sequence, enable, watchdog_ms, clock, period_us, *further = self._layout.unpack(new)
+        levels = (first, *further)
+        if not (all(map(isfinite, levels)) and enable <= 1 and clock <= 1 and period_us > 0):
             raise Refusal(ILLEGAL_VALUE)
         device = self._device
         if end > ENABLE:
@@ -94,14 +95,20 @@ class RegisterFile:
                 device.set_clock(lockstep=bool(clock), period_us=period_us)
             if address <= ENABLE:
                 device.set_enable(bool(enable))
-        self._current, self._sequence = current, sequence
+        self._levels, self._sequence = levels, sequence
         if address <= SEQUENCE < end:
-            device.command((current,), sequence)
+            device.command(levels, sequence)
 
     def _settings(self) -> bytes:
         d = self._device
-        return _SETTINGS.pack(
-            self._current, self._sequence, d.enabled, d.watchdog_ms, d.lockstep, d.period_us
+        return self._layout.pack(
+            self._levels[0],
+            self._sequence,
+            d.enabled,
+            d.watchdog_ms,
+            d.lockstep,
+            d.period_us,
+            *self._levels[1:],
         )
 
     def _image(self, m: Measurement) -> bytes:

@@ -1,6 +1,6 @@
 """Records and protocols between the loop, a driver and a device.
 
-Units are those of the register map: mA, ohm, um, Hz; times in seconds unless a name says otherwise.
+Units are those of the profile's channels: mA, ohm, um, Hz; times in seconds unless a name says otherwise.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Measurement(NamedTuple):
     """What one exchange brings back."""
 
     sensed: tuple[float, ...]
-    """What the loop may use, in the profile's order (vo2: resistance [ohm])."""
+    """What the loop may use, in the profile's order and units."""
     reference: float
-    """External instrument, for scoring only (vo2: deflection [um]); NaN where there is none."""
+    """External instrument, for scoring only; NaN where there is none."""
     counter: int
     """Sample counter, uint32, wraps."""
     time_us: int
@@ -64,7 +64,32 @@ VO2 = DeviceProfile(
     reference=Channel(name="deflection", unit="um", register=107),
 )
 
-PROFILES = {profile.kind: profile for profile in (VO2,)}
+ME = DeviceProfile(
+    kind="me",
+    commands=(
+        Channel(name="coil_current", unit="mA", register=0),
+        Channel(name="drive_frequency", unit="Hz", register=8),
+    ),
+    sensed=(
+        Channel(name="in_phase", unit="um", register=100),
+        Channel(name="quadrature", unit="um", register=110),
+    ),
+    reference=Channel(name="amplitude", unit="um", register=107),
+)
+
+
+def oscillator_profile(*, drive_unit: str, displacement_unit: str) -> DeviceProfile:
+    """An oscillator as a model file describes it: the units are the file's."""
+    return DeviceProfile(
+        kind="oscillator",
+        commands=(Channel(name="drive", unit=drive_unit, register=0),),
+        sensed=(Channel(name="displacement", unit=displacement_unit, register=100),),
+        reference=Channel(name="reference_displacement", unit=displacement_unit, register=107),
+    )
+
+
+OSCILLATOR = oscillator_profile(drive_unit="V", displacement_unit="um")
+PROFILES = {profile.kind: profile for profile in (VO2, ME, OSCILLATOR)}
 
 
 class Device(Protocol):
@@ -77,7 +102,7 @@ class Device(Protocol):
     identity: str
 
     def exchange(self, levels: Sequence[float], sequence: int) -> Measurement:
-        """Registers 0-2 written, 100-111 read, as one transaction. Raises ValueError on a NaN level."""
+        """Command and sequence number written, 100-111 read, as one transaction. Raises ValueError on a NaN."""
         ...
 
     def read(self) -> Measurement:

@@ -8,19 +8,22 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-COMMAND = 0  # float32, two registers a channel; channels beyond the first have addresses of their own
+from rtctl.border.records import DeviceProfile
+
+COMMAND = 0  # float32; the first channel
 SEQUENCE = 2
 ENABLE = 3
 WATCHDOG_MS = 4
 CLOCK = 5  # 0 free-running, 1 lockstep
 PERIOD_US = 6  # uint32
+FURTHER_COMMANDS = 8  # float32 each, two registers a channel: those beyond the first
 READING = 100
 COUNTER = 102
 STATUS = 104
 TIME_US = 105
 REFERENCE = 107
 SEQUENCE_IN_FORCE = 109
-READING_COUNT = 10  # 100-109 in one read
+READING_COUNT = 10  # 100-109 in one read; more where a channel lies beyond them
 IDENTITY = 120
 IDENTITY_COUNT = 8
 MAP_END = 128
@@ -57,3 +60,17 @@ def identity_words(identity: str) -> list[int]:
 def words_identity(words: Sequence[int]) -> str:
     """The ASCII identity in eight registers, without padding."""
     return struct.pack(">8H", *words).rstrip(b"\0 ").decode("ascii", "replace")
+
+
+def check_layout(profile: DeviceProfile) -> None:
+    """Raises ValueError unless the commands lie at 0, then from 8 on without a gap."""
+    found = [channel.register for channel in profile.commands]
+    wanted = [COMMAND, *range(FURTHER_COMMANDS, FURTHER_COMMANDS + 2 * (len(found) - 1), 2)]
+    if found != wanted:
+        raise ValueError(f"profile {profile.kind}: commands lie at {found}, the register map has {wanted}")
+
+
+def reading_count(profile: DeviceProfile) -> int:
+    """Registers from 100 on that one read of this kind of device takes."""
+    channels = (*profile.sensed, profile.reference)
+    return max(READING_COUNT, *(channel.register + 2 - READING for channel in channels))
