@@ -1,0 +1,79 @@
+"""A template kernel bound to an acceleration law: compiled together, cached on disk under both names.
+
+`bind(rk4, acceleration=relaxing)` is a copy of `rk4` whose global `acceleration` is the compiled `relaxing`. So
+the loop of the integrator exists once in the source and is as fast for each law as if written for it; a law is
+compiled once on a machine, whatever combinations a user tries. numba follows the file of the template alone, so
+the cache is stamped with the sources of the laws as well.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import re
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numba
+
+CONTRACT = {"contract"}
+"""The only liberty the compiler has: a*b + c as one rounded operation, as a C compiler takes by default."""
+
+LONGEST_NAME = 120
+"""It becomes a file's name in numba's cache."""
+
+
+def law(function: Callable[..., Any]) -> Any:
+    """`function` compiled for inlining into templates and other laws."""
+    return numba.njit(error_model="numpy", fastmath=CONTRACT, forceinline=True, nogil=True)(function)
+
+
+def bind(template: Callable[..., Any], *, inline: bool = False, **laws: Any) -> Any:
+    """A copy of `template`, a plain Python function, with its globals named in `laws` replaced; compiled lazily.
+
+    `inline`: it is itself a law that goes into another template.
+    """
+    name = "__".join([template.__name__, *(_name(bound) for bound in laws.values())])
+    if len(name) > LONGEST_NAME:
+        name = f"{name[:LONGEST_NAME]}_{hashlib.sha256(name.encode()).hexdigest()[:12]}"
+    code = template.__code__.replace(co_name=name, co_qualname=name)
+    copy = FunctionType(code, {**template.__globals__, **laws}, name, template.__defaults__)
+    copy.__module__ = template.__module__
+    copy.__qualname__ = name
+    compiled: Any = numba.njit(
+        cache=True, error_model="numpy", fastmath=CONTRACT, nogil=True, forceinline=inline
+    )(copy)
+    if hasattr(compiled, "_cache"):  # not under NUMBA_DISABLE_JIT=1
+        compiled._cache._cache_file._source_stamp = _stamp([template, *laws.values()])
+    return compiled
+
+
+def _name(bound: Any) -> str:
+    """Part of a bound kernel's name, and so of its cache's: what it was bound to."""
+    function = getattr(bound, "py_func", bound)
+    if not isinstance(function, FunctionType):
+        return re.sub(r"\W+", "_", repr(bound)).strip("_")
+    return f"{function.__module__.rpartition('.')[2]}_{function.__name__}"
+
+
+def _stamp(functions: list[Any]) -> str:
+    """Of the sources that go into one compiled kernel: the modules of the functions and of what these call."""
+    files: set[str] = set()
+    pending = [getattr(function, "py_func", function) for function in functions]
+    while pending:
+        function = pending.pop()
+        if not isinstance(function, FunctionType):
+            continue  # a bound constant: its value is in the name
+        source = inspect.getsourcefile(function)
+        if source is None or source in files:
+            continue
+        files.add(source)
+        pending += [
+            value.py_func
+            for value in function.__globals__.values()
+            if isinstance(value, numba.core.dispatcher.Dispatcher)
+        ]
+    contents = sorted(hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files)
+    return hashlib.sha256("|".join(contents).encode()).hexdigest()

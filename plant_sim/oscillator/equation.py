@@ -1,0 +1,125 @@
+"""The equation of motion of several lanes: which terms and memories it has, its table of rows, its integration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant_sim.oscillator.binding import bind
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
+from plant_sim.oscillator.memory import combined
+from plant_sim.oscillator.nominal import ROWS
+from plant_sim.oscillator.rk4 import rk4
+from plant_sim.oscillator.rk4_memory import rk4_memory
+from plant_sim.oscillator.terms import (
+    CUBIC,
+    DAMPING,
+    DAMPING_2,
+    FRICTION,
+    NOMINAL,
+    PARAMETRIC,
+    QUADRATIC,
+    QUINTIC,
+    STIFFNESS,
+    TERMS,
+    dry_friction,
+    frictionless,
+    law_for,
+)
+from rtctl.border.simulation import FreeParameter
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equation:
+    """`rows` (rows, lanes): the terms, then the constants of each memory."""
+
+    rows: FloatArray
+    terms: frozenset[str]
+    memories: tuple[OscillatorMechanism, ...]
+    fastest_rate: float
+    """Of mechanisms that have one of their own [1/s]."""
+
+    @classmethod
+    def of(
+        cls, parameters: Sequence[FreeParameter], active: Sequence[OscillatorMechanism], values: FloatArray
+    ) -> Equation:
+        """From the values (lanes, parameters) and the mechanisms that act in them."""
+        column = {parameter.name: k for k, parameter in enumerate(parameters)}
+        table = np.zeros((len(TERMS), len(values)))
+        for name, row in ROWS.items():
+            table[TERMS.index(row)] = values[:, column[name]]
+        terms = set(NOMINAL)
+        for mechanism in active:
+            for row, name in mechanism.terms.items():
+                table[TERMS.index(row)] += values[:, column[f"{mechanism.id}.{name}"]]
+                terms.add(row)
+        own = [
+            {p.name: values[:, column[f"{mechanism.id}.{p.name}"]] for p in mechanism.parameters}
+            for mechanism in active
+        ]
+        lanes = range(len(values))
+        rates = [
+            mechanism.fastest_rate({name: float(column[j]) for name, column in of_all.items()})
+            for mechanism, of_all in zip(active, own, strict=True)
+            for j in lanes
+        ]
+        constants = [
+            [mechanism.memory.constants({name: float(c[j]) for name, c in of_all.items()}) for j in lanes]
+            for mechanism, of_all in zip(active, own, strict=True)
+            if mechanism.memory is not None
+        ]
+        return cls(
+            rows=np.ascontiguousarray(np.vstack([table, *(np.asarray(rows).T for rows in constants)])),
+            terms=frozenset(terms),
+            memories=tuple(mechanism for mechanism in active if mechanism.memory is not None),
+            fastest_rate=max(rates, default=0.0),
+        )
+
+    def rest(self) -> float:
+        """Distance of the farthest equilibrium without drive: 0, or that of the wells."""
+        stiffness, cubic = self.rows[STIFFNESS], self.rows[CUBIC]
+        bistable = (stiffness < 0.0) & (cubic > 0.0)
+        return float(np.sqrt(-stiffness[bistable] / cubic[bistable]).max(initial=0.0))
+
+    def rates(self, reach: float) -> tuple[float, float]:
+        """Fastest angular frequency and damping [1/s] of motions up to `reach`."""
+        p, reach2 = np.abs(self.rows), reach * reach
+        stiffness = p[STIFFNESS] + 2.0 * p[QUADRATIC] * reach + 3.0 * p[CUBIC] * reach2
+        stiffness += 5.0 * p[QUINTIC] * reach2 * reach2 + p[PARAMETRIC] * 0.0
+        damping = p[DAMPING] + p[DAMPING_2] * reach2
+        return max(float(np.sqrt(stiffness.max())), self.fastest_rate), float(damping.max())
+
+    def integrate(self, drive: Driven, substeps: int, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
+        lanes, samples = self.rows.shape[1], len(drive.nodes) // substeps + 1
+        z, v = np.ascontiguousarray(start[:, 0]), np.ascontiguousarray(start[:, 1])
+        out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
+        layout = [
+            (one.memory.law, one.memory.states, len(one.parameters)) for one in self.memories if one.memory
+        ]
+        integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
+        own = [np.zeros((sum(states for _, states, _ in layout), lanes))] if layout else []
+        integrator(z, v, *own, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+        return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
+
+
+@lru_cache(maxsize=256)
+def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
+    """The compiled integrator of an equation with these parts."""
+    memoryless = law_for(terms - {"friction"})
+    after_step = dry_friction if friction else frictionless
+    if not memories:
+        return bind(rk4, acceleration=memoryless, after_step=after_step)
+    row, laws = len(TERMS), []
+    for law, states, constants in memories:
+        laws.append((law, row, states))
+        row += constants
+    zeros = (0.0,) * sum(states for _, states, _ in memories)
+    return bind(rk4_memory, acceleration=combined(memoryless, laws), after_step=after_step, ZEROS=zeros)

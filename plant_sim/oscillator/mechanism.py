@@ -1,0 +1,97 @@
+"""What a mechanism does to an oscillator: to the drive, to the equation of motion, or to the reading.
+
+A mechanism is one file: its declaration and one or more of these contributions. In the order in which a signal
+passes them: `input` (the drive between its samples), `drive` (the drive at the integrator's instants), `terms` or
+`memory` (the equation), `sensor` (the reading).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.mechanisms import Mechanism, Parameter
+
+FloatArray = NDArray[np.float64]
+Values = Mapping[str, float]
+"""Of one mechanism, by parameter name, in the units of the data."""
+
+
+class Sampled(NamedTuple):
+    """The drive as it was sampled, and how it is believed to go on between samples."""
+
+    samples: FloatArray
+    """(n,)"""
+    period_s: float
+    hold: str
+    delay_s: float = 0.0
+    blend: tuple[tuple[str, float], ...] = ()
+    """Other holds and their weights; the rest of the weight is `hold`'s."""
+
+
+class Driven(NamedTuple):
+    """The drive at the instants of the integrator."""
+
+    nodes: FloatArray
+    """(steps, 3): start, middle, end of each step."""
+    step_s: float
+
+
+class Moved(NamedTuple):
+    """The motion at the samples, and the drive that made it."""
+
+    displacement: FloatArray
+    """(samples,): what the sensor would read; mechanisms replace it."""
+    velocity: FloatArray
+    time_s: FloatArray
+    """Since the first sample."""
+    period_s: float
+    drive: Driven
+    substeps: int
+
+
+class Memory(NamedTuple):
+    """A law with states of its own; see `plant_sim.oscillator.memory`."""
+
+    law: Any
+    states: int
+    constants: Callable[[Values], tuple[float, ...]]
+    """The rows that the law reads, in its order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OscillatorMechanism(Mechanism):
+    """A mechanism with its contributions; all others are None or empty."""
+
+    input: Callable[[Sampled, Values], Sampled] | None = None
+    drive: Callable[[Driven, Values], Driven] | None = None
+    terms: Mapping[str, str] = field(default_factory=dict)
+    """Row of `plant_sim.oscillator.terms` -> parameter that is added to it."""
+    memory: Memory | None = None
+    sensor: Callable[[Moved, Values], Moved] | None = None
+    fastest_rate: Callable[[Values], float] = lambda values: 0.0
+    """Angular frequency [1/s] that the integrator's step must resolve because of it."""
+    stage: int = 0
+    """Among mechanisms that act at the same place: lower ones first."""
+
+    @property
+    def acts_before_the_equation(self) -> bool:
+        """Whether it changes the drive: lanes with different values cannot share one."""
+        return self.input is not None or self.drive is not None
+
+
+def coefficient(
+    name: str, unit: str, meaning: str, scale: Any, low: float = -math.inf, high: float = math.inf
+) -> Parameter:
+    """A parameter that switches its mechanism off at zero."""
+    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=0.0, low=low, high=high)
+
+
+def shape(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
+    """A parameter that says how a mechanism acts; positive unless `low` says otherwise."""
+    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 0.0, **more})

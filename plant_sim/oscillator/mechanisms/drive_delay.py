@@ -1,0 +1,19 @@
+"""`drive.delay`: u(t - delay)."""
+
+from plant_sim.oscillator.mechanism import OscillatorMechanism, Sampled, Values, coefficient
+
+
+def late(drive: Sampled, p: Values) -> Sampled:
+    """The drive `delay` [s] later."""
+    return drive._replace(delay_s=drive.delay_s + p["delay"])
+
+
+MECHANISM = OscillatorMechanism(
+    id="drive.delay",
+    statement="The drive acts {delay} late.",
+    parameters=(
+        coefficient("delay", "s", "from the drive's samples to the force", lambda s: 1.0 / s.rate, low=0.0),
+    ),
+    input=late,
+    stage=1,
+)

@@ -1,0 +1,17 @@
+"""`sensor.offset`: the reading is z + offset."""
+
+from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
+
+
+def shifted(moved: Moved, p: Values) -> Moved:
+    """The reading with the sensor's zero off by `offset`."""
+    return moved._replace(displacement=moved.displacement + p["offset"])
+
+
+MECHANISM = OscillatorMechanism(
+    id="sensor.offset",
+    statement="The displacement sensor reads {offset} too much.",
+    parameters=(coefficient("offset", "{z}", "of the displacement reading", lambda s: s.displacement),),
+    sensor=shifted,
+    stage=3,
+)

@@ -1,0 +1,97 @@
+"""A model file's numbers in the units of the data: names, units and mechanisms checked, all findings at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from plant_sim.oscillator.mechanism import OscillatorMechanism
+from plant_sim.oscillator.mechanisms import MECHANISMS
+from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
+from plant_sim.oscillator.simulation import OscillatorSimulation
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.mechanisms import Parameter
+from rtctl.border.model_file import ModelFile, Value
+from rtctl.border.simulation import FreeParameter
+
+NOMINAL_NAMES = tuple(parameter.name for parameter in NOMINAL_PARAMETERS)
+
+
+def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> OscillatorSimulation:
+    """`model` in the data's `units` of "drive" and "displacement". Raises InputError that names `source`."""
+    units = {**units, "velocity": f"({units['displacement']})/s"}
+    found = _Reading(units, source)
+    for name in model.model.parameters.keys() - set(NOMINAL_NAMES):
+        found.problem(f"unknown parameter model.parameters.{name}{nearest(name, NOMINAL_NAMES)}")
+    parameters = [
+        found.parameter(declared, model.model.parameters.get(declared.name), "model.parameters", "")
+        for declared in NOMINAL_PARAMETERS
+    ]
+    mechanisms = []
+    for index, table in enumerate(model.model.mechanisms):
+        where = f"model.mechanisms.{index}"
+        if table.id not in MECHANISMS:
+            found.problem(
+                f'{where}.id = "{table.id}" is no mechanism of an oscillator{nearest(table.id, MECHANISMS)}'
+            )
+            continue
+        mechanism = MECHANISMS[table.id]
+        mechanisms.append(mechanism)
+        parameters += found.of_mechanism(mechanism, table.parameters, where)
+    found.raise_all()
+    return OscillatorSimulation(parameters=tuple(parameters), mechanisms=tuple(mechanisms), units=units)
+
+
+class _Reading:
+    """The units, and what was found wrong so far."""
+
+    def __init__(self, units: Mapping[str, str], source: str) -> None:
+        self._units, self._source, self._lines = units, source, list[str]()
+
+    def problem(self, text: str) -> None:
+        self._lines.append(f"{self._source}: {text}")
+
+    def raise_all(self) -> None:
+        if self._lines:
+            raise InputError("\n".join(self._lines))
+
+    def of_mechanism(
+        self, mechanism: OscillatorMechanism, given: Mapping[str, Value], where: str
+    ) -> list[FreeParameter]:
+        names = [declared.name for declared in mechanism.parameters]
+        for name in given.keys() - set(names):
+            self.problem(
+                f"unknown parameter {where}.parameters.{name} of {mechanism.id}{nearest(name, names)}"
+            )
+        for declared in mechanism.parameters:
+            if declared.name not in given and declared.default is None:
+                unit = self._unit(declared)
+                self.problem(f"{where}.parameters.{declared.name} [{unit}] of {mechanism.id} is missing")
+        return [
+            self.parameter(declared, given.get(declared.name), f"{where}.parameters", mechanism.id)
+            for declared in mechanism.parameters
+        ]
+
+    def parameter(
+        self, declared: Parameter, given: Value | None, where: str, mechanism: str
+    ) -> FreeParameter:
+        unit = self._unit(declared)
+        value = low = high = 0.0
+        if given is None:
+            value = declared.default or 0.0
+        else:
+            try:
+                value = given.to(unit)
+            except ValueError as error:
+                self.problem(f"{where}.{declared.name}: {error}")
+            if not declared.low <= value <= declared.high:
+                self.problem(
+                    f"{where}.{declared.name} = {value:g} {unit} must lie between "
+                    f"{declared.low:g} and {declared.high:g}"
+                )
+        low, high = declared.low, declared.high
+        name = f"{mechanism}.{declared.name}" if mechanism else declared.name
+        fixed = given.fixed if given is not None else True
+        return FreeParameter(name, unit, value, low, high, fixed, declared, mechanism)
+
+    def _unit(self, declared: Parameter) -> str:
+        return declared.unit_in(z=self._units["displacement"], u=self._units["drive"])

@@ -1,0 +1,44 @@
+"""The drive between samples, kept while a fit simulates one record again and again."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections import OrderedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant_sim.oscillator.holds import nodes
+from plant_sim.oscillator.mechanism import Sampled
+from rtctl.border.simulation import Stimulus
+
+FloatArray = NDArray[np.float64]
+MOST_BYTES = 256 * 2**20
+_kept: OrderedDict[tuple[object, ...], tuple[weakref.ref[Stimulus], FloatArray]] = OrderedDict()
+_lock = threading.Lock()
+
+
+def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
+    """Drive (steps, 3) at the integrator's instants; not to be written to."""
+    key = (id(stimulus), drive.hold, drive.delay_s, drive.blend, substeps)
+    with _lock:
+        found = _kept.get(key)
+        if found is not None and found[0]() is stimulus:
+            _kept.move_to_end(key)
+            return found[1]
+    made = _blended(drive, substeps)
+    with _lock:
+        _kept[key] = (weakref.ref(stimulus), made)
+        while sum(values.nbytes for _, values in _kept.values()) > MOST_BYTES and len(_kept) > 1:
+            _kept.popitem(last=False)
+    return made
+
+
+def _blended(drive: Sampled, substeps: int) -> FloatArray:
+    delay = drive.delay_s / drive.period_s
+    made = nodes(drive.samples, drive.hold, substeps, delay)
+    for hold, weight in drive.blend:
+        made = made + weight * (nodes(drive.samples, hold, substeps, delay) - made)
+    made.setflags(write=False)
+    return made

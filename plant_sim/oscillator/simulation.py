@@ -1,0 +1,171 @@
+"""A model file bound to a dataset's units, as `rtctl.border.simulation.Simulation`: drive -> equation -> reading."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
+from plant_sim.oscillator.mechanisms import MECHANISMS
+from plant_sim.oscillator.node_cache import cached
+from plant_sim.oscillator.steps import STEPS_PER_PERIOD, substeps
+from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+
+FloatArray = NDArray[np.float64]
+ABSURD = 1e100
+"""A displacement that only a model without bound reaches, in any unit."""
+MOST_REFINEMENTS = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OscillatorSimulation:
+    """Nominal parameters first, then each mechanism's, in their order in the file."""
+
+    parameters: tuple[FreeParameter, ...]
+    mechanisms: tuple[OscillatorMechanism, ...]
+    units: Mapping[str, str]
+    """Of "drive", "displacement", "velocity"."""
+    kind: str = "oscillator"
+    outputs: tuple[str, ...] = ("displacement", "velocity")
+    state: tuple[str, ...] = ("displacement", "velocity")
+
+    def predict(
+        self,
+        stimulus: Stimulus,
+        values: FloatArray,
+        initial: FloatArray | None = None,
+        steps_per_period: float | None = None,
+    ) -> Prediction:
+        """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
+        values = np.atleast_2d(np.asarray(values, dtype=np.float64))
+        start = _start(stimulus, len(values), initial)
+        shape = (len(values), stimulus.samples)
+        displacement, velocity = np.empty(shape), np.empty(shape)
+        for lanes in self._sharing_a_drive(values):
+            displacement[lanes], velocity[lanes] = self._march(
+                stimulus, values[lanes], start[lanes], steps_per_period or STEPS_PER_PERIOD
+            )
+        with np.errstate(invalid="ignore"):
+            bad = ~(np.abs(displacement) < ABSURD)
+        diverged = np.where(bad.any(axis=1), bad.argmax(axis=1), -1).astype(np.int64)
+        return Prediction({"displacement": displacement, "velocity": velocity}, diverged)
+
+    def with_values(self, values: FloatArray) -> OscillatorSimulation:
+        """The same model with `values` (parameters,) as its own."""
+        moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
+        return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
+
+    def extended(self, mechanisms: tuple[str, ...]) -> OscillatorSimulation:
+        """The same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""
+        added = [MECHANISMS[name] for name in mechanisms]
+        more = [
+            FreeParameter(
+                name=f"{mechanism.id}.{declared.name}",
+                unit=declared.unit_in(z=self.units["displacement"], u=self.units["drive"]),
+                value=_neutral(declared.neutral, declared.default),
+                low=declared.low, high=declared.high, fixed=False, declared=declared, mechanism=mechanism.id,
+            )
+            for mechanism in added for declared in mechanism.parameters
+        ]  # fmt: skip
+        return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
+
+    def _sharing_a_drive(self, values: FloatArray) -> list[NDArray[np.intp]]:
+        """Groups of lanes whose drive is the same before it reaches the equation."""
+        acting = {mechanism.id for mechanism in self.mechanisms if mechanism.acts_before_the_equation}
+        columns = [k for k, parameter in enumerate(self.parameters) if parameter.mechanism in acting]
+        if not columns or len(values) == 1:
+            return [np.arange(len(values))]
+        group = np.unique(values[:, columns], axis=0, return_inverse=True)[1].reshape(-1)
+        return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
+
+    def _march(
+        self, stimulus: Stimulus, values: FloatArray, start: FloatArray, steps_per_period: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity readings (lanes, samples) of lanes that share a drive."""
+        active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
+        equation = Equation.of(self.parameters, active, values)
+        reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
+        count = 0
+        for _ in range(MOST_REFINEMENTS):
+            wanted = substeps(stimulus.period_s, *equation.rates(reach), steps_per_period)
+            if wanted <= count:
+                break
+            count = wanted
+            drive = self._drive(stimulus, active, values[0], count)
+            z, v = equation.integrate(drive, count, start)
+            with np.errstate(invalid="ignore"):
+                finite = np.abs(z)[np.abs(z) < ABSURD]
+            moved = float(finite.max(initial=reach))
+            if "displacement" in stimulus.peak or len(finite) < z.size:
+                break
+            reach = moved
+        for lane in range(len(values)):
+            z[lane], v[lane] = self._reading(stimulus, active, values[lane], z[lane], v[lane], drive, count)
+        return z, v
+
+    def _drive(
+        self, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray, count: int
+    ) -> Driven:
+        sampled = Sampled(stimulus.inputs["drive"], stimulus.period_s, stimulus.holds.get("drive", "linear"))
+        for mechanism in sorted(active, key=lambda one: one.stage):
+            if mechanism.input is not None:
+                sampled = mechanism.input(sampled, self._of(mechanism, values))
+        driven = Driven(cached(stimulus, sampled, count), stimulus.period_s / count)
+        for mechanism in sorted(active, key=lambda one: one.stage):
+            if mechanism.drive is not None:
+                driven = mechanism.drive(driven, self._of(mechanism, values))
+        return driven
+
+    def _reading(
+        self,
+        stimulus: Stimulus,
+        active: list[OscillatorMechanism],
+        values: FloatArray,
+        z: FloatArray,
+        v: FloatArray,
+        drive: Driven,
+        count: int,
+    ) -> tuple[FloatArray, FloatArray]:
+        time_s = stimulus.period_s * np.arange(stimulus.samples, dtype=np.float64)
+        moved = Moved(z, v, time_s, stimulus.period_s, drive, count)
+        for mechanism in sorted(active, key=lambda one: one.stage):
+            if mechanism.sensor is not None:
+                moved = mechanism.sensor(moved, self._of(mechanism, values))
+        return moved.displacement, moved.velocity
+
+    def _acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:
+        """Whether any lane has it away from neutral: a neutral one is not there, to the last bit."""
+        for k, parameter in enumerate(self.parameters):
+            neutral = parameter.declared.neutral
+            if (
+                parameter.mechanism == mechanism.id
+                and neutral is not None
+                and (values[:, k] != neutral).any()
+            ):
+                return True
+        return False
+
+    def _of(self, mechanism: OscillatorMechanism, values: FloatArray) -> Values:
+        return {
+            parameter.declared.name: float(values[k])
+            for k, parameter in enumerate(self.parameters)
+            if parameter.mechanism == mechanism.id
+        }
+
+
+def _neutral(neutral: float | None, default: float | None) -> float:
+    if neutral is not None:
+        return neutral
+    return 1.0 if default is None else default
+
+
+def _start(stimulus: Stimulus, lanes: int, initial: FloatArray | None) -> FloatArray:
+    """(lanes, 2): displacement and velocity."""
+    if initial is None:
+        own = [stimulus.initial.get(name, 0.0) for name in ("displacement", "velocity")]
+        return np.tile(np.asarray(own, dtype=np.float64), (lanes, 1))
+    return np.broadcast_to(np.asarray(initial, dtype=np.float64), (lanes, 2)).copy()
