@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.mechanisms import Mechanism, Parameter, Scales
+from rtctl.border.mechanisms import Mechanism, Parameter
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -61,13 +61,30 @@ class Prediction(NamedTuple):
 class Simulation(Protocol):
     """A model bound to the units of a dataset. Holds no state of a run; may be called from several threads."""
 
-    kind: str
-    parameters: tuple[FreeParameter, ...]
-    mechanisms: tuple[Mechanism, ...]
-    """Of this model, in its order."""
-    outputs: tuple[str, ...]
-    state: tuple[str, ...]
-    """What an initial state consists of: "displacement", "velocity"."""
+    @property
+    def kind(self) -> str:
+        """Of plant: "oscillator"."""
+        ...
+
+    @property
+    def parameters(self) -> tuple[FreeParameter, ...]:
+        """The nominal ones, then each mechanism's."""
+        ...
+
+    @property
+    def mechanisms(self) -> tuple[Mechanism, ...]:
+        """Of this model, in its order."""
+        ...
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """What `predict` gives."""
+        ...
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        """What an initial state consists of: "displacement", "velocity"."""
+        ...
 
     def predict(
         self,
@@ -89,14 +106,4 @@ class Simulation(Protocol):
 
     def with_values(self, values: FloatArray) -> Simulation:
         """The same model with `values` (parameters,) as its own."""
-        ...
-
-
-class Catalogue(Protocol):
-    """All mechanisms that a kind of plant knows."""
-
-    mechanisms: Mapping[str, Mechanism]
-
-    def scales_of(self, stimulus: Stimulus, outputs: Mapping[str, FloatArray]) -> Scales:
-        """Sizes of a measured motion."""
         ...
