@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, RtctlError, RunError
-from rtctl.border.records import DeviceStatus, Driver
+from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
 from rtctl.scenario import Scenario
-from rtctl.session import currents_of, open_driver, play
+from rtctl.session import open_driver, play, played_levels
 
 FloatArray = NDArray[np.float64]
 
@@ -37,9 +37,9 @@ def acquire(
         raise InputError("the scenario has no [[excitation]] table: nothing to play")
     records: list[Record] = []
     failure = ""
-    for index, currents in enumerate(currents_of(scenario)):
+    for index, levels in enumerate(played_levels(scenario)):
         kind = scenario.excitation[index].kind
-        report(f"{kind}: {len(currents) * scenario.scenario.period_s:.3g} s, {len(currents)} samples")
+        report(f"{kind}: {len(levels) * scenario.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
             first = open_driver(driver, scenario)
         except RtctlError as error:
@@ -47,12 +47,12 @@ def acquire(
                 raise
             failure = str(error)
             break
-        rest = np.concatenate(([scenario.limits.low], currents))
+        rest = np.concatenate(([scenario.limits.low], levels))
         signals, outcome = play(scenario, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break
-        if failure := _clamped(signals, kind):
+        if failure := _clamped(signals, kind, scenario.profile.commands[0]):
             break
         records.append(_record(signals, scenario, index, kind))
     if not records:
@@ -70,42 +70,45 @@ def acquire(
     return path
 
 
-def _clamped(signals: Mapping[str, FloatArray], kind: str) -> str:
-    """Why a record must not be kept: it would hold commanded currents that were never applied. Empty: none."""
+def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> str:
+    """Why a record must not be kept: it would hold commanded levels that were never applied. Empty: none."""
     clamped = (signals["device_status"].astype(np.int64) & int(DeviceStatus.CLAMPED)) != 0
     if not clamped.any():
         return ""
-    asked = signals["current"][clamped]
+    asked = signals[command.name][clamped]
     return (
         f"{kind}: the device clamped {int(clamped.sum())} commands between {asked.min():.4g} and "
-        f"{asked.max():.4g} mA to its own limits; narrow --set limits.low=... and limits.high=... to them"
+        f"{asked.max():.4g} {command.unit} to its own limits; narrow --set limits.low=... and limits.high=... to them"
     )
 
 
 def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, kind: str) -> Record:
-    excitation = scenario.excitation[index]
-    shift = 1 if scenario.clock.mode == "lockstep" else 0
-    current, outputs = signals["current"], {name: signals[name] for name in ("resistance", "deflection")}
-    if shift:
-        current = np.append(current[1:], current[-1])
-    current, outputs = _fill_missed(signals["index"], current, outputs)
-    if not np.isfinite(outputs["deflection"]).all():
-        outputs.pop("deflection")  # no external instrument here
+    excitation, profile = scenario.excitation[index], scenario.profile
+    held = {channel.name: signals[channel.name] for channel in profile.commands}
+    measured = {channel.name: signals[channel.name] for channel in (*profile.sensed, profile.reference)}
+    if scenario.clock.mode == "lockstep":
+        held = {name: np.append(levels[1:], levels[-1]) for name, levels in held.items()}
+    held, measured = _fill_missed(signals["index"], held, measured)
+    if not np.isfinite(measured[profile.reference.name]).all():
+        measured.pop(profile.reference.name)  # no external instrument here
     return Record(
         name=f"r{index:02d}-{kind}",
         period_s=scenario.scenario.period_s,
         use=excitation.use,
-        signals={"current": current, **outputs},
+        signals={**held, **measured},
         conditions={"excitation": kind},
     )
 
 
 def _fill_missed(
-    index: FloatArray, current: FloatArray, outputs: Mapping[str, FloatArray]
-) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Periods that a live run missed: the device went on holding its current, the readings are interpolated."""
+    index: FloatArray, held: Mapping[str, FloatArray], measured: Mapping[str, FloatArray]
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Periods that a live run missed: the device went on holding its commands, the readings are interpolated."""
     whole = np.arange(int(index[-1]) + 1, dtype=np.float64)
     if len(whole) == len(index):
-        return current, dict(outputs)
-    held = current[np.searchsorted(index, whole, side="right") - 1]
-    return held, {name: np.interp(whole, index, values) for name, values in outputs.items()}
+        return dict(held), dict(measured)
+    last = np.searchsorted(index, whole, side="right") - 1
+    return (
+        {name: levels[last] for name, levels in held.items()},
+        {name: np.interp(whole, index, values) for name, values in measured.items()},
+    )

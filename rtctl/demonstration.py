@@ -22,6 +22,7 @@ from rtctl.scenario import load_scenario
 from rtctl.session import track, write_run
 from rtctl.wiring import build_driver
 
+PLANT = "vo2"
 Report = Callable[[str], None]
 
 
@@ -43,9 +44,9 @@ def demonstrate(
         report(f"heating time constant {1e3 * model.time_constant_s:.3f} ms; wrote {folder / 'model.toml'}")
         summaries = []
         for file in sorted(files.glob("*.toml")):
-            if file.stem.startswith("acquire"):
-                continue
             scenario, tables = load_scenario(file, wire)
+            if file.stem.startswith("acquire") or scenario.scenario.plant != PLANT:
+                continue
             report(f"running {file.stem}")
             result, outcome = track(scenario, model, build_driver(scenario, files), stop_requested)
             write_run(folder / file.stem, scenario, tables, result)

@@ -8,6 +8,9 @@ from typing import NamedTuple, Protocol
 
 from rtctl.clock import Tick
 
+Column = tuple[str, str]
+"""Name and unit of a recorded quantity."""
+
 
 class EstimateStatus(IntFlag):
     """Why an estimate deserves less trust; 0 is a plain good estimate."""
@@ -24,9 +27,9 @@ class Estimate(NamedTuple):
     """An estimator's answer for one sample."""
 
     value: float
-    """Estimated output (vo2: deflection [um])."""
+    """Estimated output, in the unit of the profile's reference."""
     surrogate: float
-    """Temperature surrogate: the constant current [mA] that would hold this temperature; NaN where unused."""
+    """What stands between reading and output, as the estimator's `surrogate` names it; NaN where unused."""
     confidence: float
     """Standard error of `value` as the estimator believes it, same unit."""
     status: int
@@ -36,8 +39,11 @@ class Estimate(NamedTuple):
 class Estimator(Protocol):
     """Sensed values to the controlled output. Holds its own memory; `start` forgets it."""
 
+    surrogate: Column
+    """Name and unit of `Estimate.surrogate`."""
+
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """Begin on the branch that a full cooling leaves, at the applied command levels."""
+        """Begin at rest (on the branch that it leaves, where there is hysteresis), at the applied levels."""
         ...
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
@@ -50,13 +56,15 @@ class ControlAction(NamedTuple):
 
     levels: tuple[float, ...]
     """Command before the limits, one a channel of the device."""
-    proportional: float
-    integral: float
-    feedforward: float
+    terms: tuple[float, ...]
+    """In the order of the controller's `terms`."""
 
 
 class Controller(Protocol):
     """Setpoint and estimate to command levels."""
+
+    terms: tuple[Column, ...]
+    """Names and units of `ControlAction.terms`."""
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """Bumpless: the first command continues from the applied `levels`."""

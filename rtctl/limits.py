@@ -14,7 +14,7 @@ _HEALTHY = int(DeviceStatus.ENABLED)  # a plain int: to compare with an enum cos
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandLimits:
-    """Bounds of one command channel, in its unit (vo2: mA)."""
+    """Bounds of one command channel, in its unit."""
 
     low: float
     high: float
@@ -24,8 +24,10 @@ class CommandLimits:
     def __post_init__(self) -> None:
         if not self.low < self.high:
             raise ValueError(f"limits: low = {self.low:g} must be below high = {self.high:g}")
-        if not 0.0 <= self.safe <= self.high:
-            raise ValueError(f"limits: safe = {self.safe:g} must lie between 0 and high = {self.high:g}")
+        if not min(0.0, self.low) <= self.safe <= self.high:
+            raise ValueError(
+                f"limits: safe = {self.safe:g} must lie between {min(0.0, self.low):g} and high = {self.high:g}"
+            )
         if not self.slew_per_s > 0.0:
             raise ValueError(f"limits: slew = {self.slew_per_s:g} a second must be > 0")
 

@@ -15,8 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.records import Driver, Measurement
-from rtctl.interfaces import Clock, ControlAction, Controller, Estimate, Estimator, SignalRecorder
+from rtctl.border.records import DeviceProfile, Driver, Measurement
+from rtctl.interfaces import (
+    Clock,
+    Column,
+    ControlAction,
+    Controller,
+    Estimate,
+    Estimator,
+    SignalRecorder,
+)
 from rtctl.limits import CommandLimits, Plausibility
 
 
@@ -82,7 +90,7 @@ class _Progress:
 
 
 def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence[float]) -> Measurement:
-    """Full cooling at the safe levels: every model starts on the branch that this leaves."""
+    """Rest at the safe levels: every model starts where this leaves the plant."""
     reading = first
     parts.clock.start(plan.period_s)
     for _ in range(plan.settle_steps):
@@ -117,7 +125,7 @@ def _track(
         estimate = step_estimator(commanded if plan.reading_delay else levels, reading.sensed, elapsed_s)
         setpoint, commanded = setpoints[index], levels
         levels, action = _next_levels(parts, setpoint, setpoints[index + 1], estimate, levels, elapsed_s)
-        record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action[1:],
+        record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action.terms,
                 reading.counter, reading.time_us, reading.status))  # fmt: skip
         decided_ns = now_ns()
         record_timing((lateness_s * 1e6, (answered_ns - begun_ns) * 1e-3, (decided_ns - answered_ns) * 1e-3))
@@ -163,23 +171,20 @@ def _refuse_implausible(parts: LoopParts, new: Measurement, previous: Measuremen
         raise DriverError(Fault.INTERRUPTED, "stopped by the user; what was recorded until then is written")
 
 
-def signal_columns(driver: Driver, controlled: str, unit: str) -> list[tuple[str, str]]:
+def signal_columns(profile: DeviceProfile, estimator: Estimator, controller: Controller) -> list[Column]:
     """Names and units of the recorded signals, in the order in which the loop appends them."""
-    profile = driver.profile
-    command_unit = profile.commands[0].unit
+    unit = profile.reference.unit
     return [
         ("index", ""),
         ("setpoint", unit),
         ("estimate", unit),
-        ("surrogate", command_unit),
+        estimator.surrogate,
         ("estimate_standard_error", unit),
         ("estimate_status", ""),
-        (controlled, unit),
+        (profile.reference.name, unit),
         *((channel.name, channel.unit) for channel in profile.sensed),
         *((channel.name, channel.unit) for channel in profile.commands),
-        ("proportional", command_unit),
-        ("integral", command_unit),
-        ("feedforward", command_unit),
+        *controller.terms,
         ("counter", ""),
         ("device_time", "us"),
         ("device_status", ""),

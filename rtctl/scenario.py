@@ -11,16 +11,17 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, create_model, field_validator, model_validator
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.records import PROFILES, VO2, DeviceProfile
+from rtctl.scenario_limits import LimitsTable, limits_table
 from rtctl.signals.excitations import Excitation
-from rtctl.signals.levels import Level, LevelIn
+from rtctl.signals.levels import Level, LevelOf
 from rtctl.signals.references import Reference
 
 Seconds = Annotated[float, Quantity("s"), Field(allow_inf_nan=False)]
-MilliAmps = Annotated[float, Quantity("mA"), Field(allow_inf_nan=False)]
 _ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
 
 
@@ -28,11 +29,20 @@ class Heading(Checked):
     """[scenario]"""
 
     title: str
-    plant: Literal["vo2"] = "vo2"
+    plant: str = "vo2"
+    model: str | None = None
+    """Model file beside the scenario that applies where `--model` is not given."""
     any_device: bool = False
     """Run although the model was identified on a device of another identity."""
     period_s: Annotated[Seconds, Field(alias="period", gt=0.0)] = 1e-3
     duration_s: Annotated[Seconds | None, Field(alias="duration", gt=0.0)] = None
+
+    @field_validator("plant")
+    @classmethod
+    def _known_plant(cls, plant: str) -> str:
+        if plant not in PROFILES:
+            raise ValueError(f'unknown plant "{plant}"{nearest(plant, PROFILES)}')
+        return plant
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Heading:
@@ -104,39 +114,14 @@ class ClockTable(Checked):
         return self
 
 
-class LimitsTable(Checked):
-    """[limits] of the command, and what the loop believes of a reading."""
-
-    low: Annotated[MilliAmps, Field(ge=0.0)] = 3.68
-    high: MilliAmps = 8.49
-    safe: Annotated[MilliAmps, Field(ge=0.0)] | None = None
-    """Where every end of a run leaves the device; default: `low`."""
-    slew_mA_per_s: Annotated[float, Quantity("mA/s"), Field(alias="slew", gt=0.0)] = float("inf")
-    sensed_low: Annotated[float, Quantity("ohm")] = 100.0
-    sensed_high: Annotated[float, Quantity("ohm")] = 10.0e6
-
-    @model_validator(mode="after")
-    def _ordered(self) -> LimitsTable:
-        if not self.low < self.high:
-            raise ValueError(f"low = {self.low:g} mA must be below high = {self.high:g} mA")
-        safe = self.low if self.safe is None else self.safe
-        if safe > self.high:
-            raise ValueError(f"safe = {safe:g} mA must not exceed high = {self.high:g} mA")
-        if not self.sensed_low < self.sensed_high:
-            raise ValueError(
-                f"sensed_low = {self.sensed_low:g} ohm must be below sensed_high = {self.sensed_high:g} ohm"
-            )
-        return self
-
-
 class EstimatorTable(Checked):
     """[estimator]: one line exchanges it."""
 
     kind: Literal["composite", "gap_free", "preisach", "egpi", "observer"] = "observer"
 
 
-class ControllerTable(Checked):
-    """[controller]: gains from the model with these margins, or by hand."""
+class PiTable(Checked):
+    """[controller] kind = "pi": gains from the model with these margins, or by hand."""
 
     kind: Literal["pi"] = "pi"
     gain_margin: Annotated[float, Field(gt=1.0)] = 2.0
@@ -147,11 +132,11 @@ class ControllerTable(Checked):
     ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0, allow_inf_nan=False)] | None = None
     feedforward: Literal["none", "inverse"] = "none"
     """inverse: the identified model's own current for the next setpoint, the PI corrects what it gets wrong."""
-    deadband: Annotated[Level, LevelIn("um")] = Level(0.15, True)
+    deadband: Annotated[Level, LevelOf("output")] = Level(0.15, True)
     """Errors below this move nothing: inside the hysteresis the plant's gain is negative, and a PI would hunt."""
 
     @model_validator(mode="after")
-    def _sound(self) -> ControllerTable:
+    def _sound(self) -> PiTable:
         if (self.kp is None) != (self.ki is None):
             raise ValueError("kp and ki are set together, or neither (then the model's tuning applies)")
         if self.deadband.value < 0.0:
@@ -183,13 +168,18 @@ class Scenario(Checked):
     scenario: Heading
     driver: DriverTable = InProcess()
     clock: ClockTable = ClockTable()
-    limits: LimitsTable = LimitsTable()
+    limits: LimitsTable
     reference: Reference | None = None
     excitation: tuple[Excitation, ...] = ()
     estimator: EstimatorTable = EstimatorTable()
-    controller: ControllerTable = ControllerTable()
+    controller: PiTable = PiTable()
     checks: ChecksTable = ChecksTable()
     paper: PaperTable = PaperTable()
+
+    @property
+    def profile(self) -> DeviceProfile:
+        """Of the device that the scenario drives."""
+        return PROFILES[self.scenario.plant]
 
     @model_validator(mode="after")
     def _one_purpose(self) -> Scenario:
@@ -207,7 +197,24 @@ def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str,
         _apply(tables, override)  # kinds first: another kind empties its table
     if isinstance(driver := tables.setdefault("driver", {}), dict):
         driver.setdefault("kind", "inprocess")
-    return check(Scenario, tables, str(path)), tables
+    profile = _profile_of(tables)
+    found = check(scenario_of(profile), tables, str(path), context={"profile": profile})
+    return found, tables
+
+
+def scenario_of(profile: DeviceProfile) -> type[Scenario]:
+    """The scenario of a kind of device: its limits have the names and units of the device's channels."""
+    table = limits_table(profile)
+    optional = not any(field.is_required() for field in table.model_fields.values())
+    limits: Any = (table, Field(default_factory=table) if optional else ...)
+    return create_model("Scenario", __base__=Scenario, limits=limits)
+
+
+def _profile_of(tables: dict[str, Any]) -> DeviceProfile:
+    """By `scenario.plant`; of an unknown one, which is a finding of its own, the default's."""
+    heading = tables.get("scenario")
+    plant = heading.get("plant", VO2.kind) if isinstance(heading, dict) else VO2.kind
+    return PROFILES.get(str(plant), VO2)
 
 
 def _apply(tables: dict[str, Any], override: str) -> None:

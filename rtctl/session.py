@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
-from rtctl.controllers.tuning import Tuning
 from rtctl.interfaces import Controller, Estimator
 from rtctl.limits import CommandLimits
 from rtctl.loop import (
@@ -28,14 +27,14 @@ from rtctl.loop import (
     signal_columns,
 )
 from rtctl.metrics import write_json
-from rtctl.models.vo2 import Vo2Model
-from rtctl.models.working_range import WorkingRange, working_range
+from rtctl.models.span import Span
+from rtctl.plants import support_of
+from rtctl.plants.support import Control, Tuning
 from rtctl.recording import Recorder
 from rtctl.scenario import Scenario
 from rtctl.summary import summarise
 from rtctl.wiring import (
     build_clock,
-    build_controller,
     build_estimator,
     build_limits,
     build_plausibility,
@@ -84,99 +83,105 @@ def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
         raise
 
 
-def setpoints_of(scenario: Scenario, model: Vo2Model) -> FloatArray:
-    """The setpoint of each sample [um]. Raises InputError where it leaves the model's deflection range."""
+def setpoints_of(scenario: Scenario, reach: Span) -> FloatArray:
+    """The setpoint of each sample [controlled unit]. Raises InputError where it leaves the range `reach`."""
     assert scenario.reference is not None
     period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
     _check_length(duration_s / period_s)
     time_s = period_s * np.arange(round(duration_s / period_s), dtype=np.float64)
     try:
-        setpoints = scenario.reference.build(time_s, *model.deflection)
+        setpoints = scenario.reference.build(time_s, *reach)
     except ValueError as error:
         raise InputError(str(error)) from None
-    low, high = float(setpoints.min()), float(setpoints.max())
-    if not (low >= model.deflection.low and high <= model.deflection.high):
+    low, high, unit = float(setpoints.min()), float(setpoints.max()), scenario.profile.reference.unit
+    if not (low >= reach.low and high <= reach.high):
         raise InputError(
-            f"[reference] asks for {low:.4g} to {high:.4g} um, the model reaches {model.deflection.low:.4g} to "
-            f"{model.deflection.high:.4g} um; give levels inside it, or in percent of the range"
+            f"[reference] asks for {low:.4g} to {high:.4g} {unit}, the model reaches {reach.low:.4g} to "
+            f"{reach.high:.4g} {unit}; give levels inside it, or in percent of the range"
         )
     return setpoints
 
 
 def track(
-    scenario: Scenario, model: Vo2Model, driver: Driver, stop_requested: Callable[[], bool]
+    scenario: Scenario, model: Any, driver: Driver, stop_requested: Callable[[], bool]
 ) -> tuple[RunResult, LoopOutcome]:
-    """A closed-loop run, or an open-loop one where the scenario has excitations (self-sensing only)."""
-    working = _working_range(model)
-    setpoints, controller, tuning = _plan_control(scenario, model, working)
-    limits = build_limits(scenario, working if scenario.reference is not None else None)
-    estimator = build_estimator(scenario.estimator.kind, model)
-    _compile(estimator, controller, model, limits.safe)
+    """A closed-loop run, or an open-loop one where the scenario has excitations (self-sensing only).
+
+    `model` is of the scenario's kind of plant (`rtctl.plants`).
+    """
+    plant = support_of(scenario.scenario.plant)
+    reach = plant.output_range(scenario, model)
+    setpoints, (controller, tuning) = _plan_control(scenario, model, reach)
+    limits = build_limits(scenario, model if scenario.reference is not None else None)
+    estimator = build_estimator(scenario, model)
+    safe = tuple(limit.safe for limit in limits)
+    _compile(estimator, controller, safe, plant.reading_at_rest(model))
     first = open_driver(driver, scenario)
     try:
-        _check_identity(scenario, model, driver)
+        _check_identity(scenario, plant.identity(model), driver.identity)
     except InputError:
-        driver.close((limits.safe,))
+        driver.close(safe)
         raise
     parts, signals, timings = _parts(scenario, driver, estimator, controller, limits, stop_requested)
     outcome = run_loop(parts, loop_plan(scenario, setpoints), first)
     table, timing = signals.table(), timings.table()
-    summary = summarise(scenario, model, outcome, table, timing)
+    summary = summarise(scenario, plant, model, outcome, table, timing)
     return RunResult(
         summary=summary, signals=table, units=dict(signals.columns), timing=timing, tuning=tuning
     ), outcome
 
 
-def _compile(estimator: Estimator, controller: Controller, model: Vo2Model, level: float) -> None:
+def _compile(
+    estimator: Estimator, controller: Controller, levels: tuple[float, ...], sensed: tuple[float, ...]
+) -> None:
     """One step of each before the device is opened: compiling lasts seconds, its watchdog a tenth of one."""
-    levels, sensed = (level,), (model.resistance.high,)
     estimate = estimator.start(levels, sensed)
     controller.start(levels, estimate.value, estimate)
     controller.step(estimate.value, estimate.value, estimator.step(levels, sensed, 1e-3), 1e-3)
 
 
-def _working_range(model: Vo2Model) -> WorkingRange:
-    try:
-        return working_range(model.deflection_preisach, model.current)
-    except ValueError as error:
-        raise InputError(f"the model cannot be controlled: {error}") from None
-
-
-def _check_identity(scenario: Scenario, model: Vo2Model, driver: Driver) -> None:
-    if scenario.scenario.any_device or not model.identity or not driver.identity:
+def _check_identity(scenario: Scenario, identified: str, found: str) -> None:
+    if scenario.scenario.any_device or not identified or not found:
         return
-    if model.identity != driver.identity:
+    if identified != found:
         raise InputError(
-            f'the model was identified on "{model.identity}", the device answers "{driver.identity}"; identify this '
+            f'the model was identified on "{identified}", the device answers "{found}"; identify this '
             "device (rtctl acquire, rtctl identify), or pass --set scenario.any_device=true"
         )
 
 
-def _plan_control(
-    scenario: Scenario, model: Vo2Model, working: WorkingRange
-) -> tuple[FloatArray, Controller, Tuning | None]:
+def _plan_control(scenario: Scenario, model: Any, reach: Span) -> tuple[FloatArray, Control]:
     if scenario.reference is None:
-        return np.concatenate(currents_of(scenario)), PlaybackController(), None
+        return np.concatenate(played_levels(scenario)), Control(_playback(scenario), None)
     delay = 0 if scenario.clock.mode == "lockstep" else 1
-    controller, tuning = build_controller(scenario, model, working, delay)
-    return setpoints_of(scenario, model), controller, tuning
+    control = support_of(scenario.scenario.plant).control(scenario, model, delay)
+    return setpoints_of(scenario, reach), control
 
 
-def currents_of(scenario: Scenario) -> list[FloatArray]:
-    """The currents [mA] of each excitation, one array each. Raises InputError."""
+def _playback(scenario: Scenario) -> PlaybackController:
+    """Plays the first command; the further ones stay where they are safe."""
+    first, *further = scenario.profile.commands
+    tables = scenario.limits.commands(scenario.profile)[1:]
+    assert len(further) == len(tables)
+    return PlaybackController(first.unit, [table.safe_level for table in tables])
+
+
+def played_levels(scenario: Scenario) -> list[FloatArray]:
+    """The levels of the first command [its unit] in each excitation, one array each. Raises InputError."""
     limits, period_s = scenario.limits, scenario.scenario.period_s
     built = []
     for index, excitation in enumerate(scenario.excitation):
         try:
-            current = excitation.build(limits.low, limits.high, period_s)
+            level = excitation.build(limits.low, limits.high, period_s)
         except ValueError as error:
             raise InputError(f"excitation {index}: {error}") from None
-        if not (current.min() >= limits.low - 1e-9 and current.max() <= limits.high + 1e-9):
+        if not (level.min() >= limits.low - 1e-9 and level.max() <= limits.high + 1e-9):
+            unit = scenario.profile.commands[0].unit
             raise InputError(
-                f"excitation {index} asks for {current.min():.4g} to {current.max():.4g} mA, "
-                f"[limits] allow {limits.low:g} to {limits.high:g} mA"
+                f"excitation {index} asks for {level.min():.4g} to {level.max():.4g} {unit}, "
+                f"[limits] allow {limits.low:g} to {limits.high:g} {unit}"
             )
-        built.append(current)
+        built.append(level)
     return built
 
 
@@ -195,7 +200,7 @@ def steps_of(scenario: Scenario) -> int:
     if scenario.reference is not None:
         _check_length((scenario.scenario.duration_s or 0.0) / period_s)
         return settling + round((scenario.scenario.duration_s or 0.0) / period_s)
-    return sum(settling + len(currents) for currents in currents_of(scenario))
+    return sum(settling + len(levels) for levels in played_levels(scenario))
 
 
 def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
@@ -214,17 +219,16 @@ def _parts(
     driver: Driver,
     estimator: Estimator,
     controller: Controller,
-    limits: CommandLimits,
+    limits: tuple[CommandLimits, ...],
     stop_requested: Callable[[], bool],
 ) -> tuple[LoopParts, Recorder, Recorder]:
-    reference = driver.profile.reference
-    signals = Recorder(signal_columns(driver, reference.name, reference.unit))
+    signals = Recorder(signal_columns(driver.profile, estimator, controller))
     timings = Recorder(TIMING_COLUMNS)
     parts = LoopParts(
         driver=driver,
         estimator=estimator,
         controller=controller,
-        limits=(limits,),
+        limits=limits,
         plausibility=build_plausibility(scenario, driver.profile),
         clock=build_clock(scenario),
         signals=signals,
@@ -237,17 +241,17 @@ def _parts(
 def play(
     scenario: Scenario,
     driver: Driver,
-    currents: FloatArray,
+    levels: FloatArray,
     first: Measurement,
     stop_requested: Callable[[], bool],
 ) -> tuple[Mapping[str, FloatArray], LoopOutcome]:
-    """Play currents [mA] open-loop on an open driver; the recorded signals. Closes the driver."""
+    """Play levels of the first command open-loop on an open driver; the recorded signals. Closes the driver."""
     from rtctl.estimators.none import NoEstimator
 
     parts, signals, _ = _parts(
-        scenario, driver, NoEstimator(), PlaybackController(), build_limits(scenario, None), stop_requested
+        scenario, driver, NoEstimator(), _playback(scenario), build_limits(scenario, None), stop_requested
     )
-    outcome = run_loop(parts, loop_plan(scenario, currents), first)
+    outcome = run_loop(parts, loop_plan(scenario, levels), first)
     return signals.table(), outcome
 
 
@@ -280,4 +284,5 @@ def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
         title=scenario.scenario.title,
         closed_loop=scenario.reference is not None,
         range_um=result.summary["range_um"],
+        profile=scenario.profile,
     )

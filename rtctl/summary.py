@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
 from rtctl.loop import LoopOutcome
 from rtctl.metrics import NOT_SCORED, finite, score, timing_summary
-from rtctl.models.vo2 import Vo2Model
+from rtctl.plants.support import PlantSupport
 from rtctl.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
@@ -19,16 +20,21 @@ FloatArray = NDArray[np.float64]
 
 def summarise(
     scenario: Scenario,
-    model: Vo2Model,
+    plant: PlantSupport[Any],
+    model: Any,
     outcome: LoopOutcome,
     signals: Mapping[str, FloatArray],
     timing: Mapping[str, FloatArray],
 ) -> dict[str, Any]:
-    """The run summary of the file formats, with percentages of the model's deflection range beside."""
-    span = model.deflection.width
-    deflection = signals["deflection"]
-    sensing = score(signals["estimate"], deflection, span)
-    tracking = NOT_SCORED if scenario.reference is None else score(signals["setpoint"], deflection, span)
+    """The run summary of the file formats, with percentages of the model's output range beside."""
+    output = scenario.profile.reference
+    to_um = convert(1.0, output.unit, "um")
+    span = to_um * plant.output_range(scenario, model).width
+    measured = to_um * signals[output.name]
+    sensing = score(to_um * signals["estimate"], measured, span)
+    tracking = (
+        NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
+    )
     faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
     checks = _checks(scenario, tracking, sensing)
     failed = [
@@ -43,7 +49,7 @@ def summarise(
         "estimator": scenario.estimator.kind,
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
-        "device": model.identity,
+        "device": plant.identity(model),
         "timing": timing_summary(timing, scenario.scenario.period_s, outcome.steps, outcome.overruns),
         "clamped_steps": int(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)

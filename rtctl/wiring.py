@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from rtctl.border.errors import InputError
-from rtctl.border.records import PROFILES, DeviceProfile, Driver
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.model_file import ModelFile
+from rtctl.border.records import DeviceProfile, Driver
+from rtctl.border.simulation import Simulation
 from rtctl.clock import MonotonicClock, SimulatedClock
-from rtctl.controllers.feedforward import InverseFeedforward
-from rtctl.controllers.pi import Feedforward, NoFeedforward, PiController, PiGains
-from rtctl.controllers.tuning import Tuning, margins, tune
-from rtctl.interfaces import Clock, Controller, Estimator
+from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
-from rtctl.models.vo2 import Span, Vo2Model
-from rtctl.models.working_range import WorkingRange
+from rtctl.plants import support_of
 from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
     """The driver of `[driver]`; plant files are looked up beside the scenario, then among the bundled ones."""
-    table, profile = scenario.driver, PROFILES[scenario.scenario.plant]
+    table, profile = scenario.driver, scenario.profile
     builder: Callable[..., Driver] = _DRIVERS[table.kind]
     return builder(table, profile, folder)
 
@@ -71,80 +69,60 @@ def find_plant(name: str, folder: Path) -> Path:
     return bundled_plant(name)
 
 
-def build_estimator(kind: str, model: Vo2Model) -> Estimator:
-    """The estimator of `[estimator]`."""
-    from rtctl.estimators import ESTIMATORS
+def model_of(scenario: Scenario, folder: Path, given: Path | None) -> Any:
+    """The model of `--model` or else of `scenario.model`, beside the scenario; None: neither. Raises InputError."""
+    named = scenario.scenario.model
+    if given is None and named is None:
+        return None
+    return support_of(scenario.scenario.plant).read_model(given or folder / str(named))
 
-    return ESTIMATORS[kind](model)
 
-
-def build_controller(
-    scenario: Scenario, model: Vo2Model, working: WorkingRange, delay: int
-) -> tuple[Controller, Tuning]:
-    """The controller of `[controller]` with gains from the model, or hand-set ones with their margins."""
-    table = scenario.controller
-    plant = {
-        "plant_gain": working.steepest_slope,
-        "time_constant_s": model.time_constant_s,
-        "period_s": scenario.scenario.period_s,
-    }
-    if table.kp is not None and table.ki is not None:
-        tuning = margins(PiGains(kp=table.kp, ki=table.ki), **plant, delay=delay)
-    else:
-        least_phase_deg = math.degrees(table.phase_margin_rad)
-        tuning = tune(
-            **plant, delay=delay, least_gain_margin=table.gain_margin, least_phase_margin_deg=least_phase_deg
+def build_estimator(scenario: Scenario, model: Any) -> Estimator:
+    """The estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
+    kind, plant = scenario.estimator.kind, scenario.scenario.plant
+    known = support_of(plant).estimators
+    if kind not in known:
+        raise InputError(
+            f'key "estimator.kind": "{kind}" does not estimate a "{plant}"; known: {", ".join(known)}'
         )
-        if tuning.gain_margin < table.gain_margin or tuning.phase_margin_deg < least_phase_deg:
-            raise InputError(
-                f"controller.gain_margin = {table.gain_margin:g} and controller.phase_margin = {least_phase_deg:.3g} "
-                f"deg are out of a PI's reach: the slowest one tried leaves {tuning.gain_margin:.3g} and "
-                f"{tuning.phase_margin_deg:.3g} deg; ask for less, or give kp and ki"
-            )
-    deadband = table.deadband.resolve_width(0.0, model.deflection.width)
-    return PiController(tuning.gains, _feedforward(scenario, model, working), deadband=deadband), tuning
+    return known[kind](model)
 
 
-def _feedforward(scenario: Scenario, model: Vo2Model, working: WorkingRange) -> Feedforward:
-    if scenario.controller.feedforward == "none":
-        return NoFeedforward()
-    limits = build_limits(scenario, working)
-    return InverseFeedforward(model, Span(limits.low, limits.high))
-
-
-def build_limits(scenario: Scenario, working: WorkingRange | None) -> CommandLimits:
-    """Command limits; in closed loop no wider than where the model says that more current means more deflection.
+def build_limits(scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
+    """Limits of each command: of `[limits]`; in closed loop (a model is given) no wider than it can be controlled.
 
     Raises InputError where the two contradict.
     """
-    table = scenario.limits
-    low, high = table.low, table.high
-    safe = low if table.safe is None else table.safe
-    if working is not None:
-        low, high = max(low, working.current.low), min(high, working.current.high)
-        if not low < high:
-            raise InputError(
-                f"limits.low = {table.low:g} mA and limits.high = {table.high:g} mA leave nothing of the range "
-                f"{working.current.low:g} to {working.current.high:g} mA in which the model can be controlled"
-            )
-        if safe > high:
-            raise InputError(
-                f"limits.safe = {safe:g} mA lies above {high:g} mA, where the model's controllable range ends; lower it"
-            )
-    return CommandLimits(low=low, high=high, safe=safe, slew_per_s=table.slew_mA_per_s)
+    if model is None:
+        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+    return support_of(scenario.scenario.plant).limits(scenario, model)
 
 
 def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibility:
     """What the loop believes of a reading."""
-    names = tuple(f"{channel.name} [{channel.unit}]" for channel in profile.sensed)
+    ranges = scenario.limits.readings(profile)
     return Plausibility(
-        sensed_low=(scenario.limits.sensed_low,), sensed_high=(scenario.limits.sensed_high,), names=names
+        sensed_low=tuple(found.low for found in ranges),
+        sensed_high=tuple(found.high for found in ranges),
+        names=tuple(f"{channel.name} [{channel.unit}]" for channel in profile.sensed),
     )
 
 
 def build_clock(scenario: Scenario) -> Clock:
     """Simulated for lockstep, monotonic for live runs."""
     return SimulatedClock() if scenario.clock.mode == "lockstep" else MonotonicClock()
+
+
+def build_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> Simulation:
+    """`model` bound to a dataset's `units`. Raises InputError that names `source`, its file."""
+    from plant_sim.oscillator.model import oscillator_simulation
+
+    known = {"oscillator": oscillator_simulation}
+    if model.kind not in known:
+        raise InputError(
+            f'{source}: a model of kind "{model.kind}" cannot be simulated{nearest(model.kind, known)}'
+        )
+    return known[model.kind](model, units, source)
 
 
 def serve_plant(name: str, seed: int | None, *, rtu_path: Path | None, tcp: str | None) -> None:

@@ -87,10 +87,15 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not valid TOML: {error}") from None
 
 
-def check(model: type[ModelT], tables: dict[str, Any], source: str) -> ModelT:
-    """`tables` as a `model`; every finding in one InputError, each with file, key and the nearest valid key."""
+def check(
+    model: type[ModelT], tables: dict[str, Any], source: str, context: dict[str, Any] | None = None
+) -> ModelT:
+    """`tables` as a `model`; every finding in one InputError, each with file, key and the nearest valid key.
+
+    `context` is what validators may ask for beyond the tables.
+    """
     try:
-        return model.model_validate(tables)
+        return model.model_validate(tables, context=context)
     except ValidationError as error:
         items: list[dict[str, Any]] = [dict(item) for item in error.errors()]
         inner = {item["loc"][:-1] for item in items}  # a list whose items are wrong is not also too short

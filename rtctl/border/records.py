@@ -45,6 +45,8 @@ class Channel:
     name: str
     unit: str
     register: int
+    signed: bool = False
+    """Of a command: whether it may be negative."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +84,7 @@ def oscillator_profile(*, drive_unit: str, displacement_unit: str) -> DeviceProf
     """An oscillator as a model file describes it: the units are the file's."""
     return DeviceProfile(
         kind="oscillator",
-        commands=(Channel(name="drive", unit=drive_unit, register=0),),
+        commands=(Channel(name="drive", unit=drive_unit, register=0, signed=True),),
         sensed=(Channel(name="displacement", unit=displacement_unit, register=100),),
         reference=Channel(name="reference_displacement", unit=displacement_unit, register=107),
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rtctl.acquisition import acquire
+from rtctl.border.errors import InputError
 from rtctl.border.records import Driver
 from rtctl.bundled import bundled_scenarios
 from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
@@ -20,6 +21,10 @@ def identify_first(
 ) -> Vo2Model:
     """Acquire by the bundled excitation through the scenario's driver, limits and clock, identify, keep both."""
     excitation, _ = load_scenario(bundled_scenarios() / "acquire_vo2.toml", [])
+    if excitation.scenario.plant != scenario.scenario.plant:
+        raise InputError(
+            f'a "{scenario.scenario.plant}" is not identified on the way: give its model by --model or scenario.model'
+        )
     excitation = excitation.model_copy(update={"clock": scenario.clock, "limits": scenario.limits})
 
     def report(text: str) -> None:

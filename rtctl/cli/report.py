@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.controllers.tuning import Tuning
 from rtctl.identification.staircase import steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
+from rtctl.plants.support import Tuning
 from rtctl.progress import print_table
 
 
@@ -39,22 +39,18 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
     )
     for check in summary["checks"]:
         if check["met"] is None:
-            print(f"not checked: {check['check']}: the device gave no reference deflection")
+            print(f"not checked: {check['check']}: the device gave no reference reading")
         elif not check["met"]:
             print(
                 f"check not met: {check['check']} = {number(check['measured'], 3)}, at most {check['limit']:g}"
             )
     if summary["clamped_steps"]:
         print(
-            f"the device clamped the current in {summary['clamped_steps']} steps: its own limits are narrower than "
-            "[limits], and the estimator believes the commanded current"
+            f"the device clamped its command in {summary['clamped_steps']} steps: its own limits are narrower than "
+            "[limits], and the estimator believes what was commanded"
         )
     if tuning is not None:
-        print(
-            f"PI: kp = {tuning.gains.kp:.4g} mA/um, ki = {tuning.gains.ki:.4g} mA/(um s); at the steepest slope, "
-            f"{tuning.plant_gain:.0f} um/mA: gain margin {tuning.gain_margin:.2f}, phase margin "
-            f"{tuning.phase_margin_deg:.0f} deg, crossover {tuning.crossover_hz:.0f} Hz"
-        )
+        print(tuning.describe())
     timing = summary["timing"]
     print(
         f"{timing['steps']} steps of {1e3 * timing['period_s']:g} ms, {summary['clock']}, {summary['driver']}: "

@@ -25,11 +25,10 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.bundled import find_scenario
     from rtctl.cli.options import output_folder, watched_run
     from rtctl.cli.report import print_summary
-    from rtctl.models.vo2 import read_model
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of, track, write_run
-    from rtctl.wiring import build_driver
+    from rtctl.wiring import build_driver, model_of
 
     path = find_scenario(args.scenario)
     scenario, tables = load_scenario(path, args.overrides)
@@ -37,9 +36,8 @@ def run(args: argparse.Namespace) -> int:
     quiet = args.quiet or args.json
     driver = build_driver(scenario, path.parent)
     with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:
-        if args.model is not None:
-            model = read_model(args.model)
-        else:
+        model = model_of(scenario, path.parent, args.model)
+        if model is None:
             from rtctl.cli.identify_first import identify_first
 
             say("no --model given: identifying the device first", quiet=quiet)

@@ -19,7 +19,8 @@ import numpy as np
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachParams, output_at, preisach_step
 from rtctl.kernels import FloatArray, kernel
-from rtctl.models.vo2 import Span, Vo2Model
+from rtctl.models.span import Span
+from rtctl.models.vo2 import Vo2Model
 
 WALK_POINTS = 96
 STILL = 2e-4  # of the deflection range: a smaller change of setpoint moves nothing

@@ -17,12 +17,22 @@ from typing import NamedTuple, Protocol
 
 from rtctl.interfaces import ControlAction, Estimate
 
+TERMS = ("proportional", "integral", "feedforward")
+
 
 class PiTerms(NamedTuple):
     """The terms of one step [command unit]."""
 
     proportional: float
     integral: float
+
+
+class CommandTerms(NamedTuple):
+    """What a command is the sum of, as `TERMS` names it [command unit]."""
+
+    proportional: float
+    integral: float
+    feedforward: float
 
 
 def pi_step(integral: float, error: float, elapsed_s: float, kp: float, ki: float) -> PiTerms:
@@ -83,6 +93,7 @@ class PiController:
     def __init__(self, gains: PiGains, feedforward: Feedforward, *, deadband: float) -> None:
         self.gains = gains
         self.deadband = deadband
+        self.terms = tuple((name, "mA") for name in TERMS)
         self._feedforward = feedforward
         self._integral = 0.0
         self._asked = 0.0
@@ -101,7 +112,7 @@ class PiController:
         forward = self._feedforward.step(upcoming, elapsed_s)
         self._integral = terms.integral
         self._asked = terms.proportional + terms.integral + forward
-        return ControlAction((self._asked,), terms.proportional, terms.integral, forward)
+        return ControlAction((self._asked,), CommandTerms(*terms, forward))
 
     def applied(self, levels: Sequence[float]) -> None:
         """Anti-windup."""

@@ -32,6 +32,14 @@ class Tuning:
     plant_gain: float
     """Steepest slope used [um/mA]."""
 
+    def describe(self) -> str:
+        """One sentence for a person."""
+        return (
+            f"PI: kp = {self.gains.kp:.4g} mA/um, ki = {self.gains.ki:.4g} mA/(um s); at the steepest slope, "
+            f"{self.plant_gain:.0f} um/mA: gain margin {self.gain_margin:.2f}, phase margin "
+            f"{self.phase_margin_deg:.0f} deg, crossover {self.crossover_hz:.0f} Hz"
+        )
+
 
 def loop_transfer(
     gains: PiGains, plant_gain: float, time_constant_s: float, period_s: float, delay: int

@@ -14,7 +14,7 @@ from rtctl.hysteresis.gpi_inverse import GpiInverse, GpiInverseParams, InverseSt
 from rtctl.hysteresis.packing import array_at, egpi_at, gpi_inverse_at, number_at, pack
 from rtctl.interfaces import Estimate
 from rtctl.kernels import FloatArray, kernel
-from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 SURROGATE_MARGIN = 0.1  # of the identified current range: beyond it an inverse near saturation says nothing
 EGPI_PART = 4 + len(GpiInverseParams._fields)
@@ -51,6 +51,8 @@ def packed_composite_step(memory: FloatArray, resistance_ohm: float) -> tuple[fl
 
 class CompositeEstimator:
     """`Estimator` of the paper's composite."""
+
+    surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model) -> None:
         margin = SURROGATE_MARGIN * model.current.width

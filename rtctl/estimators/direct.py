@@ -10,7 +10,8 @@ from rtctl.hysteresis.packing import array_at, egpi_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachModel, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
-from rtctl.models.vo2 import Span, Vo2Model
+from rtctl.models.span import Span
+from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 OK, NOT_FINITE, OUT_OF_RANGE = (
     int(status) for status in (EstimateStatus.OK, EstimateStatus.NOT_FINITE, EstimateStatus.OUT_OF_RANGE)
@@ -33,6 +34,8 @@ def packed_preisach_step(memory: FloatArray, u: float) -> tuple[float, int]:
 
 class _Direct:
     """What the two share: the reading and its range."""
+
+    surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model, fit: str) -> None:
         self._error = model.quality[fit].rms

@@ -16,7 +16,7 @@ from rtctl.hysteresis.packing import array_at, egpi_at, gap_free_at, number_at, 
 from rtctl.hysteresis.status import BranchPoint
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
-from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
 INVERSE_PART = 4 + len(EgpiParams._fields)
@@ -52,6 +52,8 @@ def packed_gap_free_composite_step(
 
 class GapFreeEstimator:
     """`Estimator` of the gap-free composite."""
+
+    surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model) -> None:
         margin = SURROGATE_MARGIN * model.current.width

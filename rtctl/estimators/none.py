@@ -13,6 +13,8 @@ NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 class NoEstimator:
     """`Estimator` that knows nothing."""
 
+    surrogate = ("surrogate", "")
+
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """NaN."""
         return NOTHING

@@ -30,7 +30,7 @@ from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
 from rtctl.hysteresis.preisach import PreisachParams, preisach_slope, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
 from rtctl.kernels import FloatArray, kernel
-from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 PROBE_MA2 = 0.1
 HEAT_START_MA2 = 0.5  # what a room may differ from the day of identification
@@ -164,6 +164,8 @@ def _steep_slope(model: Vo2Model) -> float:
 
 class ObserverEstimator:
     """`Estimator` of the thermal observer."""
+
+    surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model) -> None:
         margin = 0.02 * model.current.width

@@ -23,7 +23,8 @@ from rtctl.identification.preisach_fit import PreisachFit, fit_preisach
 from rtctl.identification.staircase import SteadyStates, heated_hold_ends, steady_states
 from rtctl.identification.thermal import TimeConstant, fit_time_constant
 from rtctl.measured.dataset import Dataset
-from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Span, Vo2Model
+from rtctl.models.span import Span
+from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Vo2Model
 
 FloatArray = NDArray[np.float64]
 Report = Callable[[str], None]

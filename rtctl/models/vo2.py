@@ -20,21 +20,12 @@ from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.models.span import Span
 
 FloatArray = NDArray[np.float64]
 NOMINAL_TIME_CONSTANT_S = 1.8e-3
-
-
-class Span(NamedTuple):
-    """A closed range, in the unit that its owner says."""
-
-    low: float
-    high: float
-
-    @property
-    def width(self) -> float:
-        """high - low."""
-        return self.high - self.low
+SURROGATE = ("surrogate", "mA")
+"""Of temperature: the constant current that would hold it."""
 
 
 class FitQuality(NamedTuple):

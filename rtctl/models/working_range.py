@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.models.vo2 import Span
+from rtctl.models.span import Span
 
 
 class WorkingRange(NamedTuple):

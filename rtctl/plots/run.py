@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike, NDArray
 
+from rtctl.border.quantities import convert
+from rtctl.border.records import VO2, Channel, DeviceProfile
+from rtctl.plots.channels import Shown, label_of, scale_axis, shown, written
 from rtctl.plots.errors import ErrorFigures, error_figures, percent
 from rtctl.plots.lines import ABOVE, draw_line
 from rtctl.plots.planes import draw_planes
@@ -22,14 +25,11 @@ from rtctl.plots.style import (
     VERMILION,
     headline,
     house_style,
-    kilo,
     new_figure,
     save_png,
 )
 
 FloatArray = NDArray[np.float64]
-
-SIGNALS = ("setpoint", "estimate", "deflection", "resistance", "current", "estimate_standard_error")
 
 MOST_TURNS = 60
 """Turning points of the setpoint that one panel can show."""
@@ -43,39 +43,56 @@ def plot_run(
     title: str,
     closed_loop: bool,
     range_um: float,
+    profile: DeviceProfile = VO2,
 ) -> None:
     """Write the figure of a run as a PNG file.
 
-    `signals` has (n,) arrays under the names in `SIGNALS` [um, um, um, ohm, mA, um]; NaN where there is none
-    (no external instrument, no setpoint in an open-loop run). Percents refer to `range_um` [um].
+    `signals` has (n,) arrays under the names of the profile's channels, and setpoint, estimate and
+    estimate_standard_error in the unit of its reference; NaN where there is none (no external instrument, no
+    setpoint in an open-loop run). Percents refer to `range_um` [um].
     Raises ValueError where a signal is missing or has another length than `time_s` [s].
     """
-    save_png(run_figure(time_s, signals, title=title, closed_loop=closed_loop, range_um=range_um), path)
+    figure = run_figure(
+        time_s, signals, title=title, closed_loop=closed_loop, range_um=range_um, profile=profile
+    )
+    save_png(figure, path)
 
 
 def run_figure(
-    time_s: ArrayLike, signals: Mapping[str, ArrayLike], *, title: str, closed_loop: bool, range_um: float
+    time_s: ArrayLike,
+    signals: Mapping[str, ArrayLike],
+    *,
+    title: str,
+    closed_loop: bool,
+    range_um: float,
+    profile: DeviceProfile = VO2,
 ) -> Figure:
     """The figure that `plot_run` writes."""
-    time, column = np.asarray(time_s, np.float64), _columns(time_s, signals)
+    time, column = np.asarray(time_s, np.float64), _columns(time_s, signals, profile)
     if not closed_loop:
         column["setpoint"] = np.full(len(time), np.nan)
     window = _last_cycles(column["setpoint"])
+    width = convert(range_um, "um", profile.reference.unit)
+    panels = _panels(column, profile)
     with house_style():
-        figure = new_figure(11.5, 8.4 if window is None else 9.6)
+        figure = new_figure(11.5, (8.4 if window is None else 9.6) + 1.1 * (len(panels) - 2))
         beside = figure.add_gridspec(1, 2, width_ratios=(2.3, 1.0))
         left, right = figure.add_subfigure(beside[0, 0]), figure.add_subfigure(beside[0, 1])
-        draw_planes(list(right.subplots(3, 1)), column, window)
-        _draw_against_time(left, time, column, range_um, window)
-        headline(figure, *_finding(title, column, range_um))
+        draw_planes(list(right.subplots(3, 1)), column, window, profile)
+        _draw_against_time(left, time, column, width, window, profile.reference, panels)
+        headline(figure, *_finding(title, column, width, profile.reference))
     return figure
 
 
-def _columns(time_s: ArrayLike, signals: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
-    missing = [name for name in SIGNALS if name not in signals]
+def _columns(
+    time_s: ArrayLike, signals: Mapping[str, ArrayLike], profile: DeviceProfile
+) -> dict[str, FloatArray]:
+    channels = (profile.reference, *profile.sensed, *profile.commands)
+    names = ("setpoint", "estimate", *(channel.name for channel in channels), "estimate_standard_error")
+    missing = [name for name in names if name not in signals]
     if missing:
-        raise ValueError(f"a run's figure needs {', '.join(SIGNALS)}; missing: {', '.join(missing)}")
-    column = {name: np.asarray(signals[name], np.float64) for name in SIGNALS}
+        raise ValueError(f"a run's figure needs {', '.join(names)}; missing: {', '.join(missing)}")
+    column = {name: np.asarray(signals[name], np.float64) for name in names}
     for name, values in column.items():  # infinite standard error: the estimator claims nothing
         column[name] = np.where(np.isfinite(values), values, np.nan)
     shape = np.shape(time_s)
@@ -87,35 +104,57 @@ def _columns(time_s: ArrayLike, signals: Mapping[str, ArrayLike]) -> dict[str, F
     return column
 
 
+def _panels(column: Mapping[str, FloatArray], profile: DeviceProfile) -> list[list[Shown]]:
+    """What stands below the errors, one panel each: every command, then the readings that share a unit."""
+    panels = [[shown(channel, column[channel.name])] for channel in profile.commands]
+    for unit in dict.fromkeys(channel.unit for channel in profile.sensed):
+        panels.append([shown(c, column[c.name]) for c in profile.sensed if c.unit == unit])
+    return panels
+
+
 def _draw_against_time(
-    left: SubFigure, time: FloatArray, column: Mapping[str, FloatArray], range_um: float, window: slice | None
+    left: SubFigure,
+    time: FloatArray,
+    column: Mapping[str, FloatArray],
+    width: float,
+    window: slice | None,
+    output: Channel,
+    panels: Sequence[Sequence[Shown]],
 ) -> None:
-    heights = (2.6, 1.9, 1.0, 1.0) if window is None else (2.2, 1.3, 1.7, 0.9, 0.9)
+    heights = [2.6, 1.9] if window is None else [2.2, 1.3, 1.7]
+    heights += len(panels) * [1.0 if window is None else 0.9]
     rows = list(left.subplots(len(heights), 1, height_ratios=heights))
     top = rows[0] if window is None else rows.pop(0)
-    _draw_following(rows[0], time, column)
+    _draw_following(rows[0], time, column, output)
     if window is not None:
-        _draw_window(top, rows[0], time, column, window)
+        _draw_window(top, rows[0], time, column, window, output)
     if top.lines:
         top.legend(**ABOVE)
-    draw_errors(rows[1], time, column, range_um)
-    draw_line(rows[2], time, column["current"], BLACK)
-    draw_line(rows[3], time, column["resistance"] / 1e3, BLACK)
-    rows[2].set_ylabel("current [mA]")
-    rows[3].set_ylabel("resistance [kΩ]")
-    rows[3].set_xlabel("time [s]")
-    kilo(rows[3], "y")
+    draw_errors(rows[1], time, column, width, output)
+    for axes, panel in zip(rows[2:], panels, strict=True):
+        _draw_panel(axes, time, panel)
+    rows[-1].set_xlabel("time [s]")
     for axes in rows:
         axes.set_xlim(time[0], time[-1])
-        axes.tick_params(labelbottom=axes is rows[3])
+        axes.tick_params(labelbottom=axes is rows[-1])
     left.align_ylabels()
 
 
-def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray]) -> None:
+def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
+    for channel, color in zip(panel, (BLACK, VERMILION, BLUE, GREY), strict=False):
+        draw_line(axes, time, channel.values, color, channel.label if len(panel) > 1 else "")
+    if len(panel) > 1 and axes.lines:
+        axes.legend(**ABOVE)
+    axes.set_ylabel(panel[0].label if len(panel) == 1 else f"readings {panel[0].unit}")
+    axes.ticklabel_format(axis="y", useOffset=False)
+    scale_axis(axes, "y", panel[0])
+
+
+def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray], output: Channel) -> None:
     draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
-    draw_line(axes, time, column["deflection"], BLUE, "deflection (external instrument)", 1.3)
+    draw_line(axes, time, column[output.name], BLUE, f"{output.name} (external instrument)", 1.3)
     draw_line(axes, time, column["estimate"], VERMILION, "estimate", 0.9)
-    axes.set_ylabel("deflection [µm]")
+    axes.set_ylabel(label_of(output))
 
 
 def _last_cycles(setpoint: FloatArray) -> slice | None:
@@ -126,30 +165,40 @@ def _last_cycles(setpoint: FloatArray) -> slice | None:
 
 
 def _draw_window(
-    axes: Axes, whole: Axes, time: FloatArray, column: Mapping[str, FloatArray], window: slice
+    axes: Axes,
+    whole: Axes,
+    time: FloatArray,
+    column: Mapping[str, FloatArray],
+    window: slice,
+    output: Channel,
 ) -> None:
     """The last cycles magnified, and where they lie in the whole run."""
-    _draw_following(axes, time[window], {name: values[window] for name, values in column.items()})
+    _draw_following(axes, time[window], {name: values[window] for name, values in column.items()}, output)
     axes.set_xlim(time[window][0], time[-1])
     axes.set_xlabel(f"time [s], the last {time[-1] - time[window][0]:.2g} s (loops on the right)")
     whole.axvspan(time[window][0], time[-1], color=GREY, alpha=0.35, linewidth=0.0)
 
 
-def _finding(title: str, column: Mapping[str, FloatArray], range_um: float) -> tuple[str, str]:
+def _finding(title: str, column: Mapping[str, FloatArray], width: float, output: Channel) -> tuple[str, str]:
     """The headline and the line under it."""
-    tracking = error_figures(column["setpoint"] - column["deflection"], range_um)
-    sensing = error_figures(column["estimate"] - column["deflection"], range_um)
+    tracking = error_figures(column["setpoint"] - column[output.name], width)
+    sensing = error_figures(column["estimate"] - column[output.name], width)
     first = tracking or sensing
     if first is None:
         return f"{title}: no external instrument, errors unknown", ""
-    verb = "tracks" if tracking else "self-senses"
+    verb, unit = "tracks" if tracking else "self-senses", written(output.unit)
     finding = f"{title}: {verb} to {percent(first.mean_percent)} of range on average"
-    parts = [_in_words("tracking", tracking), _in_words("self-sensing", sensing)]
-    return finding, " · ".join([part for part in parts if part] + [f"range {range_um:.1f} µm"])
+    reach = f"range {width:.1f} {unit}" if width >= 10.0 else f"range {width:.3g} {unit}"
+    parts = [_in_words("tracking", tracking, unit), _in_words("self-sensing", sensing, unit), reach]
+    return finding, " · ".join(part for part in parts if part)
 
 
-def _in_words(name: str, figures: ErrorFigures | None) -> str:
+def _in_words(name: str, figures: ErrorFigures | None, unit: str) -> str:
     if figures is None:
         return ""
-    mean, largest = f"{figures.mean:.2f} µm ({percent(figures.mean_percent)})", f"{figures.largest:.2f} µm"
-    return f"{name} error mean {mean}, max {largest} ({percent(figures.max_percent)})"
+    digits = (
+        2 if figures.largest >= 0.1 else 5
+    )  # a resonator's amplitudes are far smaller than a cantilever's
+    mean = f"{figures.mean:.{digits}f} {unit} ({percent(figures.mean_percent)})"
+    largest = f"{figures.largest:.{digits}f} {unit} ({percent(figures.max_percent)})"
+    return f"{name} error mean {mean}, max {largest}"

@@ -1,6 +1,6 @@
 """The error panel of a run: tracking and self-sensing error over what the estimator claims of itself.
 
-tracking error = setpoint − deflection; self-sensing error = estimate − deflection.
+tracking error = setpoint − output; self-sensing error = estimate − output, the output as an instrument measures it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from rtctl.border.records import Channel
+from rtctl.plots.channels import written
 from rtctl.plots.decimation import extremes
 from rtctl.plots.errors import error_figures, percent_axis, shown_limit
 from rtctl.plots.lines import ABOVE, draw_line, note
@@ -19,12 +21,14 @@ from rtctl.plots.style import BLACK, SKY, VERMILION
 FloatArray = NDArray[np.float64]
 
 
-def draw_errors(axes: Axes, time_s: FloatArray, column: Mapping[str, FloatArray], range_um: float) -> None:
-    """Errors [um] against the instrument; without one, setpoint − estimate is all there is."""
-    reference, name = column["deflection"], "setpoint − deflection"
+def draw_errors(
+    axes: Axes, time_s: FloatArray, column: Mapping[str, FloatArray], width: float, output: Channel
+) -> None:
+    """Errors [the output's unit] against the instrument; without one, setpoint − estimate is all there is."""
+    reference, name = column[output.name], f"setpoint − {output.name}"
     if not np.isfinite(reference).any():
         reference, name = column["estimate"], "setpoint − estimate (no external instrument)"
-    tracking, sensing = column["setpoint"] - reference, column["estimate"] - column["deflection"]
+    tracking, sensing = column["setpoint"] - reference, column["estimate"] - column[output.name]
     twice = 2.0 * column["estimate_standard_error"]
     if np.isfinite(twice).any():
         kept = extremes(twice)
@@ -33,21 +37,21 @@ def draw_errors(axes: Axes, time_s: FloatArray, column: Mapping[str, FloatArray]
         )
         band.set_label("±2 standard errors claimed")
     draw_line(axes, time_s, tracking, BLACK, name)
-    draw_line(axes, time_s, sensing, VERMILION, "estimate − deflection")
-    limit = _limit(tracking, sensing, twice, range_um)
+    draw_line(axes, time_s, sensing, VERMILION, f"estimate − {output.name}")
+    limit = _limit(tracking, sensing, twice, width)
     axes.set_ylim(-limit, limit)
-    axes.set_ylabel("error [µm]")
-    percent_axis(axes, range_um)
+    axes.set_ylabel(f"error [{written(output.unit)}]")
+    percent_axis(axes, width)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(**ABOVE)
-    scores = (error_figures(tracking, range_um), error_figures(sensing, range_um))
+    scores = (error_figures(tracking, width), error_figures(sensing, width))
     largest = max((score.largest for score in scores if score), default=0.0)
     if largest > limit:
-        note(axes, f"peaks reach {largest:.3g} µm, beyond this axis")
+        note(axes, f"peaks reach {largest:.3g} {written(output.unit)}, beyond this axis")
 
 
-def _limit(tracking: FloatArray, sensing: FloatArray, twice: FloatArray, range_um: float) -> float:
-    """Half height of the axis [um]: the errors decide, the band is taken in where it is not far outside."""
-    errors = 1.15 * max(shown_limit(tracking, 2.0), shown_limit(sensing, 4.0), 1e-3 * range_um)
+def _limit(tracking: FloatArray, sensing: FloatArray, twice: FloatArray, width: float) -> float:
+    """Half height of the axis: the errors decide, the band is taken in where it is not far outside."""
+    errors = 1.15 * max(shown_limit(tracking, 2.0), shown_limit(sensing, 4.0), 1e-3 * width)
     claimed = 1.05 * float(np.nanmax(twice, initial=0.0))
     return max(errors, min(claimed, 2.0 * errors))

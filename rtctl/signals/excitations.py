@@ -1,4 +1,4 @@
-"""Open-loop excitations of the command [mA], as one value a sample.
+"""Open-loop excitations of the first command, in its unit, as one value a sample.
 
 `damped_oscillation` is the paper's figure 4(a); `reversal_curves` visits the minor loops that a damped
 oscillation leaves out (first-order reversal curves); both are staircases whose holds end in steady state.
@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from rtctl.border.quantities import Checked, Quantity
-from rtctl.signals.levels import FloatArray, Level, LevelIn, hold, samples_in
+from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in
 
 Use = Literal["identify", "fit", "test"]
 
@@ -30,11 +30,11 @@ class DampedOscillation(_Excitation):
 
     kind: Literal["damped_oscillation"] = "damped_oscillation"
     cycles: Annotated[int, Field(ge=1)] = 8
-    step: Annotated[Level, LevelIn("mA")] = Level(1.0, True)
-    centre: Annotated[Level, LevelIn("mA")] = Level(66.0, True)
+    step: Annotated[Level, LevelOf("command")] = Level(1.0, True)
+    centre: Annotated[Level, LevelOf("command")] = Level(66.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Current [mA] a sample, from `low`."""
+        """Level a sample, from `low`."""
         centre = self.centre.resolve(low, high)
         shrink = np.linspace(1.0, 0.0, self.cycles, endpoint=False)
         turns = [low]
@@ -48,14 +48,14 @@ class ReversalCurves(_Excitation):
 
     kind: Literal["reversal_curves"] = "reversal_curves"
     curves: Annotated[int, Field(ge=2)] = 12
-    span: tuple[Annotated[Level, LevelIn("mA")], Annotated[Level, LevelIn("mA")]] = (
+    span: tuple[Annotated[Level, LevelOf("command")], Annotated[Level, LevelOf("command")]] = (
         Level(35.0, True),
         Level(95.0, True),
     )
-    step: Annotated[Level, LevelIn("mA")] = Level(1.5, True)
+    step: Annotated[Level, LevelOf("command")] = Level(1.5, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Current [mA] a sample, from `low`."""
+        """Level a sample, from `low`."""
         first, last = (level.resolve(low, high) for level in self.span)
         turns = [low]
         for point in np.linspace(first, last, self.curves):
@@ -72,11 +72,11 @@ class RandomStaircase(_Excitation):
     kind: Literal["random_staircase"] = "random_staircase"
     levels: Annotated[int, Field(ge=1)]
     seed: Annotated[int, Field(ge=0)]
-    low: Annotated[Level, LevelIn("mA")] = Level(0.0, True)
-    high: Annotated[Level, LevelIn("mA")] = Level(100.0, True)
+    low: Annotated[Level, LevelOf("command")] = Level(0.0, True)
+    high: Annotated[Level, LevelOf("command")] = Level(100.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Current [mA] a sample."""
+        """Level a sample."""
         draw = np.random.default_rng(self.seed).uniform
         values = draw(self.low.resolve(low, high), self.high.resolve(low, high), self.levels)
         return self.held(values, period_s)
@@ -86,11 +86,11 @@ class LevelSequence(_Excitation):
     """Given levels one after the other, the list repeated `times`."""
 
     kind: Literal["levels"] = "levels"
-    levels: Annotated[tuple[Annotated[Level, LevelIn("mA")], ...], Field(min_length=1)]
+    levels: Annotated[tuple[Annotated[Level, LevelOf("command")], ...], Field(min_length=1)]
     times: Annotated[int, Field(ge=1)] = 1
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Current [mA] a sample."""
+        """Level a sample."""
         values = [level.resolve(low, high) for level in self.levels]
         return self.held(np.tile(np.asarray(values), self.times), period_s)
 
@@ -101,11 +101,11 @@ class CurrentSine(_Excitation):
     kind: Literal["sine"] = "sine"
     hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0, allow_inf_nan=False)]
     frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0, allow_inf_nan=False)]
-    offset: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
-    amplitude: Annotated[Level, LevelIn("mA")] = Level(50.0, True)
+    offset: Annotated[Level, LevelOf("command")] = Level(50.0, True)
+    amplitude: Annotated[Level, LevelOf("command")] = Level(50.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Current [mA] a sample, starting at its minimum."""
+        """Level a sample, starting at its minimum."""
         time_s = period_s * np.arange(samples_in(self.hold_s, period_s, "excitation.duration"))
         swing = -np.cos(2.0 * np.pi * self.frequency_hz * time_s)
         value: FloatArray = self.offset.resolve(low, high) + self.amplitude.resolve_width(low, high) * swing

@@ -1,16 +1,20 @@
-"""A level in a scenario: absolute with its unit, or in percent of a range that is known only later."""
+"""A level in a scenario: absolute with its unit, or in percent of a range that is known only later.
+
+Which unit a level has is the device's: the profile comes with the validation's context, a VO2 actuator's without.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationInfo
 
 from rtctl.border.quantities import parse_quantity
+from rtctl.border.records import VO2, DeviceProfile
 
 FloatArray = NDArray[np.float64]
 
@@ -48,9 +52,15 @@ def parse_level(raw: Any, unit: str) -> Level:
     return level
 
 
-def LevelIn(unit: str) -> BeforeValidator:
-    """Annotation of a level whose absolute form is in `unit`."""
-    return BeforeValidator(lambda raw: parse_level(raw, unit))
+def LevelOf(what: Literal["command", "output"]) -> BeforeValidator:
+    """Annotation of a level in the unit of the device's first command or of its controlled output."""
+
+    def parse(raw: Any, info: ValidationInfo) -> Level:
+        profile: DeviceProfile = (info.context or {}).get("profile", VO2)
+        channel = profile.commands[0] if what == "command" else profile.reference
+        return parse_level(raw, channel.unit)
+
+    return BeforeValidator(parse)
 
 
 def hold(values: Sequence[float] | FloatArray, samples: int) -> FloatArray:

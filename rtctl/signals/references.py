@@ -1,4 +1,4 @@
-"""References of the controlled output [um]: steps and sums of sines, as one value a sample."""
+"""References of the controlled output, in its unit: steps and sums of sines, as one value a sample."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from pydantic import Field
 
 from rtctl.border.quantities import Checked, Quantity
-from rtctl.signals.levels import FloatArray, Level, LevelIn, hold, samples_in
+from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in
 
 
 class Steps(Checked):
     """Levels one after the other, each held."""
 
     kind: Literal["steps"] = "steps"
-    levels: Annotated[tuple[Annotated[Level, LevelIn("um")], ...], Field(min_length=1)]
+    levels: Annotated[tuple[Annotated[Level, LevelOf("output")], ...], Field(min_length=1)]
     hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
 
     def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
-        """The reference [um] at each time; the list starts over when it ends."""
+        """The reference at each time; the list starts over when it ends."""
         period_s = time_s[1] - time_s[0] if len(time_s) > 1 else self.hold_s
         values = [level.resolve(low, high) for level in self.levels]
         once = hold(values, samples_in(self.hold_s, period_s, "reference.hold"))
@@ -29,7 +29,7 @@ class Steps(Checked):
 class Sine(Checked):
     """One component of a multisine."""
 
-    amplitude: Annotated[Level, LevelIn("um")]
+    amplitude: Annotated[Level, LevelOf("output")]
     frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0, allow_inf_nan=False)]
     phase_rad: Annotated[float, Quantity("rad"), Field(alias="phase", allow_inf_nan=False)] = 0.0
 
@@ -38,11 +38,11 @@ class Multisine(Checked):
     """offset + sum of amplitude sin(2 pi f t + phase)."""
 
     kind: Literal["multisine"] = "multisine"
-    offset: Annotated[Level, LevelIn("um")]
+    offset: Annotated[Level, LevelOf("output")]
     sines: Annotated[tuple[Sine, ...], Field(min_length=1)]
 
     def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
-        """The reference [um] at each time."""
+        """The reference at each time."""
         value = np.full(len(time_s), self.offset.resolve(low, high))
         for sine in self.sines:
             phase = 2.0 * np.pi * sine.frequency_hz * time_s + sine.phase_rad

@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.identification.thermal import heat
-from rtctl.models.vo2 import Span
+from rtctl.models.span import Span
 from rtctl.models.working_range import working_range
 
 

@@ -50,7 +50,7 @@ def test_the_command_is_the_closed_form_sum(sequence):
         pi.applied(action.levels)
         expected = 6.0 + GAINS.kp * error + GAINS.ki * PERIOD_S * math.fsum(sequence[: k + 1])
         assert action.levels == pytest.approx((expected,), abs=1e-9)
-        assert action.levels[0] == action.proportional + action.integral + action.feedforward
+        assert action.levels[0] == sum(action.terms)
 
 
 @claim
@@ -116,14 +116,16 @@ def test_the_integral_never_leaves_the_reach_of_the_limits(sequence):
             action = pi.step(error, error, estimate(0.0), PERIOD_S)
             allowed = min(max(action.levels[0], 3.7), 8.5)
             pi.applied([allowed])
-            assert pi._integral + action.proportional + action.feedforward == pytest.approx(allowed, abs=1e-9)
+            assert pi._integral + action.terms.proportional + action.terms.feedforward == pytest.approx(
+                allowed, abs=1e-9
+            )
 
 
 def test_an_allowed_command_leaves_the_integral_alone():
     pi = started()
     action = pi.step(30.0, 30.0, estimate(25.0), PERIOD_S)
     pi.applied(action.levels)
-    assert pi._integral == action.integral
+    assert pi._integral == action.terms.integral
 
 
 @claim
@@ -165,8 +167,8 @@ def test_gains_that_are_none_are_refused_with_their_units(kp, ki):
 def test_feedforward_aims_at_the_setpoint_to_come():
     pi = started(feedforward=Lead())
     action = pi.step(30.0, 44.0, estimate(25.0), PERIOD_S)
-    assert action.feedforward == pytest.approx(4.4)
-    assert action.levels[0] == action.proportional + action.integral + action.feedforward
+    assert action.terms.feedforward == pytest.approx(4.4)
+    assert action.levels[0] == sum(action.terms)
 
 
 def test_playback_commands_the_upcoming_setpoint():
@@ -174,4 +176,4 @@ def test_playback_commands_the_upcoming_setpoint():
     playback.start([4.0], 4.0, estimate(math.nan))
     action = playback.step(4.0, 5.5, estimate(math.nan), PERIOD_S)
     playback.applied([5.0])
-    assert action == ((5.5,), 0.0, 0.0, 5.5)
+    assert action == ((5.5,), (0.0, 0.0, 5.5))

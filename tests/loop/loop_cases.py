@@ -51,6 +51,8 @@ class ScriptedDriver:
 class WrittenEstimator:
     """Notes what it is told; answers 30 um until, at sample `last`, it gives `end`."""
 
+    surrogate = ("surrogate", "mA")
+
     def __init__(self, last: int = -1, end: float | BaseException = 30.0) -> None:
         self.steps: list[tuple[float, float, float]] = []
         self._last, self._end = last, end
@@ -79,11 +81,12 @@ def parts_of(
     reading_delay: int = 0,
 ) -> tuple[LoopParts, LoopPlan, Recorder]:
     """Parts and plan of a run that plays `samples` currents 5.0, 5.1 ... mA after settling at 1 mA."""
-    signals = Recorder(signal_columns(driver, "deflection", "um"))
+    estimator, controller = estimator or WrittenEstimator(), controller or PlaybackController()
+    signals = Recorder(signal_columns(driver.profile, estimator, controller))
     parts = LoopParts(
         driver=driver,
-        estimator=estimator or WrittenEstimator(),
-        controller=controller or PlaybackController(),
+        estimator=estimator,
+        controller=controller,
         limits=(CommandLimits(low=SAFE, high=9.0, safe=SAFE),),
         plausibility=Plausibility(sensed_low=(100.0,), sensed_high=(10e6,), names=("resistance [ohm]",)),
         clock=clock or SimulatedClock(),

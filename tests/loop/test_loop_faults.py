@@ -111,6 +111,8 @@ def test_what_is_no_fault_is_passed_on_and_the_device_is_safe(error: BaseExcepti
 class BrokenController:
     """Asks for `end` at its fifth step."""
 
+    terms = ()
+
     def __init__(self, end: float) -> None:
         self._end = end
         self._steps = 0
@@ -120,7 +122,7 @@ class BrokenController:
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         self._steps += 1
-        return ControlAction((self._end if self._steps == 5 else 5.0,), 0.0, 0.0, 0.0)
+        return ControlAction((self._end if self._steps == 5 else 5.0,), ())
 
     def applied(self, levels: Sequence[float]) -> None:
         pass

@@ -7,6 +7,7 @@ import pytest
 from loop_cases import FIRST, SAFE, SETTLE, ScriptedDriver, WrittenEstimator, levels_mA, parts_of
 
 from rtctl.clock import Tick
+from rtctl.controllers.playback import PlaybackController
 from rtctl.loop import run_loop, signal_columns
 
 PLAYED = [levels_mA(k) for k in range(10)]
@@ -33,7 +34,9 @@ def test_each_sample_is_one_exchange_and_one_row() -> None:
     assert (outcome.steps, outcome.overruns, outcome.fault) == (10, 0, None)
     assert driver.commands == SETTLE * [SAFE] + PLAYED
     table = signals.table()
-    assert list(table) == [name for name, _ in signal_columns(driver, "deflection", "um")]
+    assert list(table) == [
+        name for name, _ in signal_columns(driver.profile, estimator, PlaybackController())
+    ]
     assert table["index"].tolist() == list(range(10))
     assert table["setpoint"].tolist() == PLAYED
     assert table["current"].tolist() == PLAYED, "the level of this exchange stands beside its reading"

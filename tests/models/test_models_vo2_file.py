@@ -15,7 +15,8 @@ from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.models.vo2 import FitQuality, Span, Vo2Model, model_tables, read_model, write_model
+from rtctl.models.span import Span
+from rtctl.models.vo2 import FitQuality, Vo2Model, model_tables, read_model, write_model
 
 QUALITY = (
     "resistance_gpi", "composite", "gap_free_composite", "resistance_gap_free", "resistance_preisach",

@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.hysteresis.everett import cell_index
 from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.models.vo2 import Span
+from rtctl.models.span import Span
 from rtctl.models.working_range import working_range
 
 CURRENT = Span(0.0, 10.0)

@@ -1,0 +1,63 @@
+"""The protocol of a kind of plant: everything about estimators, controllers and models that depends on the kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple, Protocol, TypeVar
+
+from rtctl.interfaces import Controller, Estimator
+from rtctl.limits import CommandLimits
+from rtctl.models.span import Span
+from rtctl.scenario import Scenario
+
+ModelT = TypeVar("ModelT")
+
+
+class Tuning(Protocol):
+    """Gains and what they leave."""
+
+    def describe(self) -> str:
+        """One sentence for a person, numbers with units."""
+        ...
+
+
+class Control(NamedTuple):
+    """A controller and how it was tuned; None where nothing was (playback)."""
+
+    controller: Controller
+    tuning: Tuning | None
+
+
+class PlantSupport(Protocol[ModelT]):
+    """A kind of plant, given a model of one device."""
+
+    estimators: Mapping[str, Callable[[ModelT], Estimator]]
+
+    def read_model(self, path: Path) -> ModelT:
+        """The model of a file. Raises InputError."""
+        ...
+
+    def identity(self, model: ModelT) -> str:
+        """Of the device on which the model was identified; "" where nobody knows."""
+        ...
+
+    def output_range(self, scenario: Scenario, model: ModelT) -> Span:
+        """Of the controlled output [its unit]: what setpoints may ask for, and what percents refer to."""
+        ...
+
+    def reading_at_rest(self, model: ModelT) -> tuple[float, ...]:
+        """A reading that an estimator can be compiled with before the device is opened."""
+        ...
+
+    def limits(self, scenario: Scenario, model: ModelT) -> tuple[CommandLimits, ...]:
+        """Of each command in closed loop: no wider than where the model can be controlled. Raises InputError."""
+        ...
+
+    def control(self, scenario: Scenario, model: ModelT, delay: int) -> Control:
+        """The controller of `[controller]`; a reading is `delay` periods late. Raises InputError."""
+        ...
+
+    def predict(self, model: ModelT, level: Mapping[str, float]) -> dict[str, float]:
+        """What the model says of a settled level of a run, beside its means: names with units as keys."""
+        ...
