@@ -27,6 +27,14 @@ class Signal(NamedTuple):
     """None for outputs."""
 
 
+def signals_of(units: Mapping[str, str], holds: Mapping[str, str]) -> dict[str, Signal]:
+    """Signals by name; those with a hold are inputs."""
+    return {
+        name: Signal("input" if name in holds else "output", unit, holds.get(name))
+        for name, unit in units.items()
+    }
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
     """One uninterrupted measurement on a uniform time base."""
@@ -91,10 +99,7 @@ class Dataset:
     @property
     def signals(self) -> dict[str, Signal]:
         """Every signal with its role, unit and hold, in the manifest's order."""
-        return {
-            name: Signal("input" if name in self.holds else "output", unit, self.holds.get(name))
-            for name, unit in self.units.items()
-        }
+        return signals_of(self.units, self.holds)
 
     def used_for(self, use: str) -> tuple[Record, ...]:
         """Records of one use, in order."""

@@ -12,7 +12,7 @@ class Findings:
     """Messages about one source. A failed block adds its message and the reading goes on."""
 
     def __init__(self, source: str) -> None:
-        self._source = source
+        self.source = source
         self._lines: dict[str, None] = {}  # ordered, and each message once
 
     @property
@@ -22,7 +22,7 @@ class Findings:
 
     def add(self, message: str) -> None:
         """One message, without the source."""
-        self._lines[f"{self._source}: {message}"] = None
+        self._lines[f"{self.source}: {message}"] = None
 
     @contextmanager
     def under(self, where: str) -> Iterator[None]:

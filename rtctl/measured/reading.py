@@ -1,48 +1,64 @@
-"""Manifest and files -> `Dataset`: columns found, sliced, checked, converted; all findings in one message."""
+"""`dataset.toml` -> records: all in memory (`read_dataset`) or one at a time (`open_dataset`)."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from rtctl.border.errors import nearest
-from rtctl.border.quantities import parse_quantity
-from rtctl.measured.columns import FloatArray, TableCache, check_finite
+from rtctl.border.errors import InputError, nearest
+from rtctl.measured.columns import TableCache
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.findings import Findings
-from rtctl.measured.manifest import Manifest, RecordTable, read_manifest
-from rtctl.measured.plant_kinds import PLANT_KINDS, held_unit
-from rtctl.measured.time_axis import resampled, resampling_grid, uniform_period
-from rtctl.measured.units import convert_column
+from rtctl.measured.manifest import RecordTable, read_manifest
+from rtctl.measured.record_reading import Reading, check_record, read_record
+from rtctl.measured.stored import RecordHead, StoredDataset
 
 
 def read_dataset(path: Path) -> Dataset:
-    """The dataset of a `dataset.toml`. Raises InputError with every finding, one a line."""
-    manifest = read_manifest(path)
-    findings = Findings(str(path))
-    reading = _Reading(manifest=manifest, folder=path.parent, cache=TableCache(), findings=findings)
-    names = record_names(manifest.records)
-    if len(set(names)) < len(names):
-        twice = [name for name, count in Counter(names).items() if count > 1]
-        findings.add(f'records need different names, "{twice[0]}" appears twice; give each its own name')
-    records = [_record(reading, k, names[k]) for k in range(len(manifest.records))]
-    if not findings.lines:
-        _find_never_measured(reading, [record for record in records if record is not None])
-    findings.raise_all()
-    tables = manifest.signals
+    """The dataset of a `dataset.toml`, all of it. Raises InputError with every finding, one a line."""
+    reading, names = _begin(path)
+    records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
+    if not reading.findings.lines:
+        _find_never_measured(reading, lambda name: any(record and record.has(name) for record in records))
+    reading.findings.raise_all()
+    units, holds = _units_and_holds(reading)
     return Dataset(
         path=path,
-        name=manifest.dataset.name,
-        plant=manifest.dataset.plant,
-        identity=manifest.dataset.identity,
-        units={name: reading.unit(name) for name in tables},
-        holds={name: table.hold or "linear" for name, table in tables.items() if table.role == "input"},
+        name=reading.manifest.dataset.name,
+        plant=reading.manifest.dataset.plant,
+        identity=reading.manifest.dataset.identity,
+        units=units,
+        holds=holds,
         records=tuple(record for record in records if record is not None),
+    )
+
+
+def open_dataset(path: Path) -> StoredDataset:
+    """The dataset of a `dataset.toml`, checked as far as that goes without its numbers: manifest, files, columns,
+    units, lengths. Its records are read when they are asked for. Raises InputError with every finding, one a line.
+    """
+    reading, names = _begin(path)
+    entries = reading.manifest.records
+    for k in range(len(entries)):
+        check_record(reading, k)
+    if not reading.findings.lines:
+        _find_never_measured(reading, lambda name: any(name in reading.present(entry) for entry in entries))
+    reading.findings.raise_all()
+    units, holds = _units_and_holds(reading)
+    defaults = reading.manifest.dataset.conditions
+    return StoredDataset(
+        path=path,
+        name=reading.manifest.dataset.name,
+        plant=reading.manifest.dataset.plant,
+        identity=reading.manifest.dataset.identity,
+        units=units,
+        holds=holds,
+        heads=tuple(
+            RecordHead(name, entry.file, entry.use, entry.repeat, {**defaults, **entry.conditions})
+            for name, entry in zip(names, entries, strict=True)
+        ),
+        read=lambda k: _one_record(reading, k, names[k]),
     )
 
 
@@ -57,146 +73,40 @@ def record_names(records: tuple[RecordTable, ...]) -> list[str]:
     return names
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Reading:
-    """What the steps of one reading share."""
-
-    manifest: Manifest
-    folder: Path
-    cache: TableCache
-    findings: Findings
-
-    def unit(self, signal: str) -> str:
-        """In which the signal is held."""
-        units = {name: table.unit for name, table in self.manifest.signals.items()}
-        return held_unit(self.manifest.dataset.plant, signal, units)
-
-    def is_optional(self, signal: str) -> bool:
-        """Whether a record may lack the signal."""
-        return PLANT_KINDS[self.manifest.dataset.plant].signals[signal].optional
+def _begin(path: Path) -> tuple[Reading, list[str]]:
+    """A checked manifest and its records' names, which may be a finding; no file is opened yet."""
+    manifest = read_manifest(path)
+    findings = Findings(str(path))
+    names = record_names(manifest.records)
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        findings.add(f'records need different names, "{twice[0]}" appears twice; give each its own name')
+    uses = Counter(path.parent / record.file for record in manifest.records)
+    cache = TableCache(shared=[file for file, count in uses.items() if count > 1])
+    return Reading(manifest=manifest, folder=path.parent, cache=cache, findings=findings), names
 
 
-def _record(reading: _Reading, k: int, name: str) -> Record | None:
-    """One record, or None with findings."""
-    entry = reading.manifest.records[k]
-    findings, where = reading.findings, f'records.{k} "{entry.file}"'
-    before = len(findings.lines)
-    with findings.under(where):
-        reading.cache.table(reading.folder / entry.file)
-    if len(findings.lines) > before:
-        return None
-    columns = _columns(reading, entry, where)
-    initial = _initial(reading, entry, where)
-    if len(findings.lines) > before:
-        return None
-    with findings.under(where):
-        period_s, signals = _on_time_base(reading, entry, columns)
-        return Record(
-            name=name,
-            file=entry.file,
-            period_s=period_s,
-            use=entry.use,
-            signals=signals,
-            ignore_first=entry.ignore_first,
-            repeat=entry.repeat,
-            conditions={**reading.manifest.dataset.conditions, **entry.conditions},
-            initial=initial,
-        )
-    return None
+def _one_record(reading: Reading, k: int, name: str) -> Record:
+    """Raises InputError with every finding about the record's numbers."""
+    findings = Findings(reading.findings.source)
+    alone = Reading(manifest=reading.manifest, folder=reading.folder, cache=reading.cache, findings=findings)
+    record = read_record(alone, k, name)
+    findings.raise_all()
+    if record is None:
+        raise InputError(f"{findings.source}: {reading.where(k)}: gave no record")
+    return record
 
 
-def _columns(reading: _Reading, entry: RecordTable, where: str) -> dict[str, FloatArray]:
-    """Sliced, finite columns in held units by signal; the time column under its own name."""
-    columns: dict[str, FloatArray] = {}
-    path = reading.folder / entry.file
-    for name, table in reading.manifest.signals.items():
-        column = table.column or name
-        if reading.is_optional(name) and column not in reading.cache.table(path).columns:
-            continue
-        with reading.findings.under(where):
-            values = _slice(reading.cache.column(path, column, table.unit), entry)
-            if reading.is_optional(name) and np.isnan(values).all():
-                continue  # an instrument that was not there
-            check_finite(values, column, entry.first_row)
-            columns[name] = convert_column(values, table.unit, reading.unit(name))
-    if entry.time is not None:
-        with reading.findings.under(f"{where}, key time"):
-            values = _slice(reading.cache.column(path, entry.time, "s"), entry)
-            check_finite(values, entry.time, entry.first_row)
-            columns[_TIME] = values
-    return columns
-
-
-_TIME = "[time]"  # no signal's name: those come from the kinds of plants
-
-
-def _slice(values: FloatArray, entry: RecordTable) -> FloatArray:
-    if len(values) == 0:
-        raise ValueError("the file has no rows")
-    if entry.rows is None:
-        return values
-    first, end = entry.rows
-    if end > len(values):
-        raise ValueError(f"rows = [{first}, {end}] ends after the file's {len(values)} rows")
-    return values[first:end]
-
-
-def _on_time_base(
-    reading: _Reading, entry: RecordTable, columns: Mapping[str, FloatArray]
-) -> tuple[float, dict[str, FloatArray]]:
-    """Period [s] and the signals on it. Raises ValueError in words."""
-    signals = {name: values for name, values in columns.items() if name != _TIME}
-    lengths = {name: len(values) for name, values in columns.items()}
-    if len(set(lengths.values())) != 1:
-        raise ValueError(
-            "columns differ in length: " + ", ".join(f"{name} {n}" for name, n in lengths.items())
-        )
-    if min(lengths.values()) < 2:
-        raise ValueError("a record needs at least 2 samples, got 1")
-    if entry.sample_rate_hz is not None or entry.time is None:
-        return 1.0 / (entry.sample_rate_hz or 1.0), signals
-    time_s, first = columns[_TIME], entry.first_row
-    if not entry.resample:
-        return uniform_period(time_s, entry.time, first), signals
-    grid = resampling_grid(time_s, entry.time, first)
+def _units_and_holds(reading: Reading) -> tuple[dict[str, str], dict[str, str]]:
     tables = reading.manifest.signals
-    moved = {
-        name: resampled(values, time_s, grid, held=tables[name].hold == "zero")
-        for name, values in signals.items()
-    }
-    return float(grid[1] - grid[0]), moved
+    units = {name: reading.unit(name) for name in tables}
+    return units, {name: table.hold or "linear" for name, table in tables.items() if table.role == "input"}
 
 
-def _initial(reading: _Reading, entry: RecordTable, where: str) -> dict[str, float]:
-    """`initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
-    plant, tables = reading.manifest.dataset.plant, reading.manifest.signals
-    known = PLANT_KINDS[plant].initial
-    state: dict[str, float] = {}
-    for key, raw in entry.initial.items():
-        if key not in known:
-            reading.findings.add(
-                f'{where}: unknown key "initial.{key}" of a plant "{plant}"'
-                f"{nearest(key, known) or '; it starts on the branch that a full cooling leaves'}"
-            )
-            continue
-        with reading.findings.under(f"{where}, key initial.{key}"):
-            state[key] = _initial_value(raw, reading.unit(key), tables[key].unit if key in tables else None)
-    return state
-
-
-def _initial_value(raw: Any, held: str, written: str | None) -> float:
-    if isinstance(raw, int | float) and not isinstance(raw, bool):
-        raw = {"value": raw, "unit": written or held}
-    value = parse_quantity(raw, held)
-    if not np.isfinite(value):
-        raise ValueError(f"must be finite, got {value!r} {held}")
-    return value
-
-
-def _find_never_measured(reading: _Reading, records: list[Record]) -> None:
+def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> None:
     """A declared signal that no record has is a misspelt column, not a missing instrument."""
     for name, table in reading.manifest.signals.items():
-        if not any(record.has(name) for record in records):
+        if not measured(name):
             column = table.column or name
             available = {
                 other

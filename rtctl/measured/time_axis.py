@@ -26,6 +26,18 @@ def uniform_period(time_s: FloatArray, name: str, first_row: int) -> float:
     return float((time_s[-1] - time_s[0]) / len(intervals))
 
 
+def check_stated_period(stated: tuple[float, str] | None, name: str, sample_rate_hz: float) -> None:
+    """Raise ValueError where a file states another period [s] (under a key) than the manifest's rate."""
+    if stated is None:
+        return
+    period_s, key = stated
+    if not abs(period_s * sample_rate_hz - 1.0) <= TOLERANCE:
+        raise ValueError(
+            f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), the manifest '
+            f"sample_rate_hz = {sample_rate_hz:g} (allowed difference {100 * TOLERANCE:g} %); correct one"
+        )
+
+
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
     """Uniform instants (m,) [s] from the first to the last, a median interval apart."""
     usual = float(np.median(_rising(time_s, name, first_row)))

@@ -12,12 +12,13 @@ import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet as pq
 import pytest
+from measured_files import uff58, write_tdms, write_uff
 from scipy.io import savemat
 
 from rtctl.measured.columns import TableCache
 from rtctl.measured.readers import READERS, open_table
 
-A, B = np.linspace(-1.0, 1.0, 50) ** 3, np.arange(50)
+A, B = np.round(np.linspace(-1.0, 1.0, 50) ** 3, 9), np.arange(50)  # nine digits: text files keep twelve
 
 
 def table() -> pa.Table:
@@ -53,6 +54,12 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "column.mat": lambda path: savemat(path, {"a": A, "b": B}, oned_as="column"),
     "plain.h5": write_h5,
     "v73.mat": write_mat73,
+    "one.tdms": lambda path: write_tdms(path, {"a": A, "b": B}),
+    "streamed.tdms": lambda path: write_tdms(path, {"a": A, "b": B}, segments=7),
+    "text.uff": lambda path: write_uff(path, [uff58(A, id1="a"), uff58(B, id1="b")]),
+    "binary.unv": lambda path: write_uff(
+        path, [uff58(A, id1="a", binary=True), uff58(B, id1="b", binary=True)]
+    ),
 }
 
 
@@ -69,6 +76,32 @@ def test_one_measurement_is_the_same_in_every_format(tmp_path: Path, name: str) 
     np.testing.assert_array_equal(column(path, "b"), B)
 
 
+@pytest.mark.parametrize("rows", [(0, 50), (0, 1), (13, 29), (49, 50)])
+@pytest.mark.parametrize("name", WRITERS)
+def test_rows_of_a_column_are_the_same_in_every_format(
+    tmp_path: Path, name: str, rows: tuple[int, int]
+) -> None:
+    path, (first, end) = tmp_path / name, rows
+    WRITERS[name](path)
+    assert TableCache().length(path, "a", "V") == 50
+    np.testing.assert_array_equal(open_table(path).load("a", first, end).ravel(), A[first:end])
+    np.testing.assert_array_equal(TableCache().column(path, "b", "V", first, end), B[first:end])
+
+
+CUT = [name for name in WRITERS if not name.lower().endswith(".csv")]  # whose every line may be the last
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("name", CUT)
+def test_a_file_that_was_cut_off_is_told(tmp_path: Path, name: str, share: float) -> None:
+    path = tmp_path / name
+    WRITERS[name](path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(ValueError, match=r"^not an? .*(damaged|cut off)|^is cut off|ends after"):
+        column(path, "b")
+
+
 def test_every_reader_of_the_registry_is_tried_above() -> None:
     assert {Path(name).suffix.lower() for name in WRITERS} == set(READERS)
 
@@ -77,7 +110,7 @@ def test_every_reader_of_the_registry_is_tried_above() -> None:
 def test_a_file_that_is_not_what_its_suffix_says(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"liar{suffix}"
     path.write_bytes(b"%PDF-1.7\n\x00\xff\xfe,\n\x01\x02")
-    with pytest.raises(ValueError, match=r"^not an? |^not readable as CSV|^no column"):
+    with pytest.raises(ValueError, match=r"^not an? |^not readable as CSV|^no column|two columns"):
         column(path, "a")
 
 
@@ -136,10 +169,11 @@ def test_csv_as_instruments_and_spreadsheets_write_it(tmp_path: Path, text: str 
         ("1.0,2.0\n3.0,4.0\n", "the first line must name the columns, got numbers"),
         ("\n1,2\n", "the header line is empty"),
         ("a,b\n1,2,3\n", "not readable as CSV: .*Expected 2 columns, got 3"),
+        ('a,b\n"1\n2",3\n', "a line break stands inside quotes"),
         ("a,a\n1,2\n", "two columns have the same name"),
         ("a,b\n1,2\nsoon,3\n", 'column "a" holds text, numbers are needed: "soon", in row 1'),
         ("a,b\n,2\nsoon,3\n", 'numbers are needed: "soon", in row 1'),
-        ("a,b\n2026-01-01 10:00:00,2\n", 'column "a" holds datetime64.*real numbers are needed'),
+        ("a,b\n2026-01-01 10:00:00,2\n", 'numbers are needed: "2026-01-01 10:00:00", in row 0'),
     ],
 )
 def test_csv_faults(tmp_path: Path, text: str, message: str) -> None:
@@ -194,18 +228,35 @@ def test_matlab_s_own_references_are_no_columns(tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "r.mat", "w", userblock_size=512) as file:
         file["a"], file["#refs#/b"], file["run/c"] = A, B, A
-    assert set(open_table(tmp_path / "r.mat").columns) == {"a", "run/c"}
+    assert set(open_table(tmp_path / "r.mat").columns) == {"a", "run.c"}
 
 
 def test_python_objects_are_not_unpickled(tmp_path: Path) -> None:
     np.savez(tmp_path / "r.npz", a=np.array([print, None], dtype=object))
-    with pytest.raises(ValueError, match='array "a" holds Python objects'):
+    with pytest.raises(ValueError, match='column "a" holds Python objects'):
         column(tmp_path / "r.npz", "a")
 
 
-def test_a_file_of_several_records_is_read_once(tmp_path: Path) -> None:
-    path = csv(tmp_path, "a,b\n1,2\n")
-    cache = TableCache()
+def test_a_file_of_several_records_is_read_once_where_a_part_costs_the_whole(tmp_path: Path) -> None:
+    path = tmp_path / "r.mat"
+    savemat(path, {"a": A})
+    cache = TableCache(shared=[path])
     first = cache.column(path, "a", "V")
     path.unlink()
     assert cache.column(path, "a", "V") is first
+    part = cache.column(path, "a", "V", 3, 9)
+    np.testing.assert_array_equal(part, A[3:9])
+    assert part.base is None, "a view would keep the whole column alive"
+
+
+def test_what_is_kept_has_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rtctl.measured.columns.KEPT_BYTES", 4 * A.nbytes)
+    path = tmp_path / "r.mat"
+    savemat(path, dict.fromkeys("abcdefgh", A))
+    cache = TableCache(shared=[path])
+    kept = {name: cache.column(path, name, "V") for name in "abcdefgh"}
+    path.unlink()
+    for name in "efgh":
+        assert cache.column(path, name, "V") is kept[name]
+    with pytest.raises(ValueError, match="not a MATLAB file, or damaged"):
+        cache.column(path, "a", "V")

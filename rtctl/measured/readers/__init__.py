@@ -6,9 +6,9 @@ import importlib
 from pathlib import Path
 
 from rtctl.border.errors import nearest
-from rtctl.measured.readers.table import Table
+from rtctl.measured.readers.table import Header, Table
 
-__all__ = ["READERS", "Table", "open_table"]
+__all__ = ["READERS", "Header", "Table", "open_table"]
 
 READERS = {
     ".csv": "csv",
@@ -17,6 +17,9 @@ READERS = {
     ".npz": "npz",
     ".mat": "mat",
     ".h5": "h5",
+    ".tdms": "tdms",
+    ".uff": "uff58",
+    ".unv": "uff58",
 }
 
 
@@ -32,7 +35,13 @@ def open_table(path: Path) -> Table:
     if not path.is_file():
         siblings = [other.name for other in path.parent.glob("*") if other.suffix.lower() in READERS]
         raise ValueError(f"no such file in {path.parent}{nearest(path.name, siblings)}")
-    if path.stat().st_size == 0:
+    try:
+        size = path.stat().st_size
+        with path.open("rb"):
+            pass
+    except OSError as error:
+        raise ValueError(f"cannot be read: {error.strerror}") from None
+    if size == 0:
         raise ValueError("the file is empty (0 bytes)")
     module = importlib.import_module(f"{__name__}.{READERS[suffix]}")
     table: Table = module.read(path)

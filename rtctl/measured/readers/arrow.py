@@ -1,13 +1,16 @@
-"""Arrow IPC, file (Feather version 2) or stream."""
+"""Arrow IPC, file (Feather version 2) or stream: the record batches and the column that are asked for."""
 
 from __future__ import annotations
 
-from functools import partial
+from bisect import bisect_right
+from collections.abc import Iterator
+from functools import cache
+from itertools import accumulate
 from pathlib import Path
 
 import pyarrow as pa
 
-from rtctl.measured.readers.table import Table, arrow_table
+from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_slice, reading
 
 _FILE_MAGIC = b"ARROW1"
 
@@ -16,11 +19,44 @@ def read(path: Path) -> Table:
     """Columns of an Arrow file. Raises ValueError in words."""
     with path.open("rb") as file:
         is_file = file.read(len(_FILE_MAGIC)) == _FILE_MAGIC
-    try:
-        with pa.OSFile(str(path)) as source:
-            opened = pa.ipc.open_file(source) if is_file else pa.ipc.open_stream(source)
-            table = opened.read_all()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise ValueError(f"not an Arrow file: {error}") from None
-    columns = {name: partial(table.column, k) for k, name in enumerate(table.column_names)}
-    return arrow_table(columns, table.schema)
+    with reading("an Arrow file"), pa.memory_map(str(path)) as source:
+        if is_file:
+            opened = pa.ipc.open_file(source)
+            schema, rows = opened.schema, opened.count_rows()
+        else:
+            stream = pa.ipc.open_stream(source)
+            schema, rows = stream.schema, sum(batch.num_rows for batch in stream)
+    names = schema.names
+
+    @cache
+    def batch_starts() -> list[int]:
+        with pa.memory_map(str(path)) as source:
+            opened = _opened(source, 0)
+            sizes = [opened.get_batch(k).num_rows for k in range(opened.num_record_batches)]
+        return list(accumulate(sizes, initial=0))
+
+    def load(name: str, first: int, end: int) -> Column:
+        with reading("an Arrow file"), pa.memory_map(str(path)) as source:
+            field = names.index(name)
+            if not is_file:
+                return arrow_slice(_stream_pieces(source, field), first, end)
+            starts = batch_starts()
+            begin = bisect_right(starts, first) - 1
+            pieces = _file_pieces(source, field, begin)
+            return arrow_slice(pieces, first - starts[begin], end - starts[begin])
+
+    return Table(columns=arrow_headers(schema, rows), load=load, piecewise=is_file)
+
+
+def _opened(source: pa.NativeFile, field: int) -> pa.RecordBatchFileReader:
+    return pa.ipc.open_file(source, options=pa.ipc.IpcReadOptions(included_fields=[field]))
+
+
+def _file_pieces(source: pa.NativeFile, field: int, begin: int) -> Iterator[pa.Array]:
+    opened = _opened(source, field)
+    return (opened.get_batch(k).column(0) for k in range(begin, opened.num_record_batches))
+
+
+def _stream_pieces(source: pa.NativeFile, field: int) -> Iterator[pa.Array]:
+    opened = pa.ipc.open_stream(source, options=pa.ipc.IpcReadOptions(included_fields=[field]))
+    return (batch.column(0) for batch in opened)

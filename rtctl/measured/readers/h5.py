@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
-from rtctl.measured.readers.table import Column, Table
+from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCKS = (0, 512, 1024, 2048)  # MATLAB puts its own header in front (HDF5 specification, II.A)
@@ -24,20 +25,47 @@ def is_hdf5(path: Path) -> bool:
     return False
 
 
-def read(path: Path) -> Table:
-    """Numeric datasets of an HDF5 file as columns. Raises ValueError in words."""
+def read(path: Path, separator: str = "/") -> Table:
+    """Datasets of an HDF5 file as columns, groups joined by `separator`. Raises ValueError in words."""
     if not is_hdf5(path):
         raise ValueError("not an HDF5 file")
     h5py = _h5py()
-    names: list[str] = []
-    with h5py.File(path, "r") as file:
-        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    headers: dict[str, Header] = {}
+    paths: dict[str, str] = {}
 
-    def load(name: str) -> Column:
-        with h5py.File(path, "r") as file:
-            return np.asarray(file[name])
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and not name.startswith("#refs#"):  # MATLAB's cells, by reference
+            paths[name.replace("/", separator)] = name
+            headers[name.replace("/", separator)] = _header(item)
 
-    return Table(columns=tuple(name for name in names if not name.startswith("#refs#")), load=load)
+    with reading("an HDF5 file"), h5py.File(path, "r") as file:
+        file.visititems(visit)
+
+    def load(name: str, first: int, end: int) -> Column:
+        with reading("an HDF5 file"), h5py.File(path, "r") as file:
+            dataset = file[paths[name]]
+            return np.asarray(dataset[vector_rows(dataset.shape, first, end)])
+
+    return Table(columns=headers, load=load)
+
+
+def _header(dataset: Any) -> Header:
+    """A unit may stand in the attribute "unit" or "units"."""
+    kind = _text(dataset.attrs.get("MATLAB_class"))
+    if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
+        return Header(shape=(0,))
+    refusal = f"is a MATLAB {kind}, numbers are needed" if kind in ("char", "cell", "struct", "table") else ""
+    fields = dataset.dtype.names
+    if fields is not None and set(fields) == {"real", "imag"}:
+        refusal = "holds complex numbers, real numbers are needed"
+    unit = _text(dataset.attrs.get("unit", dataset.attrs.get("units")))
+    return Header(shape=dataset.shape, dtype=dataset.dtype, unit=unit or None, refusal=refusal)
+
+
+def _text(attribute: Any) -> str:
+    if isinstance(attribute, bytes):
+        return attribute.decode(errors="replace")
+    return attribute if isinstance(attribute, str) else ""
 
 
 def _h5py() -> ModuleType:

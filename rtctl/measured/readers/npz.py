@@ -1,26 +1,88 @@
-"""NumPy .npz: one array a column."""
+"""NumPy .npz: one array a column; rows are read at their place where it is not compressed, else unpacked up to."""
 
 from __future__ import annotations
 
+import struct
 import zipfile
 from pathlib import Path
+from typing import IO, NamedTuple
 
 import numpy as np
 
-from rtctl.measured.readers.table import Column, Table
+from rtctl.measured.readers.table import Column, Header, Table, reading
+
+_LOCAL_HEADER = struct.Struct("<26xHH")  # ZIP, 4.3.7: its last two fields are the lengths of name and extra
+_UNPACK_BYTES = 1 << 20
+
+
+class _Layout(NamedTuple):
+    """Where the numbers of an array lie in its member of the archive."""
+
+    header: Header
+    dtype: np.dtype[np.generic]
+    offset: int
+    """Of the first number in the unpacked member."""
+    stored_at: int | None
+    """Of the first number in the file, if the member is not compressed."""
 
 
 def read(path: Path) -> Table:
     """Columns of an .npz file. Raises ValueError in words."""
     if not zipfile.is_zipfile(path):
-        raise ValueError("not an .npz file; save it with numpy.savez(path, drive=..., displacement=...)")
+        raise ValueError(
+            "not an .npz file, or cut off; save it with numpy.savez(path, drive=..., displacement=...)"
+        )
+    with reading("an .npz file"), zipfile.ZipFile(path) as archive, path.open("rb") as file:
+        arrays = {
+            info.filename.removesuffix(".npy"): (info, _layout(archive, info, file))
+            for info in archive.infolist()
+            if info.filename.endswith(".npy")
+        }
 
-    def load(name: str) -> Column:
-        with np.load(path, allow_pickle=False) as arrays:
-            try:
-                return np.asarray(arrays[name])
-            except ValueError:
-                raise ValueError(f'array "{name}" holds Python objects, numbers are needed') from None
+    def load(name: str, first: int, end: int) -> Column:
+        info, layout = arrays[name]
+        with reading("an .npz file"):
+            if layout.stored_at is None:
+                return _unpacked(path, info, layout, first, end)
+            start = layout.stored_at + first * layout.dtype.itemsize
+            return _whole(np.fromfile(path, layout.dtype, count=end - first, offset=start), first, end)
 
-    with np.load(path, allow_pickle=False) as arrays:
-        return Table(columns=tuple(arrays.files), load=load)
+    return Table(
+        columns={name: layout.header for name, (_, layout) in arrays.items()},
+        load=load,
+        piecewise=all(layout.stored_at is not None for _, layout in arrays.values()),
+    )
+
+
+def _layout(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) -> _Layout:
+    with archive.open(info) as member:
+        version = np.lib.format.read_magic(member)
+        parse = (
+            np.lib.format.read_array_header_1_0 if version[0] == 1 else np.lib.format.read_array_header_2_0
+        )
+        shape, _, dtype = parse(member)
+        offset = member.tell()
+    objects = "holds Python objects, numbers are needed" if dtype.hasobject else ""
+    header = Header(shape=shape, dtype=None if objects else dtype, refusal=objects)
+    if info.compress_type != zipfile.ZIP_STORED:
+        return _Layout(header, dtype, offset, None)
+    file.seek(info.header_offset)
+    name_bytes, extra_bytes = _LOCAL_HEADER.unpack(file.read(_LOCAL_HEADER.size))
+    return _Layout(
+        header, dtype, offset, info.header_offset + _LOCAL_HEADER.size + name_bytes + extra_bytes + offset
+    )
+
+
+def _unpacked(path: Path, info: zipfile.ZipInfo, layout: _Layout, first: int, end: int) -> Column:
+    with zipfile.ZipFile(path) as archive, archive.open(info) as member:
+        to_skip = layout.offset + first * layout.dtype.itemsize
+        while to_skip > 0:
+            to_skip -= len(member.read(min(to_skip, _UNPACK_BYTES))) or to_skip  # at the end: nothing follows
+        packed = member.read((end - first) * layout.dtype.itemsize)
+    return _whole(np.frombuffer(packed, layout.dtype), first, end)
+
+
+def _whole(values: Column, first: int, end: int) -> Column:
+    if len(values) < end - first:
+        raise ValueError(f"an array ends after {first + len(values)} values")
+    return values

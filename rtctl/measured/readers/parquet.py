@@ -1,24 +1,44 @@
-"""Parquet: columns are read one at a time; a field's metadata may state its unit."""
+"""Parquet: only the row groups and the column that are asked for; a field's metadata may state its unit."""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from rtctl.measured.readers.table import Table, arrow_table
+from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_slice, reading
+
+_BATCH_ROWS = 65_536
+_BUFFER_BYTES = 1 << 20
 
 
 def read(path: Path) -> Table:
     """Columns of a Parquet file. Raises ValueError in words."""
-    try:
-        schema = pq.read_schema(path)
-    except pa.ArrowInvalid as error:
-        raise ValueError(f"not a Parquet file: {error}") from None
-    return arrow_table({name: partial(_column, path, name) for name in schema.names}, schema)
+    with reading("a Parquet file"), pq.ParquetFile(path) as file:
+        headers = arrow_headers(file.schema_arrow, file.metadata.num_rows)
+
+    def load(name: str, first: int, end: int) -> Column:
+        with (
+            reading("a Parquet file"),
+            pq.ParquetFile(path, buffer_size=_BUFFER_BYTES, pre_buffer=False) as file,
+        ):
+            groups, start = _groups(file.metadata, first, end)
+            return arrow_slice(_pieces(file, name, groups), first - start, end - start)
+
+    return Table(columns=headers, load=load)
 
 
-def _column(path: Path, name: str) -> pa.ChunkedArray:
-    return pq.read_table(path, columns=[name]).column(0)
+def _groups(metadata: pq.FileMetaData, first: int, end: int) -> tuple[list[int], int]:
+    """Row groups that hold rows [first, end), and the row at which they begin."""
+    sizes = [metadata.row_group(k).num_rows for k in range(metadata.num_row_groups)]
+    starts = np.cumsum([0, *sizes])
+    groups = [k for k in range(len(sizes)) if starts[k] < end and starts[k + 1] > first]
+    return groups, int(starts[groups[0]]) if groups else first
+
+
+def _pieces(file: pq.ParquetFile, name: str, groups: list[int]) -> Iterator[pa.Array]:
+    batches = file.iter_batches(batch_size=_BATCH_ROWS, row_groups=groups, columns=[name], use_threads=False)
+    return (batch.column(0) for batch in batches)

@@ -1,10 +1,11 @@
-"""What every reader gives: names of columns, and each column as an array when it is asked for."""
+"""What every reader gives: a header of each column without its numbers, and rows of a column when asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -13,32 +14,102 @@ from numpy.typing import NDArray
 Column = NDArray[Any]
 
 
+class Header(NamedTuple):
+    """What a file tells about a column before its numbers are read."""
+
+    shape: tuple[int, ...]
+    """(n,), (n, 1) or (1, n) of a signal; anything else is refused when it is used."""
+    dtype: np.dtype[Any] | None = None
+    """None where only the numbers themselves tell (CSV)."""
+    unit: str | None = None
+    """As the file states it, for a cross-check."""
+    period_s: float | None = None
+    """As the file states it, for a cross-check."""
+    period_key: str = ""
+    """Where the file states it."""
+    refusal: str = ""
+    """Why the column is no signal, in words that go on from its name."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
     """Columns of one file. `load` may raise ValueError in words."""
 
-    columns: tuple[str, ...]
-    load: Callable[[str], Column]
-    units: Mapping[str, str] = field(default_factory=dict)
-    """Units that the file itself states (Parquet and Arrow field metadata), for a cross-check."""
+    columns: Mapping[str, Header]
+    load: Callable[[str, int, int], Column]
+    """Rows [first, end) of a column; `end` is at most the column's length."""
+    piecewise: bool = True
+    """Whether rows cost what they hold; if not, the whole column is read (or skipped over) for any of them."""
 
 
-def arrow_table(columns: Mapping[str, Callable[[], pa.ChunkedArray]], schema: pa.Schema) -> Table:
-    """A `Table` of Arrow columns."""
-    units = {
-        entry.name: entry.metadata[b"unit"].decode()
+def length(shape: Sequence[int]) -> int:
+    """Samples of a vector, or 0. Raises ValueError in words for several dimensions."""
+    samples = max(shape, default=1)
+    if int(np.prod(shape, dtype=np.int64)) != samples:
+        raise ValueError(f"has shape {tuple(shape)}, one dimension is needed; save one array a signal")
+    return samples
+
+
+def vector_rows(shape: Sequence[int], first: int, end: int) -> tuple[slice, ...]:
+    """Index of rows [first, end) of a vector, row or column."""
+    axis = int(np.argmax(shape)) if shape else 0
+    return tuple(slice(first, end) if k == axis else slice(None) for k in range(len(shape)))
+
+
+@contextmanager
+def reading(kind: str) -> Iterator[None]:
+    """Whatever a foreign parser lets out becomes a ValueError that says "not <kind>" or "damaged"."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"not {kind}, or damaged: {_first_line(error)}") from None
+    except (
+        Exception
+    ) as error:  # parsers stumble over damaged bytes in any way: struct, zlib, Key, Memory errors
+        raise ValueError(f"not {kind}, or damaged: {type(error).__name__} {_first_line(error)}") from None
+
+
+def check_distinct(names: Sequence[str]) -> None:
+    """Raise ValueError if a name appears twice."""
+    if len(set(names)) < len(names):
+        raise ValueError(f"two columns have the same name; columns: {', '.join(names)}")
+
+
+def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
+    """Headers of Arrow columns; a field's metadata may state its unit."""
+    check_distinct(schema.names)
+    return {
+        entry.name: Header(shape=(rows,), unit=(entry.metadata or {}).get(b"unit", b"").decode() or None)
         for entry in schema
-        if entry.metadata and entry.metadata.get(b"unit")
     }
-    return Table(columns=tuple(columns), load=lambda name: arrow_numbers(columns[name]()), units=units)
 
 
-def arrow_numbers(column: pa.ChunkedArray) -> Column:
+def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:
+    """Rows [first, end) of consecutive pieces; the pieces after the last row are not asked for."""
+    wanted: list[pa.Array] = []
+    start = 0
+    for piece in pieces:
+        stop = start + len(piece)
+        if stop > first and start < end:
+            wanted.append(piece.slice(max(first - start, 0), min(end, stop) - max(first, start)))
+        start = stop
+        if start >= end:
+            break
+    if not wanted:
+        return np.empty(0)
+    return np.concatenate([arrow_numbers(piece) for piece in wanted])
+
+
+def arrow_numbers(column: pa.Array) -> Column:
     """Numbers as float64 with NaN for nulls; anything else as it is, for the message about it."""
     kind = column.type
     if pa.types.is_null(kind):
         return np.full(len(column), np.nan)
     if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
-        values: Column = column.cast(pa.float64(), safe=False).to_numpy()
+        values: Column = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
         return values
-    return np.asarray(column.to_numpy())
+    return np.asarray(column.to_numpy(zero_copy_only=False))
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).strip() or "no reason given").splitlines()[0][:300]

@@ -1,0 +1,125 @@
+"""Universal file, datasets 58 and 58b (function at nodal DOF), by pyuff: a column a function of time.
+
+A column is named by ID line 1. Where that is empty, NONE or the same for several functions, the response
+follows as "node:direction" (`x tip 12:+Z`, or `12:+Z` alone), and where that does not tell them apart either,
+the function's place in the file from 1 (`x tip 12:+Z #3`). The ordinate's units label is the column's unit,
+the abscissa's increment its period.
+
+Reference: SDRC universal dataset 58, records 1 (ID line 1), 6 (DOF), 7 (form), 8 (abscissa), 9 (ordinate).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyuff
+
+from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.units import convert_column
+
+Fields = Mapping[str, Any]
+
+_DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
+_COMPLEX, _EVEN = (5, 6), 1  # record 7, fields 1 and 3
+_OF_TIME = (0, 1, 17)  # record 8, field 1: unknown, general, time
+_ABSCISSAE = {18: "frequency", 19: "rpm", 20: "order"}
+
+
+def read(path: Path) -> Table:
+    """Functions of a universal file as columns. Raises ValueError in words."""
+    _check_whole(path)
+    with reading("a universal file (UFF)"):
+        file = pyuff.UFF(str(path))
+        sets = [int(k) for k in np.flatnonzero(np.asarray(file.get_set_types()) == 58)]
+        functions = [file.read_sets(k, header_only=True) for k in sets]
+    if not functions:
+        raise ValueError("holds no dataset 58 (measured functions); export the time records as UFF 58")
+    names = _names(functions)
+    place = dict(zip(names, sets, strict=True))
+
+    def load(name: str, first: int, end: int) -> Column:
+        with reading("a universal file (UFF)"):
+            function = file.read_sets(place[name])
+        values, stated = np.asarray(function["data"]), int(function["num_pts"])
+        if len(values) < stated:
+            raise ValueError(f'column "{name}" ends after {len(values)} of {stated} values: damaged')
+        return values[first:end]
+
+    columns = {name: _header(function) for name, function in zip(names, functions, strict=True)}
+    return Table(columns=columns, load=load, piecewise=False)
+
+
+def _names(functions: list[Fields]) -> list[str]:
+    short = [_label(function, "id1") for function in functions]
+    counts = Counter(short)
+    long = [
+        name if name and counts[name] == 1 else f"{name} {_response(function)}".strip()
+        for name, function in zip(short, functions, strict=True)
+    ]
+    again = Counter(long)
+    return [name if again[name] == 1 else f"{name} #{k}" for k, name in enumerate(long, start=1)]
+
+
+def _response(function: Fields) -> str:
+    """`12:+Z`: node and direction (record 6, fields 6 and 7)."""
+    direction = int(function["rsp_dir"])
+    sign = "" if direction == 0 else "+" if direction > 0 else "-"
+    axis = _DIRECTIONS[abs(direction)] if abs(direction) < len(_DIRECTIONS) else str(abs(direction))
+    return f"{function['rsp_node']}:{sign}{axis}"
+
+
+def _header(function: Fields) -> Header:
+    return Header(
+        shape=(int(function["num_pts"]),),
+        dtype=np.dtype(np.float64),
+        unit=_label(function, "ordinate_axis_units_lab") or None,
+        period_s=_period_s(function),
+        period_key="abscissa increment",
+        refusal=_refusal(function),
+    )
+
+
+def _refusal(function: Fields) -> str:
+    if function["ord_data_type"] in _COMPLEX:
+        return "holds complex numbers, real numbers are needed; export the time record, not its spectrum"
+    kind = function["abscissa_spec_data_type"]
+    if kind not in _OF_TIME:
+        return f"is a function of {_ABSCISSAE.get(kind, f'data type {kind}')}, one of time is needed"
+    if function["abscissa_spacing"] != _EVEN:
+        return (
+            "has uneven abscissa spacing (record 7, field 3, is 0); resample it and export it evenly spaced"
+        )
+    return ""
+
+
+def _period_s(function: Fields) -> float | None:
+    """The abscissa's increment [s], if there is one and its label is none or a unit of time."""
+    increment = float(function["abscissa_inc"])
+    if not increment > 0.0:
+        return None
+    try:
+        unit = _label(function, "abscissa_axis_units_lab") or "s"
+        return float(convert_column(np.array([increment]), unit, "s")[0])
+    except ValueError:
+        return None  # a label that is no unit says nothing
+
+
+def _label(function: Fields, key: str) -> str:
+    text = str(function.get(key, "")).strip()
+    return "" if text.upper() == "NONE" else text
+
+
+def _check_whole(path: Path) -> None:
+    """The last dataset must have its end, a line with -1: pyuff drops one without it in silence."""
+    with path.open("rb") as file:
+        head = file.read(512).lstrip()
+        file.seek(-min(path.stat().st_size, 512), 2)
+        tail = file.read().rstrip()
+    if not head.startswith(b"-1"):
+        raise ValueError("not a universal file (UFF): it must begin with a line -1")
+    if not tail.endswith(b"-1"):
+        raise ValueError("is cut off: its last dataset does not end with a line -1; export or copy it again")

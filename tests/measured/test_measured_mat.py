@@ -1,0 +1,98 @@
+"""MATLAB 5 and 7.3: structs by dotted names, rows and columns alike; what is no number is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from rtctl.measured.columns import TableCache
+from rtctl.measured.readers import open_table
+
+X = np.linspace(0.0, 1.0, 12)
+RUN = {"x_tip": X, "drive": {"volts": X[::-1].copy()}}
+
+
+def version_5(path: Path, *, row: bool, packed: bool = False) -> None:
+    savemat(path, {"run": RUN, "t": X}, oned_as="row" if row else "column", do_compression=packed)
+
+
+def version_73(path: Path, *, row: bool) -> None:
+    """As MATLAB writes it: a struct is a group, and HDF5 has MATLAB's axes the other way round."""
+    across: Callable[[np.ndarray], np.ndarray] = lambda x: x[:, np.newaxis] if row else x[np.newaxis, :]  # noqa: E731
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["t"], file["run/x_tip"], file["run/drive/volts"] = across(X), across(X), across(X[::-1])
+        for group in ("run", "run/drive"):
+            file[group].attrs["MATLAB_class"] = np.bytes_("struct")
+
+
+@pytest.mark.parametrize("row", [True, False], ids=["row", "column"])
+@pytest.mark.parametrize(
+    "write",
+    [version_5, lambda path, row: version_5(path, row=row, packed=True), version_73],
+    ids=["5", "5 packed", "7.3"],
+)
+def test_fields_of_a_struct_are_columns(tmp_path: Path, write: Callable[..., None], row: bool) -> None:
+    path = tmp_path / "r.mat"
+    write(path, row=row)
+    assert set(open_table(path).columns) == {"t", "run.x_tip", "run.drive.volts"}
+    cache = TableCache()
+    np.testing.assert_array_equal(cache.column(path, "run.x_tip", "mm"), X)
+    np.testing.assert_array_equal(cache.column(path, "run.drive.volts", "V", 2, 7), X[::-1][2:7])
+    np.testing.assert_array_equal(cache.column(path, "t", "s", 11, 12), X[11:])
+
+
+def cells() -> np.ndarray:
+    filled = np.empty(2, dtype=object)
+    filled[:] = [X, X]
+    return filled
+
+
+@pytest.mark.parametrize(
+    ("variable", "name", "message"),
+    [
+        (X + 1j, "v", 'column "v" holds complex128, real numbers are needed'),
+        (np.zeros((5, 2)), "v", r'column "v" has shape \(5, 2\), one dimension is needed'),
+        ({"w": np.zeros((5, 2))}, "v.w", r'column "v.w" has shape \(5, 2\)'),
+        ("on", "v", 'column "v" is a MATLAB char, numbers are needed'),
+        (cells(), "v", 'column "v" is a MATLAB cell, numbers are needed'),
+        ({"w": cells()}, "v.w", 'column "v.w" is a MATLAB cell, numbers are needed'),
+        (
+            np.array([(1.0,), (2.0,)], dtype=[("w", float)]),
+            "v",
+            "is a MATLAB struct array, numbers are needed",
+        ),
+        ({"w": X}, "v", 'no column "v"; did you mean "v.w"'),
+        ({"w": X}, "v.ww", 'no column "v.ww"; did you mean "v.w"'),
+    ],
+)
+def test_variables_of_version_5_that_are_no_signal(
+    tmp_path: Path, variable: Any, name: str, message: str
+) -> None:
+    savemat(tmp_path / "r.mat", {"v": variable})
+    with pytest.raises(ValueError, match=message):
+        TableCache().column(tmp_path / "r.mat", name, "V")
+
+
+def test_variables_of_version_73_that_are_no_signal(tmp_path: Path) -> None:
+    path = tmp_path / "r.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["c"] = np.zeros((1, 4), dtype=[("real", "f8"), ("imag", "f8")])  # MATLAB's complex numbers
+        file["s"] = np.frombuffer("on".encode("utf-16-le"), np.uint16)[:, np.newaxis]
+        file["s"].attrs["MATLAB_class"] = np.bytes_("char")
+        file["e"] = np.zeros(2, np.uint64)  # the size of an empty array, not its numbers
+        file["e"].attrs["MATLAB_empty"] = np.uint8(1)
+        file["m"] = np.zeros((3, 4))
+    for name, message in {
+        "c": 'column "c" holds complex numbers, real numbers are needed',
+        "s": 'column "s" is a MATLAB char, numbers are needed',
+        "m": r'column "m" has shape \(3, 4\)',
+    }.items():
+        with pytest.raises(ValueError, match=message):
+            TableCache().length(path, name, "V")
+    assert TableCache().length(path, "e", "V") == 0
