@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -14,7 +15,6 @@ from rtctl.measured.plant_kinds import PLANT_KINDS, signal_findings
 Role = Literal["input", "output"]
 Hold = Literal["linear", "zero", "band-limited"]
 Use = Literal["identify", "fit", "test"]
-Row = Annotated[int, Field(ge=0)]
 
 
 def _one_of(*choices: str) -> BeforeValidator:
@@ -26,15 +26,68 @@ def _one_of(*choices: str) -> BeforeValidator:
     return BeforeValidator(chosen)
 
 
+def _rate_hz(raw: Any) -> float:
+    is_number = isinstance(raw, int | float) and not isinstance(raw, bool)
+    if not is_number or not 0.0 < raw < math.inf:
+        raise ValueError(f"{raw!r} is not a rate; write a number of Hz above 0, such as 1000.0")
+    return float(raw)
+
+
+def _count(raw: Any) -> int:
+    if not isinstance(raw, int) or isinstance(raw, bool) or raw < 0:
+        raise ValueError(f"{raw!r} is not a whole number from 0 on; samples are counted from 0")
+    return raw
+
+
+def _rows(raw: Any) -> tuple[int, int]:
+    if not isinstance(raw, list) or len(raw) != 2:
+        raise ValueError(f"{raw!r} is not [first, end], the first row and the one after the last, from 0")
+    first, end = (_count(row) for row in raw)
+    if not first < end:
+        raise ValueError(f"[{first}, {end}] selects nothing; the first must be below the second")
+    return first, end
+
+
+def _text(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw.strip():
+        raise ValueError(f"{raw!r} is not a text; write one in quotes")
+    return raw
+
+
+def _unit(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw.strip():
+        raise ValueError(f'{raw!r} is not a unit; write one in quotes ("dimensionless" for a plain number)')
+    return raw
+
+
+def _file_name(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw or {"/", "\\"} & set(raw):
+        raise ValueError(
+            f"{raw!r} is not a name without / and \\, as results are written to files of that name"
+        )
+    return raw
+
+
+def _table(raw: Any) -> dict[str, Any]:
+    if not isinstance(raw, dict):
+        raise ValueError(f"{raw!r} is not a table; write {{ name = value }}")
+    return raw
+
+
+Text = Annotated[str, BeforeValidator(_text)]
+Count = Annotated[int, BeforeValidator(_count)]
+Table = Annotated[dict[str, Any], BeforeValidator(_table)]
+
+
 class DatasetTable(Checked):
     """[dataset]"""
 
-    name: Annotated[str, Field(min_length=1)]
+    name: Text
     plant: Annotated[str, _one_of(*PLANT_KINDS)]
     identity: str = ""
     """Which device answered, where the wire told."""
     description: str = ""
-    conditions: dict[str, Any] = Field(default_factory=dict)
+    conditions: Table = Field(default_factory=dict)
     """Of every record, unless the record says otherwise."""
 
 
@@ -42,8 +95,8 @@ class SignalTable(Checked):
     """[signals.<name>]"""
 
     role: Annotated[Role, _one_of(*get_args(Role))]
-    unit: str
-    column: str | None = None
+    unit: Annotated[str, BeforeValidator(_unit)]
+    column: Text | None = None
     hold: Annotated[Hold, _one_of(*get_args(Hold))] | None = None
 
     @model_validator(mode="after")
@@ -56,19 +109,19 @@ class SignalTable(Checked):
 class RecordTable(Checked):
     """[[records]]"""
 
-    file: Annotated[str, Field(min_length=1)]
-    name: Annotated[str, Field(pattern=r"^[^/\\]+$")] | None = None
+    file: Text
+    name: Annotated[str, BeforeValidator(_file_name)] | None = None
     """Default: the file's name without its suffix, made unique by the rows."""
-    sample_rate_hz: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
-    time: str | None = None
+    sample_rate_hz: Annotated[float, BeforeValidator(_rate_hz)] | None = None
+    time: Text | None = None
     resample: bool = False
-    rows: tuple[Row, Row] | None = None
+    rows: Annotated[tuple[int, int], BeforeValidator(_rows)] | None = None
     """First row and the one after the last, counted from 0."""
-    ignore_first: Annotated[int, Field(ge=0)] = 0
+    ignore_first: Count = 0
     use: Annotated[Use, _one_of(*get_args(Use))] = "fit"
-    repeat: str | None = None
-    conditions: dict[str, Any] = Field(default_factory=dict)
-    initial: dict[str, Any] = Field(default_factory=dict)
+    repeat: Text | None = None
+    conditions: Table = Field(default_factory=dict)
+    initial: Table = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one_time_base(self) -> RecordTable:
@@ -81,8 +134,6 @@ class RecordTable(Checked):
             )
         if self.resample and self.time is None:
             raise ValueError("resample = true needs a time column; name it with time, or remove resample")
-        if self.rows is not None and not self.rows[0] < self.rows[1]:
-            raise ValueError(f"rows = {list(self.rows)} selects nothing; the first must be below the second")
         return self
 
     @property
@@ -121,4 +172,21 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
     plant = heading.get("plant") if isinstance(heading, dict) else None
     if isinstance(plant, str) and plant in PLANT_KINDS and isinstance(signals, dict):
         found += signal_findings(plant, signals)
+    if isinstance(signals, dict):
+        found += _shared_columns(signals)
+    return found
+
+
+def _shared_columns(signals: dict[str, Any]) -> list[str]:
+    """Two signals of one column are a slip of copying."""
+    columns: dict[str, str] = {}
+    found = []
+    for name, table in signals.items():
+        column = str(table.get("column", name)) if isinstance(table, dict) else name
+        if column in columns:
+            found.append(
+                f'key "signals.{name}.column": "{columns[column]}" and "{name}" both read the column "{column}"; '
+                "correct one"
+            )
+        columns.setdefault(column, name)
     return found

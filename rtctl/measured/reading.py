@@ -113,7 +113,9 @@ def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> N
                 for entry in reading.manifest.records
                 for other in reading.cache.table(reading.folder / entry.file).columns
             }
+            what = (
+                "is NaN throughout" if column in available else f"is in no file{nearest(column, available)}"
+            )
             reading.findings.add(
-                f'signals.{name}: no record has numbers in a column "{column}"'
-                f"{nearest(column, available)}; correct column, or remove [signals.{name}]"
+                f'signals.{name}: column "{column}" {what}; correct column, or remove [signals.{name}]'
             )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtctl.border.errors import InputError
-from rtctl.measured import read_dataset
+from rtctl.measured import open_dataset, read_dataset
 
 Write = Callable[..., Path]
 Change = tuple[str, str]
@@ -44,8 +44,23 @@ def message_of(path: Path) -> str:
         ((RATE, ""), "no sample rate: add sample_rate_hz = <Hz>, or time = <column in seconds>"),
         ((RATE, RATE + '\ntime = "t"'), 'sample_rate_hz = 1000 and time = "t" exclude each other; keep one'),
         ((RATE, RATE + "\nresample = true"), "resample = true needs a time column"),
-        ((RATE, "sample_rate_hz = -5.0"), 'key "records.0.sample_rate_hz": Input should be greater than 0'),
-        ((RATE, RATE + "\nrows = [50, 50]"), "rows = [50, 50] selects nothing; the first must be below"),
+        ((RATE, RATE + '\nresample = "maybe"'), 'key "records.0.resample"'),
+        ((RATE, "sample_rate_hz = -5.0"), 'key "records.0.sample_rate_hz": -5.0 is not a rate; write a number of'),
+        ((RATE, "sample_rate_hz = 0"), "0 is not a rate; write a number of Hz above 0, such as 1000.0"),
+        ((RATE, "sample_rate_hz = nan"), "nan is not a rate"),
+        ((RATE, "sample_rate_hz = inf"), "inf is not a rate"),
+        ((RATE, "sample_rate_hz = true"), "True is not a rate"),
+        ((RATE, 'sample_rate_hz = "1 kHz"'), "'1 kHz' is not a rate; write a number of Hz"),
+        ((RATE, "time = 3"), 'key "records.0.time": 3 is not a text; write one in quotes'),
+        ((RATE, RATE + "\nrows = [50, 50]"), 'rows": [50, 50] selects nothing; the first must be below'),
+        ((RATE, RATE + "\nrows = [-1, 50]"), 'rows": -1 is not a whole number from 0 on'),
+        ((RATE, RATE + "\nrows = [0, 1.5]"), 'rows": 1.5 is not a whole number from 0 on'),
+        ((RATE, RATE + "\nrows = [50]"), 'rows": [50] is not [first, end], the first row and the one after'),
+        ((RATE, RATE + "\nrows = 50"), 'rows": 50 is not [first, end]'),
+        ((RATE, RATE + "\nignore_first = -1"), 'ignore_first": -1 is not a whole number from 0 on'),
+        ((RATE, RATE + "\nrepeat = 3"), 'repeat": 3 is not a text; write one in quotes'),
+        ((RATE, RATE + "\nconditions = 3"), 'conditions": 3 is not a table; write { name = value }'),
+        ((RATE, RATE + "\ninitial = 3"), 'initial": 3 is not a table; write { name = value }'),
         ((RATE, RATE + "\nrows = [50, 201]"), "rows = [50, 201] ends after the file's 200 rows"),
         ((RATE, RATE + "\nrows = [50, 51]"), "a record needs at least 2 samples, got 1"),
         ((RATE, RATE + "\nignore_first = 200"), "ignore_first = 200 leaves nothing of 200 samples"),
@@ -57,7 +72,20 @@ def message_of(path: Path) -> str:
         ((RATE, RATE + "\ninitial = { dispalcement = 1.0 }"), 'unknown key "initial.dispalcement"'),
         ((RATE, RATE + '\ninitial = { velocity = "1 V" }'), 'unit "V" is not compatible with mm/s'),
         ((RATE, RATE + "\ninitial = { velocity = nan }"), "must be finite, got nan mm/s"),
-        ((RATE, RATE + '\nname = "a/b"'), 'key "records.0.name"'),
+        ((RATE, RATE + "\ninitial = { velocity = true }"), "key initial.velocity: a quantity with its unit"),
+        ((RATE, RATE + '\ninitial = { velocity = "fast" }'), "a quantity is \"<number> <unit>\", such as"),
+        ((RATE, RATE + '\nname = "a/b"'), "key \"records.0.name\": 'a/b' is not a name without / and"),
+        ((RATE, RATE + '\nname = ""'), "key \"records.0.name\": '' is not a name"),
+        (('unit = "mm"', ""), 'key "signals.displacement.unit" is missing'),
+        (('unit = "mm"', "unit = 3"), 'key "signals.displacement.unit": 3 is not a unit; write one in quotes'),
+        (('unit = "mm"', 'unit = ""'), "'' is not a unit; write one in quotes (\"dimensionless\" for a"),
+        (('unit = "mm"', 'unit = "2 mm"'), 'unit "2 mm" cannot be read'),
+        (('role = "input"', ""), 'key "signals.drive.role" is missing'),
+        (('file = "r00.csv"', ""), 'key "records.0.file" is missing'),
+        (('"r00.csv"', '""'), "key \"records.0.file\": '' is not a text"),
+        (('"r00.csv"', '"r00"'), 'no reader for the suffix ""; known: .arrow'),
+        (('"shaker run 7"', '""'), "key \"dataset.name\": '' is not a text"),
+        (('"x_tip"', '"drive"'), '"drive" and "displacement" both read the column "drive"; correct one'),
     ],
 )  # fmt: skip
 def test_a_wrong_manifest_is_told_in_one_message(oscillator: Write, change: Change, message: str) -> None:
@@ -78,6 +106,59 @@ def test_a_wrong_manifest_is_told_in_one_message(oscillator: Write, change: Chan
 )  # fmt: skip
 def test_a_wrong_vo2_manifest_is_told_in_one_message(vo2: Write, change: Change, message: str) -> None:
     assert message in message_of(vo2(change))
+
+
+@pytest.mark.parametrize("read", [read_dataset, open_dataset])
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        (
+            {"x_tip": np.zeros((9, 2))},
+            'column "x_tip" has shape (9, 2), one dimension is needed; save one array',
+        ),
+        ({"x_tip": np.zeros(9, complex)}, 'column "x_tip" holds complex128, real numbers are needed'),
+        ({"x_tip": np.array([None] * 9)}, 'column "x_tip" holds Python objects, numbers are needed'),
+        ({"x_tip": np.zeros(0), "drive": np.zeros(0)}, "the file has no rows"),
+        ({"x_tip": np.zeros(1), "drive": np.zeros(1)}, "a record needs at least 2 samples, got 1"),
+        ({"x_tip": np.zeros(8)}, "columns differ in length: drive 9, displacement 8"),
+        ({"x_tpi": np.zeros(9)}, 'no column "x_tip"; did you mean "x_tpi"?'),
+    ],
+)
+def test_arrays_that_are_no_record_are_told_before_their_numbers_are_read(
+    oscillator: Write,
+    tmp_path: Path,
+    read: Callable[[Path], object],
+    arrays: dict[str, np.ndarray],
+    message: str,
+) -> None:
+    path = oscillator(('"r00.csv"', '"r00.npz"'))
+    np.savez(tmp_path / "r00.npz", **{"drive": np.zeros(9), **arrays})
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert f'{path}: records.0 "r00.npz": {message}' in str(caught.value)
+
+
+def test_a_velocity_that_is_nowhere_a_number(oscillator: Write) -> None:
+    table = ("[[records]]", '[signals.velocity]\nrole = "output"\nunit = "mm/s"\n[[records]]')
+    assert message_of(oscillator(table)) == (
+        'signals.velocity: column "velocity" is in no file; known: drive, x_tip; '
+        "correct column, or remove [signals.velocity]"
+    )
+    text = message_of(oscillator(table, velocity=np.full(200, np.nan)))
+    assert text.startswith('signals.velocity: column "velocity" is NaN throughout; correct column')
+
+
+@pytest.mark.parametrize(
+    ("displacement", "velocity"), [("mm", "mm"), ("V", "m/s"), ("m", "m/s^2"), ("rad", "mm/s"), ("V", "V")]
+)
+def test_velocity_must_be_displacement_per_second(
+    oscillator: Write, displacement: str, velocity: str
+) -> None:
+    unit = ('unit = "mm"', f'unit = "{displacement}"')
+    table = ("[[records]]", f'[signals.velocity]\nrole = "output"\nunit = "{velocity}"\n[[records]]')
+    assert f'velocity.unit": unit "{velocity}" is not compatible with {displacement}/s' in message_of(
+        oscillator(unit, table)
+    )
 
 
 def test_velocity_in_a_unit_that_is_no_rate_of_displacement(oscillator: Write) -> None:

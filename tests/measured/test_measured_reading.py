@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtctl.border.errors import InputError
-from rtctl.measured import Record, read_dataset
+from rtctl.measured import Record, open_dataset, read_dataset
 
 Write = Callable[..., Path]
 
@@ -39,6 +39,39 @@ def test_velocity_is_held_in_the_unit_of_displacement_per_second(oscillator: Wri
     dataset = read_dataset(oscillator(table, v=velocity))
     np.testing.assert_allclose(dataset.records[0].signals["velocity"], 1e3 * velocity, rtol=1e-12)
     assert dataset.units["velocity"] == "mm/s"
+
+
+@pytest.mark.parametrize(
+    ("drive", "displacement", "velocity", "factor"),
+    [
+        ("V", "V", "V/s", 1.0),
+        ("N", "m", "mm/s", 1e-3),
+        ("m/s^2", "mm", "m/s", 1e3),
+        ("mA", "um", "m/min", 1e6 / 60.0),
+        ("A/m", "rad", "rad/ms", 1e3),
+        ("dimensionless", "inch", "inch/s", 1.0),
+    ],
+)
+def test_an_oscillator_may_be_measured_in_any_units(
+    oscillator: Write, drive: str, displacement: str, velocity: str, factor: float
+) -> None:
+    tables = [
+        ('unit = "m/s^2"', f'unit = "{drive}"'),
+        ('unit = "mm"', f'unit = "{displacement}"'),
+        (
+            "[[records]]",
+            f'[signals.velocity]\nrole = "output"\nunit = "{velocity}"\ncolumn = "v"\n[[records]]',
+        ),
+    ]
+    dataset = read_dataset(oscillator(*tables, v=np.ones(200)))
+    assert dataset.units == {"drive": drive, "displacement": displacement, "velocity": f"{displacement}/s"}
+    np.testing.assert_allclose(dataset.records[0].signals["velocity"], factor, rtol=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["linear", "zero", "band-limited"])
+def test_every_hold_of_the_drive_arrives(oscillator: Write, hold: str) -> None:
+    table = ('unit = "m/s^2"', f'unit = "m/s^2"\nhold = "{hold}"')
+    assert read_dataset(oscillator(table)).holds == {"drive": hold}
 
 
 def test_signals_tell_role_unit_and_hold_with_linear_as_the_default(oscillator: Write, vo2: Write) -> None:
@@ -157,6 +190,7 @@ def test_the_public_measurements_load(name: str, samples: list[int], hold: str) 
         pytest.skip("the public measurements are not beside the repository")
     dataset = read_dataset(path)
     assert [record.samples for record in dataset.records] == samples
+    assert [record.samples for record in open_dataset(path)] == samples
     assert dataset.signals["drive"].hold == hold
     assert {record.use for record in dataset.records} == {"fit", "test"}
 
