@@ -6,12 +6,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from plant_sim import vo2
+from plant_sim.oscillator import me_resonator
 from plant_sim.plant import Plant
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import read_toml
 
 KINDS: dict[str, Callable[[Path, int | None], Plant]] = {
     "vo2": vo2.load_plant,
+    "me": me_resonator.load_plant,
 }
 
 

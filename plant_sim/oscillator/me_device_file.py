@@ -1,0 +1,107 @@
+"""The file of an ME resonator: every number with its unit, all findings of a bad file in one message."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from plant_sim.bounds import FINITE, NOT_NEGATIVE, POSITIVE
+from rtctl.border.quantities import Checked, Quantity, check, read_toml
+
+
+class Nameplate(Checked):
+    """The `[plant]` table."""
+
+    kind: Literal["me"]
+    name: Annotated[str, Field(pattern=r"^[\x20-\x7e]{1,16}$")]
+    """Identity on the wire: printable ASCII, at most 16 characters."""
+    seed: Annotated[int, Field(ge=0)]
+    """Of the instruments' noise."""
+
+
+class Coil(Checked):
+    """The `[coil]` table: the driver asks for `current_high` at most; the voltage that it sets is R i_cmd."""
+
+    resistance: Annotated[float, Quantity("ohm"), POSITIVE]
+    inductance: Annotated[float, Quantity("H"), POSITIVE]
+    field: Annotated[float, Quantity("T/A"), POSITIVE]
+    """Flux density a current."""
+    current_high: Annotated[float, Quantity("mA"), POSITIVE]
+    """The device's own limit of the commanded amplitude."""
+    frequency_low: Annotated[float, Quantity("Hz"), POSITIVE]
+    frequency_high: Annotated[float, Quantity("Hz"), POSITIVE]
+    frequency_rest: Annotated[float, Quantity("Hz"), POSITIVE]
+    """Before the first command, and when the watchdog trips (the current is 0 then)."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Coil:
+        if not self.frequency_low <= self.frequency_rest <= self.frequency_high:
+            raise ValueError(
+                f"frequency_rest ({self.frequency_rest} Hz) must lie in [{self.frequency_low}, "
+                f"{self.frequency_high}] Hz"
+            )
+        return self
+
+
+class Magnetisation(Checked):
+    """The `[magnetisation]` table of the magnetostrictive film."""
+
+    saturation: Annotated[float, Quantity("A/m"), POSITIVE]
+    susceptibility: Annotated[float, POSITIVE]
+    """Initial."""
+
+
+class Beam(Checked):
+    """The `[beam]` table: the first bending mode."""
+
+    frequency: Annotated[float, Quantity("Hz"), POSITIVE]
+    quality: Annotated[float, Field(gt=1.0, allow_inf_nan=False)]
+    stiffness_cubic: Annotated[float, Quantity("1/(um^2*s^2)"), FINITE]
+    stiffness_quintic: Annotated[float, Quantity("1/(um^4*s^2)"), FINITE] = 0.0
+    drive: Annotated[float, Quantity("um/s^2/(A/m)"), POSITIVE]
+    """Modal acceleration a magnetisation."""
+    broken_above: Annotated[float, Quantity("um"), POSITIVE]
+    """The model ends here; beyond, the sensor reports a fault."""
+
+
+class LockIn(Checked):
+    """The `[lock_in]` table."""
+
+    reference: Literal["current", "command"] = "current"
+    """Phase 0 is that of the coil's measured current; or of the command, which leads it."""
+    white: Annotated[float, Quantity("um/Hz^0.5"), NOT_NEGATIVE]
+    """Noise of the displacement sensor: square root of its one-sided density."""
+    converter_range: Annotated[float, Quantity("um"), POSITIVE]
+    """Outputs lie between minus this and plus this, and stay at the end beyond."""
+    converter_bits: Annotated[int, Field(ge=0, le=24)]
+    """0: no rounding."""
+    vibrometer: Annotated[float, Quantity("um/Hz^0.5"), NOT_NEGATIVE]
+    """Noise of the reference amplitude's instrument, likewise."""
+
+
+class MeDeviceFile(Checked):
+    """A whole file."""
+
+    plant: Nameplate
+    coil: Coil
+    magnetisation: Magnetisation
+    beam: Beam
+    lock_in: LockIn
+
+    @model_validator(mode="after")
+    def _fine_enough(self) -> MeDeviceFile:
+        least, most = 0.8 * self.beam.frequency, 1.25 * self.beam.frequency
+        if not (self.coil.frequency_low >= least and self.coil.frequency_high <= most):
+            raise ValueError(
+                f"coil.frequency_low ({self.coil.frequency_low} Hz) and coil.frequency_high "
+                f"({self.coil.frequency_high} Hz) must lie in [{least:.6g}, {most:.6g}] Hz: the integration's step "
+                "is a part of the drive's period and has to suit the beam"
+            )
+        return self
+
+
+def read_me_device(path: Path) -> MeDeviceFile:
+    """The device in the file. Raises InputError with file and key."""
+    return check(MeDeviceFile, read_toml(path), str(path))
