@@ -29,6 +29,8 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
             return found[1]
     made = _blended(drive, substeps)
     with _lock:
+        for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:
+            del _kept[gone]
         _kept[key] = (weakref.ref(stimulus), made)
         while sum(values.nbytes for _, values in _kept.values()) > MOST_BYTES and len(_kept) > 1:
             _kept.popitem(last=False)

@@ -39,6 +39,7 @@ class OscillatorSimulation:
         values: FloatArray,
         initial: FloatArray | None = None,
         steps_per_period: float | None = None,
+        refine: int = 1,
     ) -> Prediction:
         """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
@@ -47,7 +48,7 @@ class OscillatorSimulation:
         displacement, velocity = np.empty(shape), np.empty(shape)
         for lanes in self._sharing_a_drive(values):
             displacement[lanes], velocity[lanes] = self._march(
-                stimulus, values[lanes], start[lanes], steps_per_period or STEPS_PER_PERIOD
+                stimulus, values[lanes], start[lanes], steps_per_period or STEPS_PER_PERIOD, refine
             )
         with np.errstate(invalid="ignore"):
             bad = ~(np.abs(displacement) < ABSURD)
@@ -83,7 +84,12 @@ class OscillatorSimulation:
         return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
 
     def _march(
-        self, stimulus: Stimulus, values: FloatArray, start: FloatArray, steps_per_period: float
+        self,
+        stimulus: Stimulus,
+        values: FloatArray,
+        start: FloatArray,
+        steps_per_period: float,
+        refine: int,
     ) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity readings (lanes, samples) of lanes that share a drive."""
         active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
@@ -91,7 +97,7 @@ class OscillatorSimulation:
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
         count = 0
         for _ in range(MOST_REFINEMENTS):
-            wanted = substeps(stimulus.period_s, *equation.rates(reach), steps_per_period)
+            wanted = substeps(stimulus.period_s, *equation.rates(reach), steps_per_period) * refine
             if wanted <= count:
                 break
             count = wanted

@@ -92,11 +92,13 @@ class Simulation(Protocol):
         values: FloatArray,
         initial: FloatArray | None = None,
         steps_per_period: float | None = None,
+        refine: int = 1,
     ) -> Prediction:
         """Simulate from the first sample; no measured output is fed in.
 
         `values` (lanes, parameters) in the order and units of `parameters`; `initial` (lanes, states) or the
         stimulus's own. `steps_per_period`: of the fastest pole; None: so many that the integrator is not the error.
+        `refine`: so many times the steps, to see what the integrator adds to the error.
         """
         ...
 

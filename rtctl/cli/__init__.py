@@ -15,6 +15,7 @@ VERBS = {
     "run": "play a scenario in closed loop (or open loop) and score it",
     "acquire": "play an open-loop excitation through a driver into a dataset",
     "identify": "measured data -> model",
+    "simulate": "how far a model is from a dataset",
     "serve": "a simulated device on a wire",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
 }

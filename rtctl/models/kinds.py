@@ -1,0 +1,19 @@
+"""Which kind of plant a model file is of, before anything else in it is looked at."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rtctl.border.errors import InputError
+from rtctl.border.quantities import read_toml
+
+
+def model_kind(path: Path) -> str:
+    """`model.kind` of the file. Raises InputError where it is not a text."""
+    model = read_toml(path).get("model")
+    if not isinstance(model, dict):
+        raise InputError(f"{path}: table [model] is missing")
+    kind = model.get("kind")
+    if not isinstance(kind, str):
+        raise InputError(f'{path}: key "model.kind" must be a text such as "oscillator", got {kind!r}')
+    return kind

@@ -1,0 +1,231 @@
+"""A simulation beside its measurement: in time, around its worst moment, and in frequency, with the error's share.
+
+The error's spectrum says what is missing (a harmonic, a resonance, a slow drift), the one of what does not repeat
+says how much of it a model could ever explain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rtctl.plots.channels import written
+from rtctl.plots.decimation import extremes
+from rtctl.plots.lines import ABOVE, draw_line, note
+from rtctl.plots.style import BLACK, BLUE, GREY, SKY, VERMILION, headline, house_style, new_figure, save_png
+
+FloatArray = NDArray[np.float64]
+
+SEGMENTS = 8
+"""Of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
+LONGEST_SEGMENT = 32_768
+PERIODS_SHOWN = 12.0
+"""Of the strongest line, around the worst moment."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """One output of one record."""
+
+    title: str
+    output: str
+    unit: str
+    time_s: FloatArray
+    """(n,), uniform."""
+    measured: FloatArray
+    simulated: FloatArray
+    """NaN from where the simulation diverged."""
+    ignore_first: int = 0
+    noise: FloatArray | None = None
+    """What does not repeat (n,), where the input was repeated."""
+
+    @property
+    def error(self) -> FloatArray:
+        """simulated - measured."""
+        return self.simulated - self.measured
+
+    @property
+    def scored(self) -> slice:
+        """The samples that count: after `ignore_first`, before a divergence."""
+        bad = np.flatnonzero(~np.isfinite(self.error[self.ignore_first :]))
+        end = len(self.error) if not len(bad) else self.ignore_first + int(bad[0])
+        return slice(self.ignore_first, end)
+
+
+def plot_comparison(path: Path, compared: Compared) -> None:
+    """Write the figure as a PNG file."""
+    save_png(comparison_figure(compared), path)
+
+
+def comparison_figure(compared: Compared) -> Figure:
+    """The figure that `plot_comparison` writes."""
+    with house_style():
+        figure = new_figure(14.0, 8.4)
+        headline(figure, *_headline(compared))
+        left, right = np.asarray(figure.subfigures(1, 2, width_ratios=(1.35, 1.0))).tolist()
+        whole, error, moment = left.subplots(3, 1, height_ratios=(1.2, 0.9, 1.2))
+        _draw_whole(whole, compared)
+        _draw_error(error, compared)
+        error.sharex(whole)
+        _draw_moment(moment, compared)
+        density, share = right.subplots(2, 1, height_ratios=(2.2, 1.0), sharex=True)
+        _draw_densities(density, share, compared)
+        return figure
+
+
+def _headline(compared: Compared) -> tuple[str, str]:
+    scored, unit = compared.scored, written(compared.unit)
+    signal = _rms(compared.measured[compared.ignore_first :])
+    if scored.stop < len(compared.error):
+        when = compared.time_s[scored.stop] - compared.time_s[0]
+        return (
+            f"{compared.title}: the simulation diverged at {when:.4g} s",
+            f"{compared.output}, RMS {signal:.4g} {unit} measured; what follows is before the divergence",
+        )
+    error = compared.error[scored]
+    finding = (
+        f"{compared.title}: simulated {compared.output} is off by {_percent(_rms(error), signal)} of its RMS"
+    )
+    detail = f"error RMS {_rms(error):.4g} {unit}, largest {np.abs(error).max():.4g} {unit}"
+    detail += f"; signal RMS {signal:.4g} {unit}"
+    if compared.noise is not None:
+        floor = _rms(compared.noise[compared.ignore_first :])
+        detail += f"; what does not repeat {floor:.3g} {unit}"
+    return finding, detail
+
+
+def _percent(part: float, whole: float) -> str:
+    return f"{100.0 * part / whole:.3g} %" if whole > 0.0 else "an unknown share"
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0
+
+
+def _draw_whole(axes: Axes, compared: Compared) -> None:
+    draw_line(axes, compared.time_s, compared.measured, BLACK, "measured", 1.0)
+    draw_line(axes, compared.time_s, compared.simulated, BLUE, "simulated", 0.7)
+    limit = 4.0 * float(np.abs(compared.measured).max())
+    low, high = axes.get_ylim()
+    axes.set_ylim(max(low, -limit), min(high, limit))  # a diverging model must not flatten the data
+    axes.set_ylabel(f"{compared.output} [{written(compared.unit)}]")
+    axes.legend(**ABOVE)
+
+
+def _draw_error(axes: Axes, compared: Compared) -> None:
+    draw_line(axes, compared.time_s, compared.error, VERMILION, "simulated − measured", 0.8)
+    error = compared.error[compared.scored]
+    if len(error):
+        limit = 1.1 * float(min(np.abs(error).max(), 4.0 * np.abs(compared.measured).max())) or 1.0
+        axes.set_ylim(-limit, limit)
+    first = compared.ignore_first
+    if first:
+        axes.axvspan(
+            compared.time_s[0],
+            compared.time_s[first],
+            color=GREY,
+            alpha=0.25,
+            linewidth=0.0,
+            label="not scored",
+        )
+    axes.set_ylabel(f"error [{written(compared.unit)}]")
+    axes.set_xlabel("time [s]")
+    axes.legend(**ABOVE)
+
+
+def _draw_moment(axes: Axes, compared: Compared) -> None:
+    """Some periods around the largest error, where the two can be told apart."""
+    window = _worst_window(compared)
+    time, unit = compared.time_s[window], written(compared.unit)
+    marker = "." if len(time) < 150 else ""
+    for values, color, label, width in (
+        (compared.measured, BLACK, "measured", 1.2),
+        (compared.simulated, BLUE, "simulated", 1.0),
+        (compared.error, VERMILION, "error", 1.0),
+    ):
+        axes.plot(
+            time, values[window], color=color, linewidth=width, marker=marker, markersize=4.0, label=label
+        )
+    axes.set_ylabel(f"{compared.output} [{unit}]")
+    axes.set_xlabel("time [s]: around the largest error")
+    axes.legend(**ABOVE)
+
+
+def _worst_window(compared: Compared) -> slice:
+    scored, count = compared.scored, len(compared.measured)
+    error = np.abs(compared.error[scored])
+    centre = scored.start + (int(error.argmax()) if len(error) else 0)
+    period = _strongest_period(compared.measured[compared.ignore_first :])
+    half = int(np.clip(0.5 * PERIODS_SHOWN * period, 20, max(20, count // 20)))
+    first = min(max(centre - half, 0), max(count - 2 * half, 0))
+    return slice(first, min(first + 2 * half, count))
+
+
+def _strongest_period(values: FloatArray) -> float:
+    """Samples in a period of the strongest line of `values`."""
+    values = values[: 1 << 18]
+    size = np.abs(np.fft.rfft(values - values.mean()))
+    return len(values) / max(int(size.argmax()), 1)
+
+
+def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
+    scored, unit = compared.scored, written(compared.unit)
+    lines = [
+        (compared.measured[scored], BLACK, "measured", 1.3),
+        (compared.simulated[scored], BLUE, "simulated", 0.8),
+        (compared.error[scored], VERMILION, "error", 1.0),
+    ]
+    if compared.noise is not None:
+        lines.append((compared.noise[scored], SKY, "does not repeat (noise floor)", 1.0))
+    period_s = float(compared.time_s[1] - compared.time_s[0])
+    if scored.stop - scored.start < 32:
+        note(density, "too few samples before the divergence for a spectrum")
+        return
+    for values, color, label, width in lines:
+        frequency, amplitude = amplitude_density(values, period_s)
+        kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
+        density.plot(frequency[kept], amplitude[kept], color=color, linewidth=width, label=label)
+    density.set(xscale="log", yscale="log", ylabel=f"amplitude density [{unit}/√Hz]")
+    density.set_ylim(bottom=_lowest_shown(density))
+    density.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+    error = compared.error[scored]
+    _draw_share(share, error, period_s)
+    mean, size = float(error.mean()), _rms(error)
+    if size > 0.0:
+        note(share, f"mean error {mean:.3g} {unit}: {100.0 * (mean / size) ** 2:.2g} % of its power")
+
+
+def _lowest_shown(axes: Axes) -> float:
+    """Not below six decades under the largest: a filtered or computed zero says nothing."""
+    heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    return float(max(heights[heights > 0.0].min(initial=np.inf), 1e-6 * heights.max()))
+
+
+def _draw_share(axes: Axes, error: FloatArray, period_s: float) -> None:
+    """How much of the error's power lies below each frequency, the mean included."""
+    frequency, amplitude = amplitude_density(error, period_s, remove_mean=False)
+    power = np.cumsum(amplitude**2)
+    if power[-1] > 0.0:
+        kept = extremes(power)
+        axes.step(frequency[kept], 100.0 * power[kept] / power[-1], color=VERMILION, where="mid")
+    axes.set(ylim=(0.0, 103.0), ylabel="share of error power\nbelow [%]", xlabel="frequency [Hz]")
+    axes.set_xlim(frequency[1], frequency[-1])
+
+
+def amplitude_density(
+    values: FloatArray, period_s: float, *, remove_mean: bool = True
+) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)], Welch with a Hann window."""
+    from scipy.signal import welch
+
+    segment = min(max(2 * len(values) // (SEGMENTS + 1), 16), LONGEST_SEGMENT, len(values))
+    frequency, power = welch(
+        values, 1.0 / period_s, nperseg=segment, detrend="constant" if remove_mean else False
+    )
+    first = 1 if remove_mean else 0  # no logarithmic axis has a zero
+    return frequency[first:], np.sqrt(power[first:])
