@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,26 @@ def test_fields_of_a_struct_are_columns(tmp_path: Path, write: Callable[..., Non
     np.testing.assert_array_equal(cache.column(path, "run.x_tip", "mm"), X)
     np.testing.assert_array_equal(cache.column(path, "run.drive.volts", "V", 2, 7), X[::-1][2:7])
     np.testing.assert_array_equal(cache.column(path, "t", "s", 11, 12), X[11:])
+
+
+def big_endian(values: np.ndarray) -> bytes:
+    """One row `v` in version 5 as a big-endian machine writes it (MAT-File Format, level 5, "miMATRIX")."""
+    flags = struct.pack(">IIII", 6, 8, 6, 0)  # miUINT32; mxDOUBLE_CLASS
+    shape = struct.pack(">IIii", 5, 8, 1, len(values))
+    name = struct.pack(">II", 1, 1) + b"v".ljust(8, b"\0")
+    numbers = struct.pack(">II", 9, 8 * len(values)) + values.astype(">f8").tobytes()
+    matrix = flags + shape + name + numbers
+    header = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(">H", 0x0100) + b"MI"
+    return header + struct.pack(">II", 14, len(matrix)) + matrix
+
+
+def test_a_file_of_a_big_endian_machine(tmp_path: Path) -> None:
+    path = tmp_path / "r.mat"
+    path.write_bytes(big_endian(X))
+    np.testing.assert_array_equal(TableCache().column(path, "v", "V"), X)
+    path.write_bytes(big_endian(X)[:-1])
+    with pytest.raises(ValueError, match="is cut off: the variable at byte 128 is not complete"):
+        open_table(path)
 
 
 def cells() -> np.ndarray:

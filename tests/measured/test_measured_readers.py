@@ -46,6 +46,8 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "comma.csv": lambda path: pa.csv.write_csv(table(), path),
     "upper.CSV": lambda path: pa.csv.write_csv(table(), path),
     "plain.parquet": lambda path: pq.write_table(table(), path),
+    "groups.parquet": lambda path: pq.write_table(table(), path, row_group_size=7),
+    "batches.arrow": lambda path: pa.feather.write_feather(table(), path, chunksize=7, compression="lz4"),
     "file.arrow": lambda path: pa.feather.write_feather(table(), path),
     "stream.arrow": write_stream,
     "plain.npz": lambda path: np.savez(path, a=A, b=B),
