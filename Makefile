@@ -39,6 +39,7 @@ figures: $(STAMP)
 
 benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/estimator_vs_c.py
+	$(BIN)/python benchmarks/oscillator_vs_c.py
 	$(BIN)/python benchmarks/transactions.py
 
 clean:

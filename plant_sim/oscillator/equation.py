@@ -99,15 +99,21 @@ class Equation:
     def integrate(self, drive: Driven, substeps: int, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
         lanes, samples = self.rows.shape[1], len(drive.nodes) // substeps + 1
-        z, v = np.ascontiguousarray(start[:, 0]), np.ascontiguousarray(start[:, 1])
+        z, v = start[:, 0].copy(), start[:, 1].copy()
         out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
+        self.march(z, v, drive, substeps, out_z, out_v)
+        return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
+
+    def march(
+        self, z: FloatArray, v: FloatArray, drive: Driven, substeps: int, out_z: FloatArray, out_v: FloatArray
+    ) -> None:
+        """The same into `out_z` and `out_v` (samples, lanes); z and v (lanes,) are left at the end of the drive."""
         layout = [
             (one.memory.law, one.memory.states, len(one.parameters)) for one in self.memories if one.memory
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
-        own = [np.zeros((sum(states for _, states, _ in layout), lanes))] if layout else []
+        own = [np.zeros((sum(states for _, states, _ in layout), len(z)))] if layout else []
         integrator(z, v, *own, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
-        return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
 
 
 @lru_cache(maxsize=256)

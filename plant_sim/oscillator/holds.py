@@ -7,12 +7,16 @@ last one the last.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+compiled: Any = numba.njit(cache=True, nogil=True)
 HOLDS = ("linear", "zero", "band-limited")
 _PADDING = 128
 """Samples by which a band-limited record is continued at each end, point-symmetric, so that it does not wrap."""
@@ -25,9 +29,56 @@ def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> 
     """
     if hold not in HOLDS:
         raise ValueError(f'hold must be one of {", ".join(HOLDS)}, got "{hold}"')
-    if hold == "zero":
-        return _held(samples, substeps, delay)
-    at = _linear(samples) if hold == "linear" else _band_limited(samples)
+    if hold == "band-limited":
+        return _band_limited(samples, substeps, delay)
+    made = np.empty(((len(samples) - 1) * substeps, 3))
+    (_fill_held if hold == "zero" else _fill_linear)(samples, substeps, delay, made)
+    return made
+
+
+@compiled
+def _fill_linear(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
+    """Straight lines between the samples; all instants of an interval have the same place in every interval."""
+    last = len(samples) - 1
+    instants = 2 * substeps + 1
+    whole = np.empty(instants, np.int64)
+    part = np.empty(instants)
+    for i in range(instants):
+        offset = i / (2 * substeps) - delay
+        whole[i] = math.floor(offset)
+        part[i] = offset - whole[i]
+    at = np.empty(instants)
+    for k in range(last):
+        for i in range(instants):
+            before = samples[min(max(k + whole[i], 0), last)]
+            after = samples[min(max(k + whole[i] + 1, 0), last)]
+            at[i] = before + part[i] * (after - before)
+        for s in range(substeps):
+            for c in range(3):
+                out[k * substeps + s, c] = at[2 * s + c]
+
+
+@compiled
+def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
+    """The mean over each step: where a delayed jump falls inside one, its impulse is kept to the last bit of time."""
+    last = len(samples) - 1
+    for k in range(last):
+        for s in range(substeps):
+            start = s / substeps - delay
+            whole = math.floor(start)
+            share = min((whole + 1 - start) * substeps, 1.0)
+            if share > 1.0 - 1e-9:
+                share = 1.0
+            first = samples[min(max(k + whole, 0), last)]
+            second = samples[min(max(k + whole + 1, 0), last)]
+            mean = share * first + (1.0 - share) * second
+            for c in range(3):
+                out[k * substeps + s, c] = mean
+
+
+def _band_limited(samples: FloatArray, substeps: int, delay: float) -> FloatArray:
+    """By a phase in the spectrum."""
+    at = _sinc(samples)
     result = np.empty((len(samples) - 1, substeps, 3))
     for index in range(2 * substeps + 1):
         value = at(index / (2 * substeps) - delay)[:-1]
@@ -38,35 +89,11 @@ def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> 
     return result.reshape(-1, 3)
 
 
-def _held(samples: FloatArray, substeps: int, delay: float) -> FloatArray:
-    """The mean over each step: where a delayed jump falls inside one, its impulse is kept to the last bit of time."""
-    if delay == 0.0:
-        mean = np.repeat(samples[:-1], substeps)
-    else:
-        grid = np.arange((len(samples) - 1) * substeps + 1) / substeps - delay
-        first, last = min(grid[0], 0.0), max(grid[-1], len(samples) - 1.0)
-        instants = np.concatenate(([first], np.arange(len(samples), dtype=np.float64), [last]))
-        held = np.concatenate(([samples[0]], samples))
-        impulse = np.concatenate(([0.0], np.cumsum(held * np.diff(instants))))
-        mean = np.diff(np.interp(grid, instants, impulse)) * substeps
-    return np.repeat(mean[:, None], 3, axis=1)
+def _sinc(samples: FloatArray) -> Callable[[float], FloatArray]:
+    """`at(offset)`: the drive (n,) so many intervals after each sample, by a phase in its spectrum.
 
-
-def _linear(samples: FloatArray) -> Callable[[float], FloatArray]:
-    """`at(offset)`: the drive (n,) so many intervals after each sample."""
-
-    def at(offset: float) -> FloatArray:
-        whole = int(np.floor(offset))
-        before = samples[np.clip(np.arange(len(samples)) + whole, 0, len(samples) - 1)]
-        after = samples[np.clip(np.arange(len(samples)) + whole + 1, 0, len(samples) - 1)]
-        between: FloatArray = before + (offset - whole) * (after - before)
-        return between
-
-    return at
-
-
-def _band_limited(samples: FloatArray) -> Callable[[float], FloatArray]:
-    """The same by a phase in the spectrum: exact for a drive without content from half the sample rate on."""
+    Exact for a drive without content from half the sample rate on.
+    """
     from scipy.fft import irfft, next_fast_len, rfft
 
     padding = min(_PADDING, len(samples) - 1)
