@@ -1,4 +1,4 @@
-"""Measured data -> model: hysteresis read-outs, baselines and the heating's time constant."""
+"""Measured data -> model: an oscillator's parameters with errors, or a vo2's hysteresis read-outs and heating."""
 
 from __future__ import annotations
 
@@ -6,35 +6,57 @@ import argparse
 import json
 from pathlib import Path
 
+DEFAULT_STARTS = {"vo2": 14, "oscillator": 6}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `rtctl identify`."""
     parser.add_argument("dataset", type=Path, help="dataset manifest (dataset.toml)")
-    parser.add_argument("--kind", choices=["vo2"], required=True, help="which kind of plant")
+    parser.add_argument("--kind", choices=["vo2", "oscillator"], required=True, help="which kind of plant")
     parser.add_argument("--out", type=Path, required=True, help="model file to write")
-    parser.add_argument("--plays", type=int, default=6, help="play operators a model (default 6)")
-    parser.add_argument("--starts", type=int, default=14, help="starts of each fit (default 14)")
+    parser.add_argument(
+        "--model",
+        type=Path,
+        help="of an oscillator: where to start, which parameters are fixed, its mechanisms",
+    )
+    parser.add_argument("--plays", type=int, default=6, help="of a vo2: play operators a model (default 6)")
+    parser.add_argument(
+        "--starts", type=int, help="starts of each fit (default 14 for a vo2, 6 for an oscillator)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
     parser.add_argument("--no-plot", action="store_true", help="write no picture beside the model")
 
 
 def run(args: argparse.Namespace) -> int:
     """The verb."""
-    from rtctl import __version__
     from rtctl.border.errors import InputError
     from rtctl.cli.options import output_folder
-    from rtctl.cli.report import print_model
-    from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
-    from rtctl.measured.reading import read_dataset
-    from rtctl.models.vo2 import write_model
-    from rtctl.progress import say
 
+    if args.starts is None:
+        args.starts = DEFAULT_STARTS[args.kind]
     for option in ("plays", "starts"):
         if not 1 <= getattr(args, option) <= 64:
             raise InputError(f"--{option} {getattr(args, option)}: 1 to 64")
     output_folder(args.out.parent)
     if args.out.is_dir():
         raise InputError(f"--out {args.out}: is a folder, a model file is needed")
+    if args.kind == "oscillator":
+        from rtctl.cli.identify_oscillator import run_oscillator
+
+        return run_oscillator(args)
+    if args.model is not None:
+        raise InputError(f"--model {args.model}: a vo2 is identified from its data alone; leave it out")
+    return _run_vo2(args)
+
+
+def _run_vo2(args: argparse.Namespace) -> int:
+    from rtctl import __version__
+    from rtctl.cli.report import print_model
+    from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+    from rtctl.measured.reading import read_dataset
+    from rtctl.models.vo2 import write_model
+    from rtctl.progress import say
+
     quiet = args.quiet or args.json
     dataset = read_dataset(args.dataset)
     options = Vo2FitOptions(plays=args.plays, starts=args.starts, seed=args.seed)

@@ -1,0 +1,53 @@
+"""A measured record as the fits take it: what drove it, what was read, from where on it counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Stimulus
+from rtctl.measured.dataset import Dataset, Record
+from rtctl.measured.stimulus import stimulus_of
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitRecord:
+    """One record; all arrays (n,) in the dataset's units."""
+
+    name: str
+    stimulus: Stimulus
+    measured: Mapping[str, FloatArray]
+    """Outputs."""
+    first: int = 0
+    """Samples before it start the state and are not scored."""
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.stimulus.samples
+
+    @property
+    def period_s(self) -> float:
+        """Between samples."""
+        return self.stimulus.period_s
+
+
+def fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
+    """`record` of a dataset with these `holds`."""
+    return FitRecord(
+        name=record.name,
+        stimulus=stimulus_of(record, holds),
+        measured={name: values for name, values in record.signals.items() if name not in holds},
+        first=record.ignore_first,
+    )
+
+
+def fit_records(dataset: Dataset, uses: Iterable[str] = ("fit", "identify")) -> tuple[FitRecord, ...]:
+    """Those that a fit may see, in order; never the test records."""
+    wanted = set(uses) - {"test"}
+    return tuple(fit_record(record, dataset.holds) for record in dataset.records if record.use in wanted)

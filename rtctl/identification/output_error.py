@@ -1,0 +1,171 @@
+"""Output-error least squares: free runs over whole records against what was measured, any `Simulation`.
+
+Starts are screened with few iterations and coarse steps, the best is polished, and the last iterations take the
+simulation's own step. Outputs weigh by their residuals. Intervals come from a sandwich: curvature by the
+sensitivities, scatter by the residuals' own colour (an autoregression), because what is left of a measurement is
+seldom white.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from rtctl.border.simulation import Simulation
+from rtctl.identification.fit import Fit, FitError
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.inference import infer
+from rtctl.identification.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.local_state import given_state, local_state
+from rtctl.identification.scales import scales_of
+from rtctl.identification.segments import Segment, SegmentCost
+from rtctl.identification.sensitivity import Sensitivity
+from rtctl.identification.weak_form import half_width
+
+FloatArray = NDArray[np.float64]
+Told = Callable[[str, float], None]
+"""What is under way, and how much of all is done (0 to 1)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """What a caller may choose."""
+
+    free_start: bool = True
+    """Each record's initial state is fitted too: its first sample is noisy, and what ran before is unknown."""
+    coarse_steps_per_period: float = 64.0
+    screening_iterations: int = 12
+    iterations: int = 80
+    final_iterations: int = 8
+    threads: int = max(1, min(2, os.cpu_count() or 1))
+
+
+def fit_output_error(
+    simulation: Simulation,
+    records: Sequence[FitRecord],
+    options: FitOptions | None = None,
+    *,
+    starts: Sequence[FloatArray] = (),
+    free: Sequence[int] | None = None,
+    told: Told = lambda text, share: None,
+) -> Fit:
+    """Fit the parameters that are not fixed (or the indices `free`).
+
+    `starts` (parameters,) each: full parameter vectors; none: the simulation's own values. Raises FitError where the
+    model diverges from every start.
+    """
+    options = options or FitOptions()
+    sensitivity = Sensitivity.of(simulation, records, free, free_start=options.free_start)
+    width_s = half_width(records, scales_of(records).rate)
+    segments = [Segment(one, _start(one, simulation, width_s, options), joined=False) for one in records]
+    with threads(options.threads) as executor:
+        cost = SegmentCost(
+            sensitivity=sensitivity,
+            segments=segments,
+            sigma=signal_sizes(sensitivity, records),
+            executor=executor if len(records) > 1 else None,
+            steps_per_period=options.coarse_steps_per_period,
+        )
+        found = _best_of(cost, starts or [sensitivity.own_values], options, executor, told)
+        cost, found = polish(cost, found, options, told)
+        return infer("output_error", cost, found)
+
+
+@contextmanager
+def threads(count: int) -> Iterator[Executor | None]:
+    """So many threads for segments or starts, while linear algebra on small matrices keeps to one each."""
+    with threadpool_limits(1, "blas"):
+        if count < 2:
+            yield None
+            return
+        with ThreadPoolExecutor(count) as executor:
+            yield executor
+
+
+def signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:
+    """RMS (outputs,) of what was measured: first weights."""
+    sizes = [
+        np.sqrt(np.mean(np.concatenate([one.measured[name][one.first :] for one in records]) ** 2))
+        for name in sensitivity.outputs
+    ]
+    found: FloatArray = np.maximum(np.array(sizes), 1e-300)
+    return found
+
+
+def polish(
+    cost: SegmentCost, found: Minimum, options: FitOptions, told: Told = lambda text, share: None
+) -> tuple[SegmentCost, Minimum]:
+    """Iterate until it converges, outputs reweighted, the last iterations at the simulation's own step."""
+    low, high = cost.sensitivity.bounds
+    iterations = found.iterations
+    stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
+    for number, (steps, most) in enumerate(stages):
+        told("fitting", 0.6 + 0.2 * number)
+        cost = cost.at(steps_per_period=steps, sigma=reweighted(cost, found))
+        reached = minimise(cost.equations, found.unknowns, low, high, iterations=most)
+        if reached is None:
+            break
+        iterations += reached.iterations
+        found = reached
+    return cost, found._replace(iterations=iterations)
+
+
+def reweighted(cost: SegmentCost, found: Minimum) -> FloatArray:
+    """RMS residual (outputs,); an output that fits exactly keeps a floor."""
+    pieces = cost.pieces(found.unknowns)
+    if pieces is None:
+        return cost.sigma
+    scored = sum(
+        segment.record.samples - segment.record.first - int(segment.joined) for segment in cost.segments
+    )
+    rms = np.sqrt(np.sum([piece.square for piece in pieces], axis=0) / scored)
+    records = [segment.record for segment in cost.segments]
+    weights: FloatArray = np.maximum(rms, 1e-12 * signal_sizes(cost.sensitivity, records))
+    return weights
+
+
+def _start(record: FitRecord, simulation: Simulation, width_s: float, options: FitOptions) -> FloatArray:
+    if options.free_start:
+        return local_state(record, 0, width_s, simulation.state)
+    return given_state(record, simulation.state)
+
+
+def _best_of(
+    cost: SegmentCost,
+    starts: Sequence[FloatArray],
+    options: FitOptions,
+    executor: Executor | None,
+    told: Told,
+) -> Minimum:
+    """The start that a few iterations bring lowest. Raises FitError."""
+    low, high = cost.sensitivity.bounds
+    done = 0
+
+    def screened(start: FloatArray) -> Minimum | None:
+        nonlocal done
+        shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
+        found = minimise(
+            cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
+        )
+        done += 1
+        told("screening starts", 0.6 * done / len(starts))
+        return found
+
+    by_starts = executor is not None and cost.executor is None
+    reached = (
+        list(executor.map(screened, starts)) if by_starts and executor else [screened(s) for s in starts]
+    )
+    whole = [found for found in reached if found is not None]
+    if not whole:
+        raise FitError(
+            f"the model diverges from each of {len(starts)} starts: it is unbounded there or far from the data; "
+            "give a start model by --model"
+        )
+    return min(whole, key=lambda found: found.equations.cost)

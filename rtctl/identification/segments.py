@@ -1,0 +1,151 @@
+"""The cost of a fit: free runs over segments of records, each from a state of its own, joined where they follow on.
+
+A segment that is a whole record makes it an output-error fit. Shorter ones make it multiple shooting: the reading at
+a segment's end less that at the next one's begin, over `gap` (outputs,), is one more residual.
+
+Reference: H. Bock, Recent advances in parameter identification techniques for ODE (1983).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.identification.arrow import NormalEquations, empty
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.levenberg_marquardt import Unknowns
+from rtctl.identification.sensitivity import Linearised, Sensitivity
+
+FloatArray = NDArray[np.float64]
+
+
+class Segment(NamedTuple):
+    """A stretch of a record. One that is joined ends with the first sample of the next segment."""
+
+    record: FitRecord
+    start: FloatArray
+    """State at its first sample: where it is free, the fit starts here."""
+    joined: bool
+    """The next segment goes on where this one ends."""
+
+
+class Pieces(NamedTuple):
+    """What one segment adds to the normal equations, and its two ends for the continuity."""
+
+    cost: float
+    shared: FloatArray
+    gradient: FloatArray
+    border: FloatArray
+    own: FloatArray
+    own_gradient: FloatArray
+    square: FloatArray
+    """(outputs,) sums of squares in units."""
+    begin: FloatArray
+    """(1 + p + q, outputs): the reading and its derivatives."""
+    end: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SegmentCost:
+    """Residuals in multiples of `sigma` (outputs,)."""
+
+    sensitivity: Sensitivity
+    segments: Sequence[Segment]
+    sigma: FloatArray
+    executor: Executor | None = None
+    steps_per_period: float | None = None
+    gap: FloatArray | None = None
+    """In units; None where nothing is joined."""
+
+    def at(self, **changes: object) -> SegmentCost:
+        """The same with other weights or steps."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+    def start(self, shared: FloatArray) -> Unknowns:
+        """Unknowns with the segments' own starts."""
+        scale = self.sensitivity.state_scale
+        own = np.array([segment.start[: len(scale)] / scale for segment in self.segments])
+        return Unknowns(shared, own.reshape(len(self.segments), len(scale)))
+
+    def state(self, index: int, unknowns: Unknowns) -> FloatArray:
+        """Initial state of a segment in units."""
+        scale = self.sensitivity.state_scale
+        return unknowns.own[index] * scale if len(scale) else self.segments[index].start
+
+    def linearise(self, index: int, unknowns: Unknowns) -> Linearised | None:
+        """One segment's free run and its derivatives."""
+        return self.sensitivity.linearise(
+            self.segments[index].record, unknowns.shared, self.state(index, unknowns), self.steps_per_period
+        )
+
+    def pieces(self, unknowns: Unknowns) -> list[Pieces] | None:
+        """All segments, on as many threads as there are; None where one diverges."""
+
+        def one(index: int) -> Pieces | None:
+            found = self.linearise(index, unknowns)
+            return None if found is None else self._piece(found, self.segments[index].joined)
+
+        indices = range(len(self.segments))
+        made = list(self.executor.map(one, indices)) if self.executor else [one(k) for k in indices]
+        whole = [piece for piece in made if piece is not None]
+        return whole if len(whole) == len(made) else None
+
+    def equations(self, unknowns: Unknowns) -> NormalEquations | None:
+        """Gauss-Newton's normal equations; None where a segment diverges."""
+        pieces = self.pieces(unknowns)
+        if pieces is None:
+            return None
+        p, q = len(self.sensitivity.free), len(self.sensitivity.state_scale)
+        total = empty(p, len(pieces), q)
+        cost = 0.0
+        for k, piece in enumerate(pieces):
+            cost += piece.cost
+            total.shared[...] += piece.shared
+            total.shared_gradient[...] += piece.gradient
+            total.border[k] += piece.border
+            total.diagonal[k] += piece.own
+            total.own_gradient[k] += piece.own_gradient
+            if self.segments[k].joined and self.gap is not None:
+                cost += _join(total, k, piece, pieces[k + 1], self.gap, p)
+        return total._replace(cost=cost)
+
+    def _piece(self, found: Linearised, joined: bool) -> Pieces:
+        p = len(found.shared)
+        slopes = np.concatenate((found.shared, found.own))
+        table = np.concatenate((found.residual[None], slopes))
+        scored = table[:, :, :-1] if joined else table  # the last sample is the next segment's first
+        flat = (scored / self.sigma[:, None]).reshape(len(table), -1)
+        gram = flat @ flat.T
+        return Pieces(
+            cost=0.5 * float(gram[0, 0]),
+            shared=gram[1 : 1 + p, 1 : 1 + p],
+            gradient=gram[1 : 1 + p, 0],
+            border=gram[1 + p :, 1 : 1 + p],
+            own=gram[1 + p :, 1 + p :],
+            own_gradient=gram[1 + p :, 0],
+            square=np.einsum("on,on->o", scored[0], scored[0]),
+            begin=np.ascontiguousarray(table[:, :, 0]),
+            end=np.ascontiguousarray(table[:, :, -1]),
+        )
+
+
+def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:
+    """Add the continuity between segments k and k + 1; both readings have the same measured sample taken off."""
+    miss = (piece.end[0] - after.begin[0]) / gap
+    shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
+    here, there = piece.end[1 + p :] / gap, -after.begin[1 + p :] / gap
+    total.shared[...] += shared @ shared.T
+    total.shared_gradient[...] += shared @ miss
+    total.border[k] += here @ shared.T
+    total.border[k + 1] += there @ shared.T
+    total.diagonal[k] += here @ here.T
+    total.diagonal[k + 1] += there @ there.T
+    total.next[k] += here @ there.T
+    total.own_gradient[k] += here @ miss
+    total.own_gradient[k + 1] += there @ miss
+    return 0.5 * float(miss @ miss)
