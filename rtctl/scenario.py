@@ -117,7 +117,7 @@ class ClockTable(Checked):
 class EstimatorTable(Checked):
     """[estimator]: one line exchanges it."""
 
-    kind: Literal["composite", "gap_free", "preisach", "egpi", "observer"] = "observer"
+    kind: Literal["composite", "gap_free", "preisach", "egpi", "observer", "lock_in"] = "observer"
 
 
 class PiTable(Checked):
@@ -144,13 +144,53 @@ class PiTable(Checked):
         return self
 
 
+class AgcPllTable(Checked):
+    """[controller] kind = "agc_pll": amplitude by the coil's current, phase by the frequency; gains from the model."""
+
+    kind: Literal["agc_pll"] = "agc_pll"
+    phase_deg: Annotated[float, Quantity("deg"), Field(alias="phase", ge=-180.0, le=180.0)] = -90.0
+    """Setpoint of the displacement's phase against the coil current."""
+    gate: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 20.0
+    """Least response in standard errors of the estimate: below, the PLL holds and the AGC gives no more than a kick."""
+    kick: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
+    """Share of the current that holds the setpoint."""
+    separation: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 5.0
+    """How many times slower the amplitude loop is."""
+    pll_bandwidth_hz: Annotated[float | None, Quantity("Hz"), Field(alias="pll_bandwidth", gt=0.0)] = None
+    agc_bandwidth_hz: Annotated[float | None, Quantity("Hz"), Field(alias="agc_bandwidth", gt=0.0)] = None
+
+
+ControllerTable = Annotated[PiTable | AgcPllTable, Field(discriminator="kind")]
+
+
 class ChecksTable(Checked):
-    """[checks]: upper bounds in percent of the deflection range; a run that misses one exits with 1."""
+    """[checks]: upper bounds, in percent of the output's range or as their names say; missing one is exit 1."""
 
     tracking_mean_percent: Annotated[float, Field(gt=0.0)] | None = None
     tracking_max_percent: Annotated[float, Field(gt=0.0)] | None = None
     self_sensing_mean_percent: Annotated[float, Field(gt=0.0)] | None = None
     self_sensing_max_percent: Annotated[float, Field(gt=0.0)] | None = None
+    settle_after_s: Annotated[Seconds | None, Field(alias="settle_after", ge=0.0)] = None
+    """No bound: how long after a new setpoint its level counts as settled."""
+    hold_max_percent: Annotated[float, Field(gt=0.0)] | None = None
+    """Of the setpoint: how far the settled output may be from it at any sample."""
+    settling_max_ms: Annotated[float, Field(gt=0.0)] | None = None
+    """Until the output stays within 1 % of a new setpoint."""
+    backbone_max_hz: Annotated[float, Field(gt=0.0)] | None = None
+    """How far the mean frequency of a settled level may be from the model's backbone."""
+
+    @model_validator(mode="after")
+    def _settled(self) -> ChecksTable:
+        if self.settle_after_s is None:
+            for name in ("hold_max_percent", "backbone_max_hz"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f'{name} needs settle_after, such as "100 ms"')
+        return self
+
+    def bounds(self) -> dict[str, float]:
+        """Those that are set, by name."""
+        found: dict[str, float] = self.model_dump(exclude_none=True, exclude={"settle_after_s"})
+        return found
 
 
 class PaperTable(Checked):
@@ -172,9 +212,14 @@ class Scenario(Checked):
     reference: Reference | None = None
     excitation: tuple[Excitation, ...] = ()
     estimator: EstimatorTable = EstimatorTable()
-    controller: PiTable = PiTable()
+    controller: ControllerTable = PiTable()
     checks: ChecksTable = ChecksTable()
     paper: PaperTable = PaperTable()
+
+    @field_validator("controller", mode="before")
+    @classmethod
+    def _kind_of_controller(cls, table: Any) -> Any:
+        return {"kind": "pi", **table} if isinstance(table, dict) else table
 
     @property
     def profile(self) -> DeviceProfile:

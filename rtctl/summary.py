@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,12 +11,15 @@ from numpy.typing import NDArray
 
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
+from rtctl.levels import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.loop import LoopOutcome
-from rtctl.metrics import NOT_SCORED, finite, score, timing_summary
+from rtctl.metrics import NOT_SCORED, ErrorScore, finite, score, timing_summary
 from rtctl.plants.support import PlantSupport
 from rtctl.scenario import Scenario
 
 FloatArray = NDArray[np.float64]
+Measured = dict[str, float | None]
+"""What a check is held to, by its name; None where there was nothing to measure."""
 
 
 def summarise(
@@ -36,7 +40,8 @@ def summarise(
         NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
     )
     faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
-    checks = _checks(scenario, tracking, sensing)
+    levels, held = _levels(scenario, plant, model, signals)
+    checks = _checks(scenario, {**_errors(tracking, sensing), **held})
     failed = [
         check for check in checks if check["met"] is False
     ]  # None: no instrument, nothing to hold it to
@@ -54,6 +59,7 @@ def summarise(
         "clamped_steps": int(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
         ),
+        **({"levels": levels} if levels else {}),
         "checked": all(check["met"] is not None for check in checks),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
@@ -63,16 +69,42 @@ def summarise(
     return cleaned
 
 
-def _checks(scenario: Scenario, tracking: Any, sensing: Any) -> list[dict[str, Any]]:
-    measured = {
+def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:
+    return {
         "tracking_mean_percent": tracking.mean_abs_percent,
         "tracking_max_percent": tracking.max_abs_percent,
         "self_sensing_mean_percent": sensing.mean_abs_percent,
         "self_sensing_max_percent": sensing.max_abs_percent,
     }
-    limits = scenario.checks.model_dump(exclude_none=True)
-    return [
-        {"check": name, "limit": limit, "measured": measured[name],
-         "met": None if measured[name] is None else measured[name] <= limit}
-        for name, limit in limits.items()
-    ]  # fmt: skip
+
+
+def _levels(
+    scenario: Scenario, plant: PlantSupport[Any], model: Any, signals: Mapping[str, FloatArray]
+) -> tuple[list[dict[str, float]], Measured]:
+    """A row a settled level, and what the checks ask of them; nothing where nobody said when a level is settled."""
+    settle_s, period_s = scenario.checks.settle_after_s, scenario.scenario.period_s
+    setpoint, output = signals["setpoint"], signals[scenario.profile.reference.name]
+    if scenario.reference is None or len(setpoint) == 0:
+        return [], dict.fromkeys(("hold_max_percent", "settling_max_ms", "backbone_max_hz"))
+    holds = holds_of(signals["index"], setpoint, period_s, settle_s or 0.0)
+    measured: Measured = {
+        "hold_max_percent": hold_error_percent(setpoint, output, holds),
+        "settling_max_ms": settling_ms(signals["index"], setpoint, output, period_s, holds),
+        "backbone_max_hz": None,
+    }
+    if settle_s is None:
+        return [], measured
+    rows = level_rows(signals, scenario.profile, holds, lambda means: plant.predict(model, means))
+    off = [abs(row["off_backbone_hz"]) for row in rows if "off_backbone_hz" in row]
+    if off:
+        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else math.inf
+    return rows, measured
+
+
+def _checks(scenario: Scenario, measured: Measured) -> list[dict[str, Any]]:
+    checks = []
+    for name, limit in scenario.checks.bounds().items():
+        found = measured[name]
+        met = None if found is None else found <= limit
+        checks.append({"check": name, "limit": limit, "measured": found, "met": met})
+    return checks

@@ -37,6 +37,7 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
     print_table(
         f"{summary['scenario']}: {summary['verdict']}", ["", "mean abs", "max abs", "paper, mean"], rows
     )
+    _print_levels(summary.get("levels", []))
     for check in summary["checks"]:
         if check["met"] is None:
             print(f"not checked: {check['check']}: the device gave no reference reading")
@@ -58,6 +59,13 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
         f"compute p50 {number(timing['compute_us']['p50'], 1)} us; {timing['overruns']} periods missed"
     )
     print(f"results in {folder}")
+
+
+def _print_levels(levels: Sequence[Mapping[str, float | None]]) -> None:
+    """A row a settled level, columns as the summary names them."""
+    if levels:
+        rows = [[number(value, 4) for value in level.values()] for level in levels]
+        print_table("settled levels, means", [name.replace("_", " ") for name in levels[0]], rows)
 
 
 def print_model(model: Vo2Model, path: Path) -> None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.plants.me import MeSupport
 from rtctl.plants.support import PlantSupport
 from rtctl.plants.vo2 import Vo2Support
 
 SUPPORT: dict[str, PlantSupport[Any]] = {
     "vo2": Vo2Support(),
+    "me": MeSupport(),
 }
 
 

@@ -31,6 +31,8 @@ from rtctl.plots.style import (
 
 FloatArray = NDArray[np.float64]
 
+LABEL_IN_ONE_LINE = 16
+"""Letters that fit beside one of the low panels."""
 MOST_TURNS = 60
 """Turning points of the setpoint that one panel can show."""
 
@@ -145,7 +147,8 @@ def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
         draw_line(axes, time, channel.values, color, channel.label if len(panel) > 1 else "")
     if len(panel) > 1 and axes.lines:
         axes.legend(**ABOVE)
-    axes.set_ylabel(panel[0].label if len(panel) == 1 else f"readings {panel[0].unit}")
+    label = panel[0].label if len(panel) == 1 else f"readings {panel[0].unit}"
+    axes.set_ylabel(label if len(label) <= LABEL_IN_ONE_LINE else label.replace(" [", "\n["))
     axes.ticklabel_format(axis="y", useOffset=False)
     scale_axis(axes, "y", panel[0])
 
@@ -196,9 +199,7 @@ def _finding(title: str, column: Mapping[str, FloatArray], width: float, output:
 def _in_words(name: str, figures: ErrorFigures | None, unit: str) -> str:
     if figures is None:
         return ""
-    digits = (
-        2 if figures.largest >= 0.1 else 5
-    )  # a resonator's amplitudes are far smaller than a cantilever's
-    mean = f"{figures.mean:.{digits}f} {unit} ({percent(figures.mean_percent)})"
-    largest = f"{figures.largest:.{digits}f} {unit} ({percent(figures.max_percent)})"
+    digits = ".2f" if figures.largest >= 1.0 else ".2g"
+    mean = f"{figures.mean:{digits}} {unit} ({percent(figures.mean_percent)})"
+    largest = f"{figures.largest:{digits}} {unit} ({percent(figures.max_percent)})"
     return f"{name} error mean {mean}, max {largest}"

@@ -7,29 +7,16 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from me_plants import SILENT, me_file
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from plant_sim.catalogue import bundled_plant
 from plant_sim.oscillator.me_device_file import MeDeviceFile
 from plant_sim.oscillator.me_resonator import MeResonator
-from rtctl.border.quantities import check, read_toml
 
 FloatArray = NDArray[np.float64]
-SILENT: dict[str, Any] = {
-    "lock_in.white": "0 um/Hz^0.5",
-    "lock_in.vibrometer": "0 um/Hz^0.5",
-    "lock_in.converter_bits": 0,
-}
 
-
-def me_file(name: str = "me_a", keys: dict[str, Any] | None = None) -> MeDeviceFile:
-    """`me_file("me_a", {"beam.quality": 50.0})`."""
-    tables = read_toml(bundled_plant(name))
-    for key, value in (keys or {}).items():
-        table, last = key.split(".")
-        tables[table][last] = value
-    return check(MeDeviceFile, tables, name)
+__all__ = ["SILENT", "me_file", "phasor", "settled", "silent", "solved"]
 
 
 def silent(name: str = "me_a", keys: dict[str, Any] | None = None) -> MeResonator:

@@ -1,0 +1,58 @@
+"""Amplitude and phase from the outputs of a device's lock-in, with the noise that they carry.
+
+    a = sqrt(X^2 + Y^2),   phi = atan2(Y, X)       z = X cos psi - Y sin psi = a cos(psi + phi)
+
+psi is the phase of the coil's current, so phase resonance is phi = -90 deg. The noise of one reading is learned while
+the loop runs, from second differences of the amplitude: a ramp drops out of them, and so does a phase that turns
+because the drive is off resonance. Var(a_k - 2 a_(k-1) + a_(k-2)) = 6 s^2; s^2 is averaged over the last `MEMORY`
+samples. A fast transient is taken for noise for a while: that closes a gate rather than opens it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rtctl.interfaces import Estimate, EstimateStatus
+
+MEMORY = 100
+NOT_FINITE = int(EstimateStatus.NOT_FINITE)
+
+
+class LockInEstimator:
+    """`Estimator` of a resonator's amplitude [um]; the surrogate is its phase behind the current [deg]."""
+
+    surrogate = ("phase", "deg")
+
+    def __init__(self) -> None:
+        self._amplitudes = (0.0, 0.0)  # the last one, and the one before
+        self._variance = 0.0
+        self._samples = 0
+        self._phase_deg = 0.0
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """At rest: the first reading is noise, of which it is one sample."""
+        amplitude = math.hypot(*sensed)
+        self._amplitudes = (amplitude, amplitude)
+        self._variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
+        self._samples = 1
+        self._phase_deg = math.degrees(math.atan2(sensed[1], sensed[0]))
+        return self._estimate(amplitude)
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """One sample."""
+        in_phase, quadrature = sensed
+        amplitude = math.sqrt(in_phase * in_phase + quadrature * quadrature)
+        if not math.isfinite(amplitude):
+            return self._estimate(self._amplitudes[0], NOT_FINITE)
+        last, before = self._amplitudes
+        difference = amplitude - 2.0 * last + before
+        self._samples += 1
+        weight = 1.0 / min(self._samples, MEMORY)
+        self._variance += weight * (difference * difference / 6.0 - self._variance)
+        self._amplitudes = (amplitude, last)
+        self._phase_deg = math.degrees(math.atan2(quadrature, in_phase))
+        return self._estimate(amplitude)
+
+    def _estimate(self, amplitude: float, status: int = 0) -> Estimate:
+        return Estimate(amplitude, self._phase_deg, math.sqrt(self._variance), status)
