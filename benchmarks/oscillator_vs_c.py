@@ -26,7 +26,6 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.rk4 import rk4
 from plant_sim.oscillator.simulation import OscillatorSimulation
-from plant_sim.oscillator.steps import substeps
 from plant_sim.oscillator.sweep import sweep
 from plant_sim.oscillator.terms import CUBIC, DAMPING, GAIN, STIFFNESS
 from rtctl.border.mechanisms import Scales
@@ -208,7 +207,8 @@ class Extended:
         )
         active = list(simulation.mechanisms)
         equation = Equation.of(simulation.parameters, active, self.values)
-        self.steps = (SAMPLES - 1) * substeps(PERIOD_S, *equation.rates(0.3))
+        hold = "" if any(one.acts_before_the_equation for one in active) else "linear"
+        self.steps = (SAMPLES - 1) * equation.plan(PERIOD_S, 0.3, hold).substeps
 
     def predict(self) -> None:
         """As a fit does: the same record, each time other values."""

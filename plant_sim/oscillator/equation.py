@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,11 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant_sim.oscillator.binding import bind
+from plant_sim.oscillator.friction import dry_friction, frictionless, no_resistance, resistance
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
 from plant_sim.oscillator.memory import combined
 from plant_sim.oscillator.nominal import ROWS
 from plant_sim.oscillator.rk4 import rk4
 from plant_sim.oscillator.rk4_memory import rk4_memory
+from plant_sim.oscillator.splitting import KICKS, kick_for, propagator, splitting
+from plant_sim.oscillator.steps import Plan, plan
 from plant_sim.oscillator.terms import (
     CUBIC,
     DAMPING,
@@ -27,8 +31,6 @@ from plant_sim.oscillator.terms import (
     QUINTIC,
     STIFFNESS,
     TERMS,
-    dry_friction,
-    frictionless,
     law_for,
 )
 from rtctl.border.simulation import FreeParameter
@@ -96,18 +98,52 @@ class Equation:
         damping = p[DAMPING] + p[DAMPING_2] * reach2
         return max(float(np.sqrt(stiffness.max())), self.fastest_rate), float(damping.max())
 
-    def integrate(self, drive: Driven, substeps: int, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def share(self, reach: float) -> float:
+        """Of the nonlinear force in the linear one at `reach`; infinite where a splitting cannot take it apart."""
+        if self.memories or not self.terms <= KICKS or not (self.rows[STIFFNESS] > 0.0).all():
+            return 0.0 if self._is_linear else math.inf
+        p, reach2 = np.abs(self.rows), reach * reach
+        nonlinear = p[QUADRATIC] * reach + (p[CUBIC] + p[QUINTIC] * reach2) * reach2
+        return float((nonlinear / p[STIFFNESS]).max())
+
+    @property
+    def _is_linear(self) -> bool:
+        """Whether there are no forces but linear ones, of any sign."""
+        linear = {"gain", "damping", "stiffness"}
+        others = [TERMS.index(term) for term in self.terms - linear]
+        return not self.memories and not self.rows[others].any()
+
+    def plan(
+        self, period_s: float, reach: float, hold: str = "", steps_per_period: float | None = None
+    ) -> Plan:
+        """How motions up to `reach` are integrated between samples `period_s` apart.
+
+        hold: of the drive between its samples; "" where mechanisms make of it what no hold describes, and RK4's
+        short steps are needed. Raises ValueError where no sensible step resolves the model.
+        """
+        share = self.share(reach) if hold else math.inf
+        parabolic = hold != "band-limited"
+        return plan(
+            period_s, *self.rates(reach), share, parabolic=parabolic, steps_per_period=steps_per_period
+        )
+
+    def integrate(self, drive: Driven, how: Plan, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
-        lanes, samples = self.rows.shape[1], len(drive.nodes) // substeps + 1
+        lanes, samples = self.rows.shape[1], len(drive.nodes) // how.substeps + 1
         z, v = start[:, 0].copy(), start[:, 1].copy()
         out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
-        self.march(z, v, drive, substeps, out_z, out_v)
+        if how.splitting:
+            present = {term for term in self.terms if self.rows[TERMS.index(term)].any()}
+            split = _splitting(kick_for(present))
+            split(z, v, drive.nodes, how.substeps, propagator(self.rows, drive.step_s), out_z, out_v)
+        else:
+            self.march(z, v, drive, how.substeps, out_z, out_v)
         return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
 
     def march(
         self, z: FloatArray, v: FloatArray, drive: Driven, substeps: int, out_z: FloatArray, out_v: FloatArray
     ) -> None:
-        """The same into `out_z` and `out_v` (samples, lanes); z and v (lanes,) are left at the end of the drive."""
+        """RK4 into `out_z` and `out_v` (samples, lanes); z and v (lanes,) are left at the end of the drive."""
         layout = [
             (one.memory.law, one.memory.states, len(one.parameters)) for one in self.memories if one.memory
         ]
@@ -120,12 +156,21 @@ class Equation:
 def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
     """The compiled integrator of an equation with these parts."""
     memoryless = law_for(terms - {"friction"})
-    after_step = dry_friction if friction else frictionless
+    rubbing = {
+        "resistance": resistance if friction else no_resistance,
+        "after_step": dry_friction if friction else frictionless,
+    }
     if not memories:
-        return bind(rk4, acceleration=memoryless, after_step=after_step)
+        return bind(rk4, acceleration=memoryless, **rubbing)
     row, laws = len(TERMS), []
     for law, states, constants in memories:
         laws.append((law, row, states))
         row += constants
     zeros = (0.0,) * sum(states for _, states, _ in memories)
-    return bind(rk4_memory, acceleration=combined(memoryless, laws), after_step=after_step, ZEROS=zeros)
+    return bind(rk4_memory, acceleration=combined(memoryless, laws), **rubbing, ZEROS=zeros)
+
+
+@lru_cache
+def _splitting(kick: Any) -> Any:
+    """The compiled splitting with this nonlinear force."""
+    return bind(splitting, kick=kick)

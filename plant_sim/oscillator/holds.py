@@ -9,17 +9,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-compiled: Any = numba.njit(cache=True, nogil=True)
+KernelT = TypeVar("KernelT", bound=Callable[..., Any])
 HOLDS = ("linear", "zero", "band-limited")
 _PADDING = 128
 """Samples by which a band-limited record is continued at each end, point-symmetric, so that it does not wrap."""
+
+
+def compiled(function: KernelT) -> KernelT:
+    """`function` as a kernel that other threads run beside."""
+    return cast(KernelT, numba.njit(cache=True, nogil=True)(function))
 
 
 def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> FloatArray:

@@ -12,7 +12,7 @@ from plant_sim.oscillator.equation import Equation
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.node_cache import cached
-from plant_sim.oscillator.steps import STEPS_PER_PERIOD, substeps
+from plant_sim.oscillator.steps import Plan
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +48,7 @@ class OscillatorSimulation:
         displacement, velocity = np.empty(shape), np.empty(shape)
         for lanes in self._sharing_a_drive(values):
             displacement[lanes], velocity[lanes] = self._march(
-                stimulus, values[lanes], start[lanes], steps_per_period or STEPS_PER_PERIOD, refine
+                stimulus, values[lanes], start[lanes], steps_per_period, refine
             )
         with np.errstate(invalid="ignore"):
             bad = ~(np.abs(displacement) < ABSURD)
@@ -88,29 +88,35 @@ class OscillatorSimulation:
         stimulus: Stimulus,
         values: FloatArray,
         start: FloatArray,
-        steps_per_period: float,
+        steps_per_period: float | None,
         refine: int,
     ) -> tuple[FloatArray, FloatArray]:
         """Displacement and velocity readings (lanes, samples) of lanes that share a drive."""
         active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
-        count = 0
+        hold = (
+            ""
+            if any(mechanism.acts_before_the_equation for mechanism in active)
+            else stimulus.holds.get("drive", "linear")
+        )
+        how = Plan(0, False)
         for _ in range(MOST_REFINEMENTS):
-            wanted = substeps(stimulus.period_s, *equation.rates(reach), steps_per_period) * refine
-            if wanted <= count:
+            wanted = equation.plan(stimulus.period_s, reach, hold, steps_per_period)
+            wanted = wanted._replace(substeps=wanted.substeps * refine)
+            if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
-            count = wanted
-            drive = self._drive(stimulus, active, values[0], count)
-            z, v = equation.integrate(drive, count, start)
+            how = wanted
+            drive = self._drive(stimulus, active, values[0], how.substeps)
+            z, v = equation.integrate(drive, how, start)
             with np.errstate(invalid="ignore"):
                 finite = np.abs(z)[np.abs(z) < ABSURD]
             moved = float(finite.max(initial=reach))
             if "displacement" in stimulus.peak or len(finite) < z.size:
                 break
             reach = moved
-        for lane in range(len(values)):
-            z[lane], v[lane] = self._reading(stimulus, active, values[lane], z[lane], v[lane], drive, count)
+        for lane, own in enumerate(values):
+            z[lane], v[lane] = self._reading(stimulus, active, own, z[lane], v[lane], drive, how.substeps)
         return z, v
 
     def _drive(
