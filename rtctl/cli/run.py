@@ -11,7 +11,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `rtctl run`."""
     parser.add_argument("scenario", help="scenario file, or the name of a bundled one")
     parser.add_argument(
-        "--model", type=Path, help="identified model; without it the device is identified first"
+        "--model",
+        type=Path,
+        help="model file (default: the one that the scenario names; else the device is identified first)",
     )
     parser.add_argument("--out", type=Path, help="folder of the results (default: out/<scenario>)")
     parser.add_argument(

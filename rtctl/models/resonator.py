@@ -11,7 +11,8 @@ from rtctl.border.model_file import ModelFile
 from rtctl.models.harmonic_balance import backbone
 from rtctl.models.oscillator import read_oscillator_model
 
-QUINTIC = "stiffness.quintic"
+BENDS = {"stiffness.cubic": "1/(um^2*s^2)", "stiffness.quintic": "1/(um^4*s^2)"}
+"""Mechanisms that the backbone knows, each with the unit of its `coefficient`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,16 +74,17 @@ def read_resonator(path: Path) -> ResonatorModel:
 
 def resonator_of(file: ModelFile) -> ResonatorModel:
     """From a model file's tables. Raises InputError, ValueError."""
-    quintic = 0.0
+    bends = dict.fromkeys(BENDS, 0.0)
     for mechanism in file.model.mechanisms:
-        if mechanism.id == QUINTIC:
-            quintic = sum(value.to("1/(um^4*s^2)") for value in mechanism.parameters.values())
+        if mechanism.id in BENDS:
+            coefficient = mechanism.parameters.get("coefficient")
+            bends[mechanism.id] = coefficient.to(BENDS[mechanism.id]) if coefficient else 0.0
     return ResonatorModel(
         damping=file.value("damping", "1/s"),
         stiffness=file.value("stiffness", "1/s^2"),
-        cubic=file.value("stiffness_cubic", "1/(um^2*s^2)"),
-        quintic=quintic,
+        cubic=file.value("stiffness_cubic", BENDS["stiffness.cubic"]) + bends["stiffness.cubic"],
+        quintic=bends["stiffness.quintic"],
         drive_gain=file.value("drive_gain", "um/s^2/mA"),
         identity=str(file.provenance.get("identity", "")),
-        not_considered=tuple(m.id for m in file.model.mechanisms if m.id != QUINTIC),
+        not_considered=tuple(m.id for m in file.model.mechanisms if m.id not in BENDS),
     )

@@ -19,7 +19,7 @@ stiffness_cubic = { value = 1.895e13, unit = "1/(mm^2*s^2)" }
 drive_gain = { value = 37.4, unit = "m/s^2/A" }
 [[model.mechanisms]]
 id = "stiffness.quintic"
-parameters = { stiffness_quintic = { value = 1e18, unit = "1/(mm^4*s^2)" } }
+parameters = { coefficient = { value = 1e18, unit = "1/(mm^4*s^2)" } }
 [[model.mechanisms]]
 id = "sensor.offset"
 parameters = { offset = { value = 1.0, unit = "um" } }
@@ -41,6 +41,15 @@ def test_units_are_um_seconds_and_mA(tmp_path: Path) -> None:
     assert model.quintic == pytest.approx(1e6)
     assert model.drive_gain == pytest.approx(3.74e4)
     assert model.identity == "ME-A"
+    assert model.not_considered == ("sensor.offset",)
+
+
+def test_a_cubic_mechanism_adds_to_the_nominal_stiffness(tmp_path: Path) -> None:
+    more = '[[model.mechanisms]]\nid = "stiffness.cubic"\n' + (
+        'parameters = { coefficient = { value = 1e6, unit = "1/(um^2*s^2)" } }\n'
+    )
+    model = read_resonator(written(tmp_path, FILE.replace("[provenance]", more + "[provenance]")))
+    assert model.cubic == pytest.approx(1.995e7)
     assert model.not_considered == ("sensor.offset",)
 
 

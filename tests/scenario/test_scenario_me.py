@@ -157,6 +157,21 @@ def test_no_command_leaves_its_bounds_or_its_slew(tmp_path: Path) -> None:
     assert np.abs(np.diff(signals["drive_frequency"])).max() <= 1000.0 * 4e-4 + 1e-9
 
 
+@pytest.mark.parametrize(
+    ("overrides", "fault"),
+    [
+        (["limits.quadrature.low=-0.5 um", "limits.quadrature.high=2 um"], "out_of_range"),
+        (["limits.sensed_low=-0.5 um"], "out_of_range"),
+    ],
+)
+def test_every_reading_has_its_plausible_range(overrides: list[str], fault: str, tmp_path: Path) -> None:
+    """The quadrature output reaches -0.8 um, the in-phase one stays near 0."""
+    assert run("me_amplitude", tmp_path, "scenario.duration=0.8 s", *overrides) == 1
+    (entry,) = summary_of(tmp_path)["faults"]
+    assert entry["fault"] == fault
+    assert "quadrature [um] read -0.5" in entry["message"]
+
+
 def test_the_recording_has_the_names_and_units_of_the_device(tmp_path: Path) -> None:
     import pyarrow.parquet as pq
 
