@@ -94,4 +94,4 @@ def coefficient(
 
 def shape(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
     """A parameter that says how a mechanism acts; positive unless `low` says otherwise."""
-    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 0.0, **more})
+    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 1e-9, **more})

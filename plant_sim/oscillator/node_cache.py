@@ -39,8 +39,8 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
 
 def _blended(drive: Sampled, substeps: int) -> FloatArray:
     delay = drive.delay_s / drive.period_s
-    made = nodes(drive.samples, drive.hold, substeps, delay)
+    declared = made = nodes(drive.samples, drive.hold, substeps, delay)
     for hold, weight in drive.blend:
-        made = made + weight * (nodes(drive.samples, hold, substeps, delay) - made)
+        made = made + weight * (nodes(drive.samples, hold, substeps, delay) - declared)
     made.setflags(write=False)
     return made

@@ -1,0 +1,19 @@
+"""`drive.offset`: u + offset."""
+
+from __future__ import annotations
+
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
+
+
+def shifted(drive: Driven, p: Values) -> Driven:
+    """The drive with its zero off by `offset`."""
+    return drive._replace(nodes=drive.nodes + p["offset"])
+
+
+MECHANISM = OscillatorMechanism(
+    id="drive.offset",
+    statement="The drive has a constant part of {offset}.",
+    parameters=(coefficient("offset", "{u}", "of the drive", lambda s: s.drive),),
+    drive=shifted,
+    stage=2,
+)

@@ -1,0 +1,47 @@
+"""`input.hold`: between its samples the drive goes on otherwise than the manifest says."""
+
+from __future__ import annotations
+
+from plant_sim.oscillator.mechanism import OscillatorMechanism, Sampled, Values, coefficient
+
+HOLDS = {"toward_zero": "zero", "toward_linear": "linear", "toward_band_limited": "band-limited"}
+
+
+def held(drive: Sampled, p: Values) -> Sampled:
+    """u + sum of weight (u held otherwise - u held as declared)."""
+    others = tuple(
+        (HOLDS[name], weight) for name, weight in p.items() if weight and HOLDS[name] != drive.hold
+    )
+    return drive._replace(blend=drive.blend + others)
+
+
+MECHANISM = OscillatorMechanism(
+    id="input.hold",
+    statement=(
+        "Between its samples the drive is not what the manifest says: {toward_zero} of the difference is towards held, "
+        "{toward_linear} towards linear, {toward_band_limited} towards band-limited."
+    ),
+    parameters=(
+        coefficient(
+            "toward_zero",
+            "dimensionless",
+            "share held as a converter holds",
+            lambda s: 1.0,
+            low=0.0,
+            high=1.0,
+        ),
+        coefficient(
+            "toward_linear", "dimensionless", "share that is linear", lambda s: 1.0, low=0.0, high=1.0
+        ),
+        coefficient(
+            "toward_band_limited",
+            "dimensionless",
+            "share that is band-limited",
+            lambda s: 1.0,
+            low=0.0,
+            high=1.0,
+        ),
+    ),
+    input=held,
+    stage=0,
+)
