@@ -134,18 +134,18 @@ def draw_worst_record(path: Path, found: OscillatorFit, dataset: Dataset) -> Non
     output = next(iter(fit.rms))
     k = int(np.argmax([fit.record_rms[record.name][output] for record in found.records]))
     record = found.records[k]
-    values = np.array([parameter.value for parameter in fit.simulation.parameters])
-    run = fit.simulation.predict(record.stimulus, values, fit.initial[k][None, :])
+    residual = fit.residuals[record.name][output]
+    scored = slice(record.first, record.first + len(residual))
+    measured = record.measured[output][scored]
     plot_comparison(
         path,
         Compared(
             title=f"{dataset.name}, {record.name}, fitted",
             output=output,
             unit=dataset.units[output],
-            time_s=record.period_s * np.arange(record.samples, dtype=np.float64),
-            measured=record.measured[output],
-            simulated=run.outputs[output][0],
-            ignore_first=record.first,
+            time_s=record.period_s * np.arange(scored.start, scored.stop, dtype=np.float64),
+            measured=measured,
+            simulated=measured + residual,
         ),
     )
 

@@ -49,6 +49,8 @@ class Fit:
     determinability: Determinability
     samples: int
     """Scored, all outputs."""
+    residuals: Mapping[str, Mapping[str, FloatArray]]
+    """Of each record and output, simulated - measured from the first scored sample on."""
 
     @property
     def standard_errors(self) -> FloatArray:

@@ -25,6 +25,7 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     """The fit that ended at `found`."""
     sensitivity = cost.sensitivity
     residuals = _residuals(cost, found)
+    by_record = _by_record(cost, residuals)
     noise = {name: fit_noise(residuals[name]) for name in sensitivity.outputs}
     information, covariance = _covariance(cost, found, noise)
     names = tuple(sensitivity.simulation.parameters[k].name for k in sensitivity.free)
@@ -41,9 +42,9 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
         initial=np.array(initial), noise=noise,
         rms={name: _rms(residuals[name]) for name in sensitivity.outputs},
         record_rms={
-            segment.record.name: {name: _rms([residuals[name][k]]) for name in sensitivity.outputs}
-            for k, segment in enumerate(cost.segments)
+            record: {name: _rms([one]) for name, one in outputs.items()} for record, outputs in by_record.items()
         },
+        residuals=by_record,
         status=found.status, iterations=found.iterations, determinability=said,
         samples=sum(len(one) for series in residuals.values() for one in series),
     )  # fmt: skip
@@ -61,6 +62,18 @@ def _residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]
     return residuals
 
 
+def _by_record(cost: SegmentCost, residuals: dict[str, list[FloatArray]]) -> dict[str, dict[str, FloatArray]]:
+    """The segments of a record put together."""
+    names = [segment.record.name for segment in cost.segments]
+    return {
+        record: {
+            output: np.concatenate([one for one, name in zip(series, names, strict=True) if name == record])
+            for output, series in residuals.items()
+        }
+        for record in dict.fromkeys(names)
+    }
+
+
 def _covariance(
     cost: SegmentCost, found: Minimum, noise: dict[str, NoiseModel]
 ) -> tuple[FloatArray, FloatArray]:
@@ -70,11 +83,12 @@ def _covariance(
     for k in range(len(cost.segments)):
         run = cost.linearise(k, found.unknowns)
         if run is None:
-            continue
+            continue  # `_residuals` has raised for it
         for row, name in enumerate(cost.sensitivity.outputs):
-            slopes = run.shared[:, row]
+            scored = slice(None, -1 if cost.segments[k].joined else None)
+            slopes = run.shared[:, row, scored]
             if len(run.own):
-                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row])
+                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row, scored])
             middle += coloured_gram(slopes, noise[name]) / cost.sigma[row] ** 4
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True)

@@ -11,17 +11,19 @@ from rtctl.identification.fit_record import FitRecord
 
 FloatArray = NDArray[np.float64]
 DEGREE = 3
+SHARE_OF_HALF_WIDTH = 1.0 / 3.0
+"""Of the weak form's: a tenth of a period, over which a cubic follows a motion within its curvature's noise."""
 LEAST_REACH = 3  # samples to each side: seven points for four coefficients
 
 
 def local_state(
     record: FitRecord, at: int, half_width_s: float, states: Sequence[str] = ("displacement", "velocity")
 ) -> FloatArray:
-    """States (states,) at sample `at` by a polynomial over +- `half_width_s`, one-sided at the record's ends.
+    """States (states,) at sample `at`; `half_width_s` is the weak form's. One-sided at the record's ends.
 
     A velocity that was measured is smoothed itself; a state that is neither is 0.
     """
-    reach = max(LEAST_REACH, round(half_width_s / record.period_s))
+    reach = max(LEAST_REACH, round(SHARE_OF_HALF_WIDTH * half_width_s / record.period_s))
     begin, end = max(0, at - reach), min(record.samples, at + reach + 1)
     x = (np.arange(begin, end) - at) / reach
     found = []

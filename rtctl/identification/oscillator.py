@@ -7,12 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord, fit_records
+from rtctl.identification.multiple_shooting import ShootingOptions, fit_multiple_shooting
 from rtctl.identification.output_error import FitOptions, Told, fit_output_error
+from rtctl.identification.parting import parting
 from rtctl.identification.start_values import start_values
 from rtctl.identification.weak_form import WeakFit
 from rtctl.measured.dataset import Dataset
@@ -20,6 +25,9 @@ from rtctl.measured.dataset import Dataset
 KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
 CONFIDENCE_95 = 1.96
+LEAVES_THE_DATA = 0.3
+"""Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
+FloatArray = NDArray[np.float64]
 Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
 
@@ -69,8 +77,7 @@ def identify_oscillator(
         raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
     told("start values", 0.0)
     starts = start_values(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit = fit_output_error(simulation, records, options.fit, starts=starts.values, told=told)
-    reason = "free runs follow the data"
+    fit, reason = _fitted(simulation, records, starts.values, options, told)
     return OscillatorFit(
         model=_written(start, fit),
         fit=fit,
@@ -79,6 +86,50 @@ def identify_oscillator(
         warnings=_warnings(fit),
         records=records,
     )
+
+
+def _fitted(
+    simulation: Simulation,
+    records: tuple[FitRecord, ...],
+    starts: list[FloatArray],
+    options: OscillatorFitOptions,
+    told: Told,
+) -> tuple[Fit, str]:
+    """By the method that the data allow, and why it was taken."""
+    shooting = ShootingOptions(fit=options.fit)
+    parts = parting(simulation, records, starts[0])
+    if parts.chaotic:
+        fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+        return fit, (
+            f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
+            f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
+        )
+    free_run = fit_output_error(simulation, records, options.fit, starts=starts, told=told)
+    left = _share_left(free_run, records)
+    if left <= LEAVES_THE_DATA:
+        return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
+    if not _bistable(free_run.simulation) and not _bistable(simulation.with_values(starts[0])):
+        return free_run, f"free runs leave {100.0 * left:.2g} % of the motion unexplained"
+    short = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+    follows = _share_left(short, records)
+    if follows < 0.5 * left:
+        return short, (
+            f"two wells: free runs end in the wrong one ({100.0 * left:.2g} % of the motion unexplained), segments of "
+            f"a period follow it to {100.0 * follows:.2g} %"
+        )
+    return free_run, f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)"
+
+
+def _share_left(fit: Fit, records: tuple[FitRecord, ...]) -> float:
+    """RMS residual of the displacement in parts of its motion about the mean."""
+    output = next(iter(fit.rms))
+    return fit.rms[output] / float(
+        np.std(np.concatenate([one.measured[output][one.first :] for one in records]))
+    )
+
+
+def _bistable(simulation: Simulation) -> bool:
+    return any(one.name == "stiffness" and one.value < 0.0 for one in simulation.parameters)
 
 
 def _usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
@@ -112,7 +163,7 @@ def _nominal(build: Build, units: Mapping[str, str]) -> ModelFile:
 
 def _plain(unit: str) -> str:
     """A unit without brackets around single names: 1/((V)^2*s^2) is 1/(V^2*s^2)."""
-    while (shorter := re.sub(r"\((\w+)\)", r"\1", unit)) != unit:
+    while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
         unit = shorter
     return unit
 

@@ -13,6 +13,8 @@ from rtctl.identification.fit_record import FitRecord
 
 FloatArray = NDArray[np.float64]
 LONGEST_SPECTRUM = 2**16
+FLOOR_MARGIN = 20.0
+"""Of the noise floor: no bin of white noise is so high, even in a spectrum of many."""
 
 
 def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive") -> Scales:
@@ -31,9 +33,10 @@ def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive:
 
 
 def dominant_rate(records: Sequence[FitRecord], output: str = "displacement") -> float:
-    """Angular frequency [1/s] where most of the motion is: the peak of the mean power spectrum of `output`.
+    """Angular frequency [1/s] where most of the motion is: the peak of the mean spectrum of the velocity of `output`.
 
-    Records are cut into pieces of one length, their means removed, so a long record says as much as many short.
+    Of the velocity, because hopping between two wells is slow and large; less the noise floor, which a velocity's
+    spectrum would make steep. Records are cut into pieces of one length, so a long one says as much as many short.
     """
     period_s = min(record.period_s for record in records)
     length = int(min(LONGEST_SPECTRUM, max(record.samples for record in records)))
@@ -45,7 +48,9 @@ def dominant_rate(records: Sequence[FitRecord], output: str = "displacement") ->
             piece = z[begin : begin + length]
             piece = piece - piece.mean()
             power += np.abs(np.fft.rfft(piece * window[: len(piece)], length)) ** 2
-    peak = int(np.argmax(power[1:])) + 1
+    floor = float(np.median(power[-max(1, len(power) // 5) :]))
+    above = np.maximum(power - FLOOR_MARGIN * floor, 0.0) * np.arange(len(power)) ** 2
+    peak = max(1, int(np.argmax(above)))
     return 2.0 * np.pi * peak / (length * period_s)
 
 

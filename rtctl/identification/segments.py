@@ -1,7 +1,7 @@
 """The cost of a fit: free runs over segments of records, each from a state of its own, joined where they follow on.
 
 A segment that is a whole record makes it an output-error fit. Shorter ones make it multiple shooting: the reading at
-a segment's end less that at the next one's begin, over `gap` (outputs,), is one more residual.
+a segment's end less that at the next one's begin, over `gap` (all outputs,), is one more residual.
 
 Reference: H. Bock, Recent advances in parameter identification techniques for ODE (1983).
 """
@@ -22,6 +22,8 @@ from rtctl.identification.levenberg_marquardt import Unknowns
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
+WORTH_A_THREAD = 4000
+"""Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
 
 
 class Segment(NamedTuple):
@@ -46,7 +48,7 @@ class Pieces(NamedTuple):
     square: FloatArray
     """(outputs,) sums of squares in units."""
     begin: FloatArray
-    """(1 + p + q, outputs): the reading and its derivatives."""
+    """(1 + p + q, all outputs): the reading and its derivatives."""
     end: FloatArray
 
 
@@ -91,7 +93,11 @@ class SegmentCost:
             return None if found is None else self._piece(found, self.segments[index].joined)
 
         indices = range(len(self.segments))
-        made = list(self.executor.map(one, indices)) if self.executor else [one(k) for k in indices]
+        length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
+        parallel = self.executor is not None and length >= WORTH_A_THREAD
+        made = (
+            list(self.executor.map(one, indices)) if self.executor and parallel else [one(k) for k in indices]
+        )
         whole = [piece for piece in made if piece is not None]
         return whole if len(whole) == len(made) else None
 
@@ -129,13 +135,13 @@ class SegmentCost:
             own=gram[1 + p :, 1 + p :],
             own_gradient=gram[1 + p :, 0],
             square=np.einsum("on,on->o", scored[0], scored[0]),
-            begin=np.ascontiguousarray(table[:, :, 0]),
-            end=np.ascontiguousarray(table[:, :, -1]),
+            begin=found.begin,
+            end=found.end,
         )
 
 
 def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:
-    """Add the continuity between segments k and k + 1; both readings have the same measured sample taken off."""
+    """Add the continuity between segments k and k + 1: what the last reads at its end and the next at its begin."""
     miss = (piece.end[0] - after.begin[0]) / gap
     shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
     here, there = piece.end[1 + p :] / gap, -after.begin[1 + p :] / gap

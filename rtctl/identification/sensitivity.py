@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
-from rtctl.border.simulation import Simulation
+from rtctl.border.simulation import Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import parameter_scales, scales_of
 
@@ -32,6 +32,10 @@ class Linearised(NamedTuple):
     """(p, outputs, n)"""
     own: FloatArray
     """(states or 0, outputs, n)"""
+    begin: FloatArray
+    """(1 + p + states or 0, all outputs of the simulation) at the first sample: the run and its derivatives."""
+    end: FloatArray
+    """The same at the last sample."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +116,12 @@ class Sensitivity:
         measured = np.stack([record.measured[name][record.first :] for name in self.outputs])
         moves = np.concatenate((shared_steps / self.scale, own_steps / self.state_scale))
         slopes = (lanes[1:] - lanes[0]) / moves[:, None, None]
-        return Linearised(lanes[0] - measured, slopes[:p], slopes[p:])
+        begin, end = (self._reading(run, sample, moves) for sample in (0, -1))
+        return Linearised(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
+
+    def _reading(self, run: Prediction, sample: int, moves: FloatArray) -> FloatArray:
+        lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
+        return np.concatenate((lanes[:1], (lanes[1:] - lanes[0]) / moves[:, None]))
 
     def _steps(self, shared: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Finite differences in units, away from a bound."""

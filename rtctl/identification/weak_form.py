@@ -102,8 +102,8 @@ def regress(
     names = [*terms, *known]
     gram = np.zeros((1 + len(names), 1 + len(names)))
     for record in records:
-        for rows in _rows(record, names, half_width_s):
-            gram += rows.T @ rows
+        for rows, by_noise in _rows(record, names, half_width_s):
+            gram += rows.T @ rows - by_noise
     return _solve(gram, list(terms), known, half_width_s)
 
 
@@ -127,31 +127,62 @@ def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_
     )
 
 
-def _rows(record: FitRecord, names: Sequence[str], half_width_s: float) -> Iterable[FloatArray]:
-    """Blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps."""
+def _rows(
+    record: FitRecord, names: Sequence[str], half_width_s: float
+) -> Iterable[tuple[FloatArray, FloatArray]]:
+    """Blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps.
+
+    With each what noise adds to its Gram matrix: the same samples are in all columns.
+    """
     h = record.period_s
     m = max(2, round(half_width_s / h))
     if record.samples < 2 * m + 1:
         return
-    bump = [_bump(m, h, derivative) for derivative in range(3)]
-    hold = record.stimulus.holds.get("drive", "linear")
-    drive_bump = _held_bump(m, h, hold)
     signals = _signals(record, m)
-    features = [(TERMS[name], TERMS[name].feature(signals)) for name in names]
+    columns = [_Column(signals.z, _bump(m, h, 2), np.ones_like(signals.z))]
+    for term in (TERMS[name] for name in names):
+        by_hold = _held_bump(m, h, record.stimulus.holds.get("drive", "linear"))
+        kernel = by_hold if term.is_drive else _bump(m, h, term.order) * (-1.0) ** term.order
+        columns.append(_Column(term.feature(signals), term.sign * kernel, _slope(term, signals)))
     hop = max(1, m // BUMPS_PER_HALF_WIDTH)
     positions = np.arange(0, record.samples - 2 * m, hop)
     for begin in range(0, len(positions), _BLOCK):
         where = positions[begin : begin + _BLOCK]
-        columns = [_integrals(signals.z, bump[2], where)]
-        for term, feature in features:
-            kernel = drive_bump if term.is_drive else bump[term.order] * (-1.0) ** term.order
-            columns.append(term.sign * _integrals(feature, kernel, where))
-        yield np.stack(columns, axis=1)
+        rows = np.stack([_integrals(one.feature, one.kernel, where, hop) for one in columns], axis=1)
+        sparse = where[::BUMPS_PER_HALF_WIDTH]  # an expectation varies slowly: fewer bumps tell it
+        by_noise = _by_noise(columns, signals.noise, sparse, hop * BUMPS_PER_HALF_WIDTH)
+        yield rows, by_noise * (len(where) / len(sparse))
 
 
-def _integrals(signal: FloatArray, kernel: FloatArray, positions: NDArray[np.intp]) -> FloatArray:
-    """Sum of the signal times the kernel from each position on."""
-    hop = int(positions[1] - positions[0]) if len(positions) > 1 else 1
+class _Column(NamedTuple):
+    feature: FloatArray
+    kernel: FloatArray
+    slope: FloatArray
+    """Of the feature by the displacement reading."""
+
+
+def _slope(term: Term, signals: Sampled) -> FloatArray:
+    """d feature / dz by a central difference of the function (not of the data)."""
+    step = 1e-4 * float(np.abs(signals.z).max()) or 1.0
+    above = term.feature(signals._replace(z=signals.z + step))
+    below = term.feature(signals._replace(z=signals.z - step))
+    slope: FloatArray = (above - below) / (2.0 * step)
+    return slope
+
+
+def _by_noise(columns: Sequence[_Column], noise: float, positions: NDArray[np.intp], hop: int) -> FloatArray:
+    """Expectation (columns, columns) of the Gram matrix of white noise of this standard deviation in z."""
+    found = np.zeros((len(columns), len(columns)))
+    for i, one in enumerate(columns):
+        for j, other in enumerate(columns[: i + 1]):
+            both = one.slope * other.slope
+            if both.any():
+                found[i, j] = found[j, i] = _integrals(both, one.kernel * other.kernel, positions, hop).sum()
+    return noise**2 * found
+
+
+def _integrals(signal: FloatArray, kernel: FloatArray, positions: NDArray[np.intp], hop: int) -> FloatArray:
+    """Sum of the signal times the kernel from each position on, `hop` apart."""
     windows = np.lib.stride_tricks.sliding_window_view(signal, len(kernel))
     found: FloatArray = windows[positions[0] : positions[-1] + 1 : hop] @ kernel
     return found
