@@ -36,6 +36,20 @@ class FitRecord:
         """Between samples."""
         return self.stimulus.period_s
 
+    def piece(self, begin: int, end: int) -> FitRecord:
+        """Samples `begin` to `end` as a record that starts anywhere: its start is not known, all of it is scored."""
+        whole = self.stimulus
+        return FitRecord(
+            name=self.name,
+            stimulus=Stimulus(
+                inputs={name: values[begin:end] for name, values in whole.inputs.items()},
+                holds=whole.holds,
+                period_s=whole.period_s,
+                peak=whole.peak,
+            ),
+            measured={name: values[begin:end] for name, values in self.measured.items()},
+        )
+
 
 def fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
     """`record` of a dataset with these `holds`."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.inference import infer
@@ -88,24 +88,10 @@ def cut(record: FitRecord, simulation: Simulation, length_s: float, width_s: flo
     edges = np.linspace(begin, record.samples - 1, count + 1).round().astype(int).tolist()
     return [
         Segment(
-            _piece(record, a, b + 1), local_state(record, a, width_s, simulation.state), joined=b < edges[-1]
+            record.piece(a, b + 1), local_state(record, a, width_s, simulation.state), joined=b < edges[-1]
         )
         for a, b in zip(edges[:-1], edges[1:], strict=True)
     ]
-
-
-def _piece(record: FitRecord, begin: int, end: int) -> FitRecord:
-    whole = record.stimulus
-    return FitRecord(
-        name=record.name,
-        stimulus=Stimulus(
-            inputs={name: values[begin:end] for name, values in whole.inputs.items()},
-            holds=whole.holds,
-            period_s=whole.period_s,
-            peak=whole.peak,
-        ),
-        measured={name: values[begin:end] for name, values in record.measured.items()},
-    )
 
 
 def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:

@@ -30,6 +30,8 @@ from rtctl.identification.sensitivity import Sensitivity
 from rtctl.identification.weak_form import half_width
 
 FloatArray = NDArray[np.float64]
+LEAST_SCREENED = 200
+"""Samples: shorter records are taken whole."""
 Told = Callable[[str, float], None]
 """What is under way, and how much of all is done (0 to 1)."""
 
@@ -42,6 +44,8 @@ class FitOptions:
     """Each record's initial state is fitted too: its first sample is noisy, and what ran before is unknown."""
     coarse_steps_per_period: float = 64.0
     screening_iterations: int = 12
+    screening_periods: float = 40.0
+    """Of the dominant frequency: how much of each record the starts are compared on."""
     iterations: int = 80
     final_iterations: int = 8
     threads: int = max(1, min(2, os.cpu_count() or 1))
@@ -62,20 +66,39 @@ def fit_output_error(
     model diverges from every start.
     """
     options = options or FitOptions()
-    sensitivity = Sensitivity.of(simulation, records, free, free_start=options.free_start)
-    width_s = half_width(records, scales_of(records).rate)
-    segments = [Segment(one, _start(one, simulation, width_s, options), joined=False) for one in records]
+    scales = scales_of(records)
+    sensitivity = Sensitivity.of(simulation, records, free, free_start=options.free_start, scales=scales)
+    width_s = half_width(records, scales.rate)
     with threads(options.threads) as executor:
-        cost = SegmentCost(
-            sensitivity=sensitivity,
-            segments=segments,
-            sigma=signal_sizes(sensitivity, records),
-            executor=executor if len(records) > 1 else None,
-            steps_per_period=options.coarse_steps_per_period,
-        )
-        found = _best_of(cost, starts or [sensitivity.own_values], options, executor, told)
+
+        def cost_over(parts: Sequence[FitRecord]) -> SegmentCost:
+            return SegmentCost(
+                sensitivity=sensitivity,
+                segments=[Segment(one, _start(one, simulation, width_s, options), False) for one in parts],
+                sigma=signal_sizes(sensitivity, records),
+                executor=executor,
+                steps_per_period=options.coarse_steps_per_period,
+            )
+
+        span_s = options.screening_periods * 2.0 * np.pi / scales.rate
+        shown = [liveliest(one, span_s) for one in records] if options.free_start else records
+        screened = _screened(cost_over(shown), starts or [sensitivity.own_values], options, told)
+        cost, found = _first_that_runs(cost_over(records), screened, options)
         cost, found = polish(cost, found, options, told)
         return infer("output_error", cost, found)
+
+
+def liveliest(record: FitRecord, span_s: float) -> FitRecord:
+    """A stretch of `record` of this length that ends a quarter of it after the largest displacement.
+
+    Starts are compared on it: it costs little, and the basin of a short record is wide.
+    """
+    length = round(span_s / record.period_s)
+    if length < LEAST_SCREENED or record.samples - record.first <= 2 * length:
+        return record
+    peak = record.first + int(np.abs(record.measured["displacement"][record.first :]).argmax())
+    end = min(max(peak + length // 4, record.first + length), record.samples)
+    return record.piece(end - length, end)
 
 
 @contextmanager
@@ -137,35 +160,35 @@ def _start(record: FitRecord, simulation: Simulation, width_s: float, options: F
     return given_state(record, simulation.state)
 
 
-def _best_of(
-    cost: SegmentCost,
-    starts: Sequence[FloatArray],
-    options: FitOptions,
-    executor: Executor | None,
-    told: Told,
-) -> Minimum:
-    """The start that a few iterations bring lowest. Raises FitError."""
+def _screened(
+    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, told: Told
+) -> list[FloatArray]:
+    """Where a few iterations bring each start (p,), lowest cost first; those that diverge are left out."""
     low, high = cost.sensitivity.bounds
-    done = 0
-
-    def screened(start: FloatArray) -> Minimum | None:
-        nonlocal done
+    reached = []
+    for number, start in enumerate(starts):
         shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
         found = minimise(
             cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
         )
-        done += 1
-        told("screening starts", 0.6 * done / len(starts))
-        return found
+        if found is not None:
+            reached.append((found.equations.cost, number, found.unknowns.shared))
+        told("screening starts", 0.5 * (number + 1) / len(starts))
+    return [shared for _, _, shared in sorted(reached, key=lambda one: one[:2])]
 
-    by_starts = executor is not None and cost.executor is None
-    reached = (
-        list(executor.map(screened, starts)) if by_starts and executor else [screened(s) for s in starts]
-    )
-    whole = [found for found in reached if found is not None]
-    if not whole:
-        raise FitError(
-            f"the model diverges from each of {len(starts)} starts: it is unbounded there or far from the data; "
-            "give a start model by --model"
+
+def _first_that_runs(
+    cost: SegmentCost, screened: Sequence[FloatArray], options: FitOptions
+) -> tuple[SegmentCost, Minimum]:
+    """The best start that does not diverge over the whole records. Raises FitError."""
+    low, high = cost.sensitivity.bounds
+    for shared in screened:
+        found = minimise(
+            cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
         )
-    return min(whole, key=lambda found: found.equations.cost)
+        if found is not None:
+            return cost, found
+    raise FitError(
+        "the model diverges from every start: it is unbounded there or far from the data; give a start model by "
+        "--model"
+    )

@@ -31,16 +31,16 @@ def start_values(
 ) -> Starts:
     """At least one start; `trust_own`: the simulation's own values are somebody's belief and not zeros."""
     own = np.array([parameter.value for parameter in simulation.parameters])
-    width_s = half_width(records, scales_of(records).rate)
+    scales = scales_of(records)
+    width_s = half_width(records, scales.rate)
     regressions = [_regression(simulation, records, factor * width_s) for factor in WIDTHS]
     found = [_filled_in(simulation, own, weak) for weak in regressions]
     if trust_own:
         found.insert(1, own)
     draw = np.random.default_rng(seed)
+    sizes = parameter_scales(simulation.parameters, scales)
     while len(found) < count:
-        found.append(
-            _moved(simulation, found[0], parameter_scales(simulation.parameters, scales_of(records)), draw)
-        )
+        found.append(_moved(simulation, found[0], sizes, draw))
     return Starts(found[: max(count, 1)], regressions[0])
 
 
