@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant_sim.oscillator.binding import bind
-from plant_sim.oscillator.friction import dry_friction, frictionless, no_resistance, resistance
+from plant_sim.oscillator.friction import note, resistance, settle
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
 from plant_sim.oscillator.memory import combined
 from plant_sim.oscillator.nominal import ROWS
@@ -24,6 +24,8 @@ from plant_sim.oscillator.terms import (
     CUBIC,
     DAMPING,
     DAMPING_2,
+    DAMPING_ABS,
+    DRIFT,
     FRICTION,
     NOMINAL,
     PARAMETRIC,
@@ -45,8 +47,10 @@ class Equation:
     rows: FloatArray
     terms: frozenset[str]
     memories: tuple[OscillatorMechanism, ...]
-    fastest_rate: float
-    """Of mechanisms that have one of their own [1/s]."""
+    constants: tuple[int, ...] = ()
+    """Rows of each memory."""
+    own_rate: Callable[[float], float] = lambda speed: 0.0
+    """Rate [1/s] that mechanisms add at speeds up to the given one."""
 
     @classmethod
     def of(
@@ -63,25 +67,28 @@ class Equation:
                 table[TERMS.index(row)] += values[:, column[f"{mechanism.id}.{name}"]]
                 terms.add(row)
         own = [
-            {p.name: values[:, column[f"{mechanism.id}.{p.name}"]] for p in mechanism.parameters}
-            for mechanism in active
-        ]
-        lanes = range(len(values))
-        rates = [
-            mechanism.fastest_rate({name: float(column[j]) for name, column in of_all.items()})
-            for mechanism, of_all in zip(active, own, strict=True)
-            for j in lanes
+            (
+                one,
+                [
+                    {p.name: float(lane[column[f"{one.id}.{p.name}"]]) for p in one.parameters}
+                    for lane in values
+                ],
+            )
+            for one in active
         ]
         constants = [
-            [mechanism.memory.constants({name: float(c[j]) for name, c in of_all.items()}) for j in lanes]
-            for mechanism, of_all in zip(active, own, strict=True)
+            np.array([mechanism.memory.constants(lane) for lane in of_all]).T
+            for mechanism, of_all in own
             if mechanism.memory is not None
         ]
         return cls(
-            rows=np.ascontiguousarray(np.vstack([table, *(np.asarray(rows).T for rows in constants)])),
+            rows=np.ascontiguousarray(np.vstack([table, *constants])),
             terms=frozenset(terms),
             memories=tuple(mechanism for mechanism in active if mechanism.memory is not None),
-            fastest_rate=max(rates, default=0.0),
+            constants=tuple(len(rows) for rows in constants),
+            own_rate=lambda speed: max(
+                (one.fastest_rate(lane, speed) for one, of_all in own for lane in of_all), default=0.0
+            ),
         )
 
     def rest(self) -> float:
@@ -90,13 +97,14 @@ class Equation:
         bistable = (stiffness < 0.0) & (cubic > 0.0)
         return float(np.sqrt(-stiffness[bistable] / cubic[bistable]).max(initial=0.0))
 
-    def rates(self, reach: float) -> tuple[float, float]:
-        """Fastest angular frequency and damping [1/s] of motions up to `reach`."""
+    def rates(self, reach: float, drive: float = 0.0, duration_s: float = 0.0) -> tuple[float, float]:
+        """Fastest angular frequency and damping [1/s] of motions up to `reach` under drives up to `drive`."""
         p, reach2 = np.abs(self.rows), reach * reach
         stiffness = p[STIFFNESS] + 2.0 * p[QUADRATIC] * reach + 3.0 * p[CUBIC] * reach2
-        stiffness += 5.0 * p[QUINTIC] * reach2 * reach2 + p[PARAMETRIC] * 0.0
-        damping = p[DAMPING] + p[DAMPING_2] * reach2
-        return max(float(np.sqrt(stiffness.max())), self.fastest_rate), float(damping.max())
+        stiffness += 5.0 * p[QUINTIC] * reach2 * reach2 + p[PARAMETRIC] * drive + p[DRIFT] * duration_s
+        rate = float(np.sqrt(stiffness.max()))
+        damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * rate * reach
+        return math.hypot(rate, self.own_rate(rate * reach)), float(damping.max())
 
     def share(self, reach: float) -> float:
         """Of the nonlinear force in the linear one at `reach`; infinite where a splitting cannot take it apart."""
@@ -114,17 +122,29 @@ class Equation:
         return not self.memories and not self.rows[others].any()
 
     def plan(
-        self, period_s: float, reach: float, hold: str = "", steps_per_period: float | None = None
+        self,
+        period_s: float,
+        reach: float,
+        hold: str = "",
+        steps_per_period: float | None = None,
+        *,
+        drive: float = 0.0,
+        duration_s: float = 0.0,
     ) -> Plan:
-        """How motions up to `reach` are integrated between samples `period_s` apart.
+        """How motions up to `reach` under drives up to `drive` are integrated between samples `period_s` apart.
 
         hold: of the drive between its samples; "" where mechanisms make of it what no hold describes, and RK4's
         short steps are needed. Raises ValueError where no sensible step resolves the model.
         """
         share = self.share(reach) if hold else math.inf
-        parabolic = hold != "band-limited"
+        rate, damping = self.rates(reach, drive, duration_s)
         return plan(
-            period_s, *self.rates(reach), share, parabolic=parabolic, steps_per_period=steps_per_period
+            period_s,
+            rate,
+            damping,
+            share,
+            parabolic=hold != "band-limited",
+            steps_per_period=steps_per_period,
         )
 
     def integrate(self, drive: Driven, how: Plan, start: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -145,7 +165,9 @@ class Equation:
     ) -> None:
         """RK4 into `out_z` and `out_v` (samples, lanes); z and v (lanes,) are left at the end of the drive."""
         layout = [
-            (one.memory.law, one.memory.states, len(one.parameters)) for one in self.memories if one.memory
+            (one.memory.law, one.memory.states, constants)
+            for one, constants in zip(self.memories, self.constants, strict=True)
+            if one.memory
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
         own = [np.zeros((sum(states for _, states, _ in layout), len(z)))] if layout else []
@@ -156,10 +178,7 @@ class Equation:
 def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
     """The compiled integrator of an equation with these parts."""
     memoryless = law_for(terms - {"friction"})
-    rubbing = {
-        "resistance": resistance if friction else no_resistance,
-        "after_step": dry_friction if friction else frictionless,
-    }
+    rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
     if not memories:
         return bind(rk4, acceleration=memoryless, **rubbing)
     row, laws = len(TERMS), []

@@ -7,7 +7,6 @@ passes them: `input` (the drive between its samples), `drive` (the drive at the 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -53,6 +52,16 @@ class Moved(NamedTuple):
     period_s: float
     drive: Driven
     substeps: int
+    shared: dict[Any, Any] | None = None
+    """What was computed for another lane under the same drive; None: nothing is kept."""
+
+    def once(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """`make()`, which depends on the drive, the time and `key` alone: computed once for all lanes."""
+        if self.shared is None:
+            return make()
+        if key not in self.shared:
+            self.shared[key] = make()
+        return self.shared[key]
 
 
 class Memory(NamedTuple):
@@ -74,8 +83,9 @@ class OscillatorMechanism(Mechanism):
     """Row of `plant_sim.oscillator.terms` -> parameter that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
-    fastest_rate: Callable[[Values], float] = lambda values: 0.0
-    """Angular frequency [1/s] that the integrator's step must resolve because of it."""
+    fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0
+    """Angular frequency [1/s] that it adds (in squares) to what the integrator must resolve, at speeds up to `speed`;
+    of a relaxation `RELAXATION` times its rate."""
     stage: int = 0
     """Among mechanisms that act at the same place: lower ones first."""
 
@@ -85,13 +95,17 @@ class OscillatorMechanism(Mechanism):
         return self.input is not None or self.drive is not None
 
 
-def coefficient(
-    name: str, unit: str, meaning: str, scale: Any, low: float = -math.inf, high: float = math.inf
-) -> Parameter:
+RELAXATION = 0.25
+"""A relaxation of rate 1/s needs the step of an oscillation of so many rad/s: a tenth of its time constant."""
+
+
+def coefficient(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
     """A parameter that switches its mechanism off at zero."""
-    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=0.0, low=low, high=high)
+    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=0.0, **more)
 
 
 def shape(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
     """A parameter that says how a mechanism acts; positive unless `low` says otherwise."""
-    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 1e-9, **more})
+    return Parameter(
+        name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 1e-9, **more}
+    )

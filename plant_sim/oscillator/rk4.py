@@ -2,8 +2,8 @@
 
 Lanes are the innermost loop, so that the compiler works on eight at a time; one lane costs what a scalar kernel
 costs. The drive is given at the three instants of each step that the method needs, which lets it jump between steps.
-Dry friction, whose force has no derivative at rest, is applied after each step as the exact solution of
-v' = -friction sign(v) over the step: it stops the motion and holds it as long as the other forces stay below it.
+Dry friction, whose force jumps with the sign of the velocity, is `held` over a step and put right after it:
+`plant_sim.oscillator.friction`.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1, table 1.2.
 """
@@ -12,10 +12,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from plant_sim.oscillator.terms import frictionless, nominal
+import numpy as np
+
+from plant_sim.oscillator.friction import NOTED, as_it_is, no_resistance, not_noted
+from plant_sim.oscillator.terms import nominal
 
 acceleration: Any = nominal  # replaced by `bind`
-after_step: Any = frictionless  # replaced by `bind`
+resistance: Any = no_resistance  # replaced by `bind`
+note: Any = not_noted  # replaced by `bind`
+settle: Any = as_it_is  # replaced by `bind`
 
 
 def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:
@@ -27,6 +32,7 @@ def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any,
     """
     lanes = z.shape[0]
     half, sixth = 0.5 * h, h / 6.0
+    noted = np.empty((NOTED, lanes))
     for j in range(lanes):
         out_z[0, j], out_v[0, j] = z[j], v[j]
     row, until_sample = 1, substeps
@@ -36,14 +42,18 @@ def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any,
         for j in range(lanes):
             z1, v1 = z[j], v[j]
             a1 = acceleration(z1, v1, u1, t, p, j)
+            held = resistance(v1, a1, p, j)
+            a1 -= held
             z2, v2 = z1 + half * v1, v1 + half * a1
-            a2 = acceleration(z2, v2, u2, t + half, p, j)
+            a2 = acceleration(z2, v2, u2, t + half, p, j) - held
             z3, v3 = z1 + half * v2, v1 + half * a2
-            a3 = acceleration(z3, v3, u2, t + half, p, j)
+            a3 = acceleration(z3, v3, u2, t + half, p, j) - held
             z4, v4 = z1 + h * v3, v1 + h * a3
-            a4 = acceleration(z4, v4, u4, t + h, p, j)
+            a4 = acceleration(z4, v4, u4, t + h, p, j) - held
             z[j] = z1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
-            v[j] = after_step(v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4), h, p, j)
+            v[j] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
+            note(noted, j, z1, v1, a1, a4, held)
+        settle(z, v, noted, h, p)
         until_sample -= 1
         if until_sample == 0:
             until_sample = substeps

@@ -95,14 +95,15 @@ class OscillatorSimulation:
         active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
-        hold = (
-            ""
-            if any(mechanism.acts_before_the_equation for mechanism in active)
-            else stimulus.holds.get("drive", "linear")
-        )
+        untouched = not any(mechanism.acts_before_the_equation for mechanism in active)
+        hold = stimulus.holds.get("drive", "linear") if untouched else ""
+        largest = float(np.abs(stimulus.inputs["drive"]).max())
+        duration_s = stimulus.period_s * stimulus.samples
         how = Plan(0, False)
         for _ in range(MOST_REFINEMENTS):
-            wanted = equation.plan(stimulus.period_s, reach, hold, steps_per_period)
+            wanted = equation.plan(
+                stimulus.period_s, reach, hold, steps_per_period, drive=largest, duration_s=duration_s
+            )
             wanted = wanted._replace(substeps=wanted.substeps * refine)
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
@@ -111,12 +112,15 @@ class OscillatorSimulation:
             z, v = equation.integrate(drive, how, start)
             with np.errstate(invalid="ignore"):
                 finite = np.abs(z)[np.abs(z) < ABSURD]
-            moved = float(finite.max(initial=reach))
+            farthest = float(finite.max(initial=reach))
             if "displacement" in stimulus.peak or len(finite) < z.size:
                 break
-            reach = moved
+            reach = farthest
+        time_s = stimulus.period_s * np.arange(stimulus.samples, dtype=np.float64)
+        moved = Moved(z[0], v[0], time_s, stimulus.period_s, drive, how.substeps, {})
         for lane, own in enumerate(values):
-            z[lane], v[lane] = self._reading(stimulus, active, own, z[lane], v[lane], drive, how.substeps)
+            moved = moved._replace(displacement=z[lane], velocity=v[lane])
+            z[lane], v[lane] = self._reading(moved, active, own)
         return z, v
 
     def _drive(
@@ -133,20 +137,13 @@ class OscillatorSimulation:
         return driven
 
     def _reading(
-        self,
-        stimulus: Stimulus,
-        active: list[OscillatorMechanism],
-        values: FloatArray,
-        z: FloatArray,
-        v: FloatArray,
-        drive: Driven,
-        count: int,
+        self, moved: Moved, active: list[OscillatorMechanism], values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        time_s = stimulus.period_s * np.arange(stimulus.samples, dtype=np.float64)
-        moved = Moved(z, v, time_s, stimulus.period_s, drive, count)
-        for mechanism in sorted(active, key=lambda one: one.stage):
-            if mechanism.sensor is not None:
-                moved = mechanism.sensor(moved, self._of(mechanism, values))
+        """What the sensor makes of one lane's motion; nothing is told of a lane that diverged."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            for mechanism in sorted(active, key=lambda one: one.stage):
+                if mechanism.sensor is not None:
+                    moved = mechanism.sensor(moved, self._of(mechanism, values))
         return moved.displacement, moved.velocity
 
     def _acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:

@@ -3,7 +3,7 @@
 z'' = gain u - (damping + damping_2 z^2 + damping_abs |v|) v
       - (stiffness + quadratic z + cubic z^2 + quintic z^4 + parametric u + drift t) z
 
-and dry friction, which the integrator applies after each step. Most mechanisms are a coefficient in here and bring
+and dry friction, which the integrator applies in each step. Most mechanisms are a coefficient in here and bring
 no code of their own; the laws below are the same sum with fewer terms, for models that need no more.
 """
 
@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Set
 from typing import Any
-
-import numpy as np
 
 from plant_sim.oscillator.binding import law
 
@@ -77,15 +75,3 @@ _LAWS = (
 def law_for(terms: Set[str]) -> Any:
     """The cheapest law that has these terms (friction is none of them)."""
     return next((found for known, found in _LAWS if terms <= known), polynomial)
-
-
-@law
-def frictionless(v: float, h: float, p: Any, j: int) -> Any:
-    """`v` as it is."""
-    return v
-
-
-@law
-def dry_friction(v: float, h: float, p: Any, j: int) -> Any:
-    """`v` after `h` [s] of v' = -friction sign(v), which ends at rest."""
-    return np.copysign(max(abs(v) - p[FRICTION, j] * h, 0.0), v)

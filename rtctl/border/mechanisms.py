@@ -42,7 +42,7 @@ class Parameter:
     neutral: float | None = 0.0
     """Where its mechanism does nothing; None: a shape, which says how and not how much."""
     default: float | None = None
-    """Of a shape that a file leaves out; None: it must be given."""
+    """Where a file leaves it out; None: it must be given."""
     low: float = -math.inf
     high: float = math.inf
     shape_range: tuple[float, float] = (0.1, 10.0)

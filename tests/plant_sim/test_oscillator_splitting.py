@@ -23,7 +23,7 @@ def equation(lanes: int = 1, **rows: float) -> Equation:
     table = np.zeros((len(TERMS), lanes))
     for name, value in {"gain": 1.0, "damping": 0.0, "stiffness": W**2, **rows}.items():
         table[TERMS.index(name)] = value
-    return Equation(rows=table, terms=NOMINAL | frozenset(rows), memories=(), fastest_rate=0.0)
+    return Equation(rows=table, terms=NOMINAL | frozenset(rows), memories=())
 
 
 def march(
@@ -102,13 +102,11 @@ def test_lanes_march_as_each_alone() -> None:
     drive = 300.0 * np.sin(0.3 * np.arange(60))
     table = equation(3, cubic=200.0, damping=2.0).rows
     table[TERMS.index("cubic")] *= [0.5, 1.0, 2.0]
-    together = Equation(rows=table, terms=NOMINAL, memories=(), fastest_rate=0.0)
+    together = Equation(rows=table, terms=NOMINAL, memories=())
     driven = Driven(nodes(drive, "linear", 4), 0.005)
     z, _ = together.integrate(driven, Plan(4, True), np.zeros((3, 2)))
     for lane in range(3):
-        alone = Equation(
-            rows=np.ascontiguousarray(table[:, [lane]]), terms=NOMINAL, memories=(), fastest_rate=0.0
-        )
+        alone = Equation(rows=np.ascontiguousarray(table[:, [lane]]), terms=NOMINAL, memories=())
         assert np.array_equal(z[lane], alone.integrate(driven, Plan(4, True), np.zeros((1, 2)))[0][0])
 
 

@@ -1,22 +1,22 @@
-"""`drive.deadband`: no drive within +-width, less by width beyond."""
+"""`drive.deadband`: sign(u) max(|u| - width, 0)."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
+from plant_sim.oscillator.pointwise import pointwise
 
 
 def dead(drive: Driven, p: Values) -> Driven:
-    """sign(u) max(|u| - width, 0)."""
-    u = drive.nodes
-    return drive._replace(nodes=u - np.clip(u, -p["width"], p["width"]))
+    """No drive within +-width, and less by width beyond."""
+    return pointwise(drive, lambda u: u - np.clip(u, -p["width"], p["width"]))
 
 
 MECHANISM = OscillatorMechanism(
     id="drive.deadband",
-    statement="Drives within {width} of zero do nothing.",
-    parameters=(coefficient("width", "{u}", "half of the band", lambda s: s.drive, low=0.0),),
+    statement="The first {width} of the drive, of either sign, do nothing.",
+    parameters=(coefficient("width", "{u}", "half of the dead band", lambda s: s.drive, low=0.0),),
     drive=dead,
     stage=3,
 )

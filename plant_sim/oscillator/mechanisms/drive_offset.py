@@ -12,8 +12,8 @@ def shifted(drive: Driven, p: Values) -> Driven:
 
 MECHANISM = OscillatorMechanism(
     id="drive.offset",
-    statement="The drive has a constant part of {offset}.",
-    parameters=(coefficient("offset", "{u}", "of the drive", lambda s: s.drive),),
+    statement="The drive has a constant part of {offset} that its samples do not show.",
+    parameters=(coefficient("offset", "{u}", "added to the drive", lambda s: s.drive),),
     drive=shifted,
     stage=2,
 )

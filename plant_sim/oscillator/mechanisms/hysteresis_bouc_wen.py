@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from plant_sim.oscillator.binding import law
-from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
+from plant_sim.oscillator.mechanism import (
+    RELAXATION,
+    Memory,
+    OscillatorMechanism,
+    Values,
+    coefficient,
+    shape,
+)
 
 
 @law
@@ -14,6 +22,12 @@ def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int,
     h = w[0]
     rate = v - p[row + 2, j] * abs(v) * h - p[row + 3, j] * v * abs(h)
     return -p[row, j] * h, (rate * p[row + 1, j],)
+
+
+def fastest_rate(p: Values, speed: float) -> float:
+    """Of the spring before it yields, and of the yielding."""
+    yielding = (p["loop"] + abs(p["bend"])) * speed / p["displacement"]
+    return math.hypot((p["level"] / p["displacement"]) ** 0.5, RELAXATION * yielding)
 
 
 MECHANISM = OscillatorMechanism(
@@ -32,5 +46,5 @@ MECHANISM = OscillatorMechanism(
         shape("bend", "dimensionless", "share that bends it", lambda s: 0.5, default=0.5, low=-10.0),
     ),
     memory=Memory(hysteretic, 1, lambda p: (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"])),
-    fastest_rate=lambda p: (max(p["level"], 0.0) / p["displacement"]) ** 0.5,
+    fastest_rate=fastest_rate,
 )

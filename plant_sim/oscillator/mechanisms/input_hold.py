@@ -21,26 +21,17 @@ MECHANISM = OscillatorMechanism(
         "Between its samples the drive is not what the manifest says: {toward_zero} of the difference is towards held, "
         "{toward_linear} towards linear, {toward_band_limited} towards band-limited."
     ),
-    parameters=(
+    parameters=tuple(
         coefficient(
-            "toward_zero",
+            name,
             "dimensionless",
-            "share held as a converter holds",
+            f"share of what the hold {hold} differs by",
             lambda s: 1.0,
             low=0.0,
             high=1.0,
-        ),
-        coefficient(
-            "toward_linear", "dimensionless", "share that is linear", lambda s: 1.0, low=0.0, high=1.0
-        ),
-        coefficient(
-            "toward_band_limited",
-            "dimensionless",
-            "share that is band-limited",
-            lambda s: 1.0,
-            low=0.0,
-            high=1.0,
-        ),
+            default=0.0,
+        )
+        for name, hold in HOLDS.items()
     ),
     input=held,
     stage=0,

@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from plant_sim.oscillator.linear import FloatArray, linear_response
+from plant_sim.oscillator.linear import mode_response
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient, shape
 
 
 def beside(moved: Moved, p: Values) -> Moved:
-    """The reading of both modes."""
-    rate = 2.0 * math.pi * p["frequency"]
-    system: FloatArray = np.array([[0.0, 1.0], [-(rate**2), -2.0 * p["damping_ratio"] * rate]])
-    q = linear_response(
-        system, np.array([0.0, p["gain"]]), moved.drive.nodes, moved.drive.step_s, moved.substeps
+    """The reading of both modes; the second's response is the same for all lanes but for its gain."""
+    rate, ratio = 2.0 * math.pi * p["frequency"], p["damping_ratio"]
+    (nodes, step_s), substeps = moved.drive, moved.substeps
+    q, speed = moved.once(
+        ("mode.second", rate, ratio), lambda: mode_response(nodes, step_s, substeps, rate, ratio)
     )
-    return moved._replace(displacement=moved.displacement + q[:, 0], velocity=moved.velocity + q[:, 1])
+    return moved._replace(
+        displacement=moved.displacement + p["gain"] * q, velocity=moved.velocity + p["gain"] * speed
+    )
 
 
 MECHANISM = OscillatorMechanism(

@@ -9,19 +9,22 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 def humming(moved: Moved, p: Values) -> Moved:
     """The reading with mains in it; t from the record's first sample."""
-    angle = 2.0 * np.pi * p["frequency"] * moved.time_s
-    return moved._replace(
-        displacement=moved.displacement + p["cosine"] * np.cos(angle) + p["sine"] * np.sin(angle)
+    angular = 2.0 * np.pi * p["frequency"]
+    cosine, sine = moved.once(
+        ("sensor.hum", angular), lambda: (np.cos(angular * moved.time_s), np.sin(angular * moved.time_s))
     )
+    return moved._replace(displacement=moved.displacement + (p["cosine"] * cosine + p["sine"] * sine))
 
 
 MECHANISM = OscillatorMechanism(
     id="sensor.hum",
     statement="Hum at {frequency} is in the displacement reading ({cosine}, {sine}).",
     parameters=(
-        coefficient("cosine", "{z}", "of the hum at the record's first sample", lambda s: s.displacement),
-        coefficient("sine", "{z}", "a quarter of a period later", lambda s: s.displacement),
-        shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0),
+        coefficient(
+            "cosine", "{z}", "of the hum at the record's first sample", lambda s: s.displacement, default=0.0
+        ),
+        coefficient("sine", "{z}", "a quarter of a period later", lambda s: s.displacement, default=0.0),
+        shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),
     sensor=humming,
     stage=4,

@@ -1,6 +1,8 @@
-"""`sensor.saturation`: the reading is tanh(sqrt(curvature) z) / sqrt(curvature)."""
+"""`sensor.saturation`: tanh(sqrt(curvature) z) / sqrt(curvature) is read instead of z."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -8,21 +10,22 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 
 def saturated(moved: Moved, p: Values) -> Moved:
-    """The reading compressed at large displacements: z (1 - curvature z^2 / 3 + ...)."""
-    root = np.sqrt(p["curvature"])
-    z = moved.displacement
-    return moved._replace(displacement=np.tanh(root * z) / root if root > 0.0 else z)
+    """The reading compressed where it is large: z (1 - curvature z^2 / 3 + ...)."""
+    if p["curvature"] == 0.0:
+        return moved
+    root = math.sqrt(p["curvature"])
+    return moved._replace(displacement=np.tanh(root * moved.displacement) / root)
 
 
 MECHANISM = OscillatorMechanism(
     id="sensor.saturation",
-    statement="The displacement sensor saturates (curvature {curvature}).",
+    statement="The displacement sensor saturates, with a curvature of {curvature}.",
     parameters=(
         coefficient(
             "curvature",
-            "1/{z}^2",
-            "inverse square of the largest reading",
-            lambda s: 1.0 / s.displacement**2,
+            "1/({z})^2",
+            "inverse square of the largest reading: z (1 - curvature z^2 / 3 + ...)",
+            lambda s: 3.0 / s.displacement**2,
             low=0.0,
         ),
     ),

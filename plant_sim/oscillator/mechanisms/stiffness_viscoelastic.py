@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from plant_sim.oscillator.binding import law
-from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, coefficient, shape
+from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, coefficient, shape
 
 
 @law
@@ -22,5 +23,5 @@ MECHANISM = OscillatorMechanism(
         shape("time_constant", "s", "of the relaxation", lambda s: 1.0 / s.rate),
     ),
     memory=Memory(relaxing, 1, lambda p: (p["stiffness"], 1.0 / p["time_constant"])),
-    fastest_rate=lambda p: 1.0 / p["time_constant"],
+    fastest_rate=lambda p, speed: math.hypot(p["stiffness"] ** 0.5, RELAXATION / p["time_constant"]),
 )
