@@ -22,7 +22,7 @@ MU_0 = 4e-7 * math.pi
 LEAST_CURRENT_A = 1e-4
 """Below this the lock-in keeps the phase that it measured last: a current of nothing has none."""
 DECAYED = 40.0
-"""Time constants of the beam after which a held drive has its steady state; whole cycles of it need no simulation."""
+"""Time constants of the beam after which a held drive has its steady state: a hold is simulated no longer than that."""
 
 
 def kernel_parameters(device: MeDeviceFile) -> Array:
@@ -76,12 +76,8 @@ class MeResonator:
         current_mA, frequency_hz = levels
         if not (math.isfinite(current_mA) and 0.0 < frequency_hz < math.inf and dt_s >= 0.0):
             raise ValueError(f"{current_mA!r} mA at {frequency_hz!r} Hz for {dt_s!r} s cannot be held")
-        if (
-            dt_s > self._decayed_s + 1.0
-        ):  # nobody has looked for long: the middle repeats itself cycle by cycle
-            skipped_s = math.floor((dt_s - self._decayed_s) * frequency_hz - 1.0) / frequency_hz
-            dt_s -= skipped_s
-        self._hold(self._parameters, self._state, self._waves, 1e-3 * current_mA, frequency_hz, dt_s)
+        simulated_s = min(dt_s, self._decayed_s)  # from then on it repeats itself, relative to its drive
+        self._hold(self._parameters, self._state, self._waves, 1e-3 * current_mA, frequency_hz, simulated_s)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
         """((in-phase, quadrature), reference amplitude) [um]; NaN once the beam has diverged.

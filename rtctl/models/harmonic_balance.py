@@ -33,6 +33,7 @@ class Backbone(NamedTuple):
     coefficients: FloatArray
     """a_n of each harmonic [unit of the amplitude]."""
     converged: bool
+    iterations: int
 
 
 def backbone(
@@ -57,9 +58,10 @@ def backbone(
     a[0] = amplitude
     squared = stiffness + 0.75 * cubic * amplitude**2 + 0.625 * quintic * amplitude**4  # one harmonic alone
     if amplitude == 0.0:
-        return Backbone(math.sqrt(stiffness) / (2.0 * math.pi), a, True)
-    converged = False
-    for _ in range(MOST_ITERATIONS):
+        return Backbone(math.sqrt(stiffness) / (2.0 * math.pi), a, True, 0)
+    converged, iterations = False, 0
+    while not converged and iterations < MOST_ITERATIONS:
+        iterations += 1
         z = a @ basis
         force = z * (stiffness + z**2 * (cubic + z**2 * quintic))
         residual = 2.0 / SAMPLES * (basis @ force) - order**2 * squared * a
@@ -70,7 +72,6 @@ def backbone(
         squared += change[0]
         a[1:] += change[1:]
         size = max(abs(change[0]) / stiffness, float(np.abs(change[1:]).max(initial=0.0)) / amplitude)
-        if converged := size < CONVERGED:
-            break
+        converged = size < CONVERGED
     frequency = math.sqrt(squared) / (2.0 * math.pi) if squared > 0.0 else math.nan
-    return Backbone(frequency, a, converged and squared > 0.0)
+    return Backbone(frequency, a, converged and squared > 0.0, iterations)

@@ -27,6 +27,13 @@ def test_it_is_the_exact_duffing_period(k3: float, amplitude: float) -> None:
     assert found.frequency_hz == pytest.approx(exact_frequency_hz(peak, 1.0, k3), rel=2e-6)
 
 
+def test_newtons_method_has_the_right_jacobian() -> None:
+    """With it every iteration doubles the digits; with a wrong one it would crawl."""
+    found = backbone(1.0, stiffness=1.0, cubic=2.0, quintic=5.0)
+    assert found.converged
+    assert found.iterations <= 7
+
+
 def test_more_harmonics_come_closer() -> None:
     errors = []
     for count in (1, 2, 3, 4, 5):

@@ -88,6 +88,9 @@ def test_it_settles_in_100_ms_and_holds_to_a_thousandth(tmp_path: Path) -> None:
     measured = {check["check"]: check["measured"] for check in summary["checks"]}
     assert measured["hold_max_percent"] < 0.1
     assert measured["settling_max_ms"] < 80.0
+    off = [abs(row["drive_frequency_Hz"] - row["backbone_hz"]) for row in summary["levels"]]
+    assert measured["backbone_max_hz"] == pytest.approx(max(off))
+    assert max(off) > 0.0
     signals = signals_of(tmp_path)
     late = np.arange(len(signals["index"])) % 1000 >= 250
     error = np.abs(signals["amplitude"] / signals["setpoint"] - 1.0)[late]
