@@ -7,6 +7,7 @@ from pathlib import Path
 
 from plant_sim import vo2
 from plant_sim.oscillator import me_resonator
+from plant_sim.oscillator import plant as oscillator
 from plant_sim.plant import Plant
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import read_toml
@@ -14,13 +15,20 @@ from rtctl.border.quantities import read_toml
 KINDS: dict[str, Callable[[Path, int | None], Plant]] = {
     "vo2": vo2.load_plant,
     "me": me_resonator.load_plant,
+    "oscillator": oscillator.load_plant,
 }
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """The plant in the file, by its `[plant] kind`; `seed` replaces that of its noise. Raises InputError."""
-    plant = read_toml(path).get("plant")
+    """The plant in the file, by its `[plant] kind`, or a model's by `[model] kind`.
+
+    `seed` replaces that of its noise. Raises InputError.
+    """
+    tables = read_toml(path)
+    plant, model = tables.get("plant"), tables.get("model")
     kind = plant.get("kind") if isinstance(plant, dict) else None
+    if plant is None and isinstance(model, dict) and model.get("kind") == "oscillator":
+        kind = "oscillator"
     if kind is None:
         raise InputError(f'{path}: key "plant.kind" is missing{nearest("", KINDS)}')
     if not isinstance(kind, str) or kind not in KINDS:

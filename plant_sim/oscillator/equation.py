@@ -160,18 +160,33 @@ class Equation:
             self.march(z, v, drive, how.substeps, out_z, out_v)
         return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
 
+    @property
+    def states(self) -> int:
+        """Of all memories."""
+        return sum(one.memory.states for one in self.memories if one.memory)
+
     def march(
-        self, z: FloatArray, v: FloatArray, drive: Driven, substeps: int, out_z: FloatArray, out_v: FloatArray
+        self,
+        z: FloatArray,
+        v: FloatArray,
+        drive: Driven,
+        substeps: int,
+        out_z: FloatArray,
+        out_v: FloatArray,
+        own: FloatArray | None = None,
     ) -> None:
-        """RK4 into `out_z` and `out_v` (samples, lanes); z and v (lanes,) are left at the end of the drive."""
+        """RK4 into `out_z` and `out_v` (samples, lanes).
+
+        z, v (lanes,) and the memories' `own` (states, lanes), zero where it is None, are left at the drive's end.
+        """
         layout = [
             (one.memory.law, one.memory.states, constants)
             for one, constants in zip(self.memories, self.constants, strict=True)
             if one.memory
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
-        own = [np.zeros((sum(states for _, states, _ in layout), len(z)))] if layout else []
-        integrator(z, v, *own, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+        memory = [np.zeros((self.states, len(z))) if own is None else own] if layout else []
+        integrator(z, v, *memory, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 
 
 @lru_cache(maxsize=256)

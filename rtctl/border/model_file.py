@@ -30,7 +30,9 @@ class Value(Checked):
     @model_validator(mode="after")
     def _ordered(self) -> Value:
         if self.low is not None and self.high is not None and not self.low <= self.high:
-            raise ValueError(f"low = {self.low:g} {self.unit} must not exceed high = {self.high:g} {self.unit}")
+            raise ValueError(
+                f"low = {self.low:g} {self.unit} must not exceed high = {self.high:g} {self.unit}"
+            )
         return self
 
     def to(self, unit: str) -> float:
@@ -65,6 +67,8 @@ class ModelFile(Checked):
     """A whole model file of a plant whose parameters are plain numbers (kind "oscillator")."""
 
     model: ModelTable
+    device: dict[str, Any] = Field(default_factory=dict)
+    """What a simulated device of this model has beside: limits of its drive, instruments; `plant_sim` reads it."""
     provenance: dict[str, Any] = Field(default_factory=dict)
     """Where it comes from: dataset and its hash, command, version."""
 

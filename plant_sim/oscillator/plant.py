@@ -1,0 +1,175 @@
+"""An oscillator as a device: a model file's equation and mechanisms, driven by one held command after the other.
+
+The same equation and mechanisms as in a simulation of a record; `plant_sim.oscillator.streaming` has what lies before
+and behind the equation. The step is that of the fastest pole at the sensor's range, so the integrator is not the
+error; a device that nobody has looked at for long has forgotten what was longest ago, and is moved through the last
+`LONGEST_HOLD_S` alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant_sim.oscillator.device_table import DeviceTable, read_device_table
+from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values
+from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.simulation import OscillatorSimulation
+from plant_sim.oscillator.streaming import Path as SignalPath
+from plant_sim.oscillator.streaming import cannot_stream
+from plant_sim.oscillator.terms import DRIFT, STIFFNESS
+from plant_sim.sensing import NoiseSource
+from rtctl.border.errors import InputError
+from rtctl.border.model_file import read_model_file
+from rtctl.border.records import oscillator_profile
+
+FloatArray = NDArray[np.float64]
+LONGEST_HOLD_S = 600.0
+BLOCK_STEPS = 4096
+READING, REFERENCE = 0, 1
+"""Columns of the noise source."""
+
+
+class OscillatorPlant:
+    """A simulated device (see `plant_sim.plant.Plant`)."""
+
+    def __init__(
+        self, simulation: OscillatorSimulation, device: DeviceTable, seed: int | None = None
+    ) -> None:
+        """`seed` replaces the device's seed of the noise. Raises ValueError where no sensible step resolves it."""
+        self.profile = oscillator_profile(
+            drive_unit=device.drive.unit, displacement_unit=device.displacement.unit
+        )
+        self.identity = device.name
+        self.low: tuple[float, ...] = (device.drive.low,)
+        self.high: tuple[float, ...] = (device.drive.high,)
+        self.safe: tuple[float, ...] = (device.drive.safe,)
+        self._sensor = device.displacement
+        self._seed = device.seed if seed is None else seed
+        self._acting = _acting(simulation)
+        values = np.array([[parameter.value for parameter in simulation.parameters]])
+        self._equation = Equation.of(simulation.parameters, [one for one, _ in self._acting], values)
+        self._stiffness = float(self._equation.rows[STIFFNESS, 0])
+        self._steps_per_s = self._resolve(max(abs(device.drive.low), abs(device.drive.high)))
+        self.reset()
+
+    def _resolve(self, largest_drive: float) -> float:
+        """Steps a second that the fastest pole needs, at the sensor's range or what holds the model together."""
+        reach = self._sensor.range if math.isfinite(self._sensor.range) else 2.0 * self._equation.rest()
+        drive = largest_drive if largest_drive < 1e6 else 0.0  # a device without limits of its own
+        period_s = 1.0
+        return self._equation.plan(period_s, reach, drive=drive).substeps / period_s
+
+    def reset(self) -> None:
+        """At rest at zero displacement, clocks and noise as at power-up."""
+        self._z, self._v = np.zeros(1), np.zeros(1)
+        self._own = np.zeros((self._equation.states, 1))
+        self._path = SignalPath(self._acting)
+        self._noise = NoiseSource(self._seed)
+        self._time_s = 0.0
+        self._spot = self._sensed = 0.0
+        self.diverged = False
+        self._buffers: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
+
+    def advance(self, levels: Sequence[float], dt_s: float) -> None:
+        """Hold `levels` ([drive],) for `dt_s` [s]. Raises ValueError on what cannot be held."""
+        (level,) = levels
+        if not (math.isfinite(level) and dt_s >= 0.0):
+            raise ValueError(f"drive {level!r} for {dt_s!r} s: needs a finite drive, a time >= 0")
+        if dt_s > LONGEST_HOLD_S:
+            self._time_s += dt_s - LONGEST_HOLD_S
+            dt_s = LONGEST_HOLD_S
+        end_s = self._time_s + dt_s
+        for until_s in (*self._path.jumps(level, self._time_s, end_s), end_s):
+            self._hold(level, until_s - self._time_s)
+
+    def _hold(self, level: float, dt_s: float) -> None:
+        """Nothing jumps in between."""
+        steps = max(1, math.ceil(dt_s * self._steps_per_s - 1e-6))
+        h = dt_s / steps
+        while steps > 0 and dt_s > 0.0 and not self.diverged:
+            count = min(steps, BLOCK_STEPS)
+            self._march(level, count, h)
+            steps -= count
+
+    def measure(self) -> tuple[tuple[float, ...], float]:
+        """((displacement,), reference displacement); NaN once the motion has diverged, or beyond the sensor's range."""
+        if self.diverged:
+            return (math.nan,), math.nan
+        normals = self._noise.block[self._noise.next_row()]
+        reading = self._path.to_reading(self._sensed, self._time_s)
+        if not abs(reading) <= self._sensor.range:
+            reading = math.nan
+        reference = self._spot + self._sensor.reference_noise * float(normals[REFERENCE])
+        return (reading + self._sensor.noise * float(normals[READING]),), reference
+
+    def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
+        """`advance`, then `measure`."""
+        self.advance(levels, dt_s)
+        return self.measure()
+
+    @property
+    def displacement(self) -> float:
+        """The true displacement of the first mode now."""
+        return float(self._z[0])
+
+    @property
+    def velocity(self) -> float:
+        """Its rate [displacement's unit/s]."""
+        return float(self._v[0])
+
+    def _march(self, level: float, count: int, h: float) -> None:
+        """`count` steps of `h` under a held command."""
+        commanded, out_z, out_v = self._buffer(count)
+        commanded[:] = level
+        nodes = self._path.to_equation(commanded, self._time_s, h)
+        rows = self._equation.rows
+        if rows[DRIFT, 0] != 0.0:  # the kernel's clock starts with each call
+            rows[STIFFNESS, 0] = self._stiffness + rows[DRIFT, 0] * self._time_s
+        self._equation.march(self._z, self._v, Driven(nodes, h), 1, out_z, out_v, self._own)
+        self._time_s += count * h
+        if not np.abs(out_z).max() <= self._sensor.broken_above:  # NaN too
+            self.diverged = True
+            return
+        self._spot, self._sensed = self._path.follow(out_z[:, 0], nodes, h)
+
+    def _buffer(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Arrays for `count` steps, made once for each count: a loop asks for the same one again and again."""
+        if count not in self._buffers:
+            if len(self._buffers) > 16:
+                self._buffers.clear()
+            self._buffers[count] = np.empty((count, 3)), np.empty((count + 1, 1)), np.empty((count + 1, 1))
+        return self._buffers[count]
+
+
+def _acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
+    """The mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
+    acting: list[tuple[OscillatorMechanism, Values]] = []
+    for mechanism in simulation.mechanisms:
+        own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
+        if all(one.value == one.declared.neutral for one in own if not one.declared.is_shape):
+            continue
+        if cannot_stream(mechanism):
+            raise InputError(
+                f'mechanism "{mechanism.id}" of the model has no form for a device that runs sample by sample; '
+                "remove it from the file, or use rtctl simulate"
+            )
+        acting.append((mechanism, {one.declared.name: one.value for one in own}))
+    return acting
+
+
+def load_plant(path: Path, seed: int | None = None) -> OscillatorPlant:
+    """The device of a model file; `seed` replaces that of its noise. Raises InputError with file and key."""
+    model = read_model_file(path, "oscillator")
+    device = read_device_table(model, path)
+    units = {"drive": device.drive.unit, "displacement": device.displacement.unit}
+    try:
+        return OscillatorPlant(oscillator_simulation(model, units, str(path)), device, seed)
+    except (ValueError, InputError) as error:
+        text = str(error)
+        raise InputError(text if text.startswith(str(path)) else f"{path}: {text}") from None
