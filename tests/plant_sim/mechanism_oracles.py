@@ -1,0 +1,219 @@
+"""Each mechanism's equation, written out a second time for SciPy: the tests' own transcription of the sentence.
+
+y = (z, v, own states); u the drive on a piece between its breakpoints; p the mechanism's parameters. What is not in
+an entry is as in the nominal oscillator.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from duffing_cases import (
+    PERIOD_S,
+    V_0,
+    Z_0,
+    FloatArray,
+    duffing,
+    held,
+    solved,
+    stick_slip,
+)
+
+P = Mapping[str, float]
+EXACT = 1e-7
+"""Of the peak: RK4's phase is off by (w h)^4 / 120 = 3e-9 a radian at 256 steps a period, so by 1e-7 in the 31 radians
+of a record; at the fastest pole, that is, which the motion seldom has.
+
+Where a force has a kink within a step of h (here 1/11,500 s), the impulse is off by up to h^2 / 24 of its change of
+slope: that is where the larger tolerances below come from. In parts of the peak, 0.16 mm at 200 rad/s:
+dead band: 6e4 mm/s^3 at each of 20 edges, 1e-6 each.
+Bouc-Wen: 4e4 1/s^2 of h' at each of 15 turning points, 250 mm/s^2 of force, 1e-6 each.
+delay: 6e3 mm/s^3 at each of 300 samples, 1e-7 each; a held drive is put into the step's mean, so it pushes up to h/2
+early or late: 60 mm/s^2 h^2 / 8, 3e-7 each.
+friction: its turning points lie on a parabola, (w h)^3 / 6 = 2e-6 each.
+sensor lag: a cubic through samples 1/900 s apart, (w / 900 s)^4 / 384 = 6e-6."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oracle:
+    """One mechanism away from neutral."""
+
+    values: Mapping[str, float]
+    rate: Callable[[float, FloatArray, float, P], list[float]] = lambda t, y, u, p: [
+        y[1],
+        duffing(y[0], y[1], u),
+    ]
+    states: Callable[[float], list[float]] = lambda first: []
+    """Its own states at the start; `first` sample of the drive."""
+    reading: Callable[[FloatArray, FloatArray, P], FloatArray] = lambda t, y, p: y[:, 0]
+    """Displacement (samples,) that is read, from times and states (samples, n)."""
+    speed: Callable[[FloatArray], FloatArray] = lambda y: y[:, 1]
+    """Velocity (samples,) that is read."""
+    delay: str = ""
+    """Parameter by which the drive is late."""
+    blend: Mapping[str, str] = field(default_factory=dict)
+    """Parameter -> the hold towards which it moves the drive."""
+    tolerance: float = EXACT
+    """Of the peak displacement."""
+    drive_side: bool = False
+
+
+def linear_mode(y: FloatArray, u: float, p: P) -> list[float]:
+    """q' and q'' of the second mode, y[2] and y[3]."""
+    w = 2.0 * math.pi * p["frequency"]
+    return [y[3], p["gain"] * u - 2.0 * p["damping_ratio"] * w * y[3] - w * w * y[2]]
+
+
+def langevin(u: float, curvature: float) -> float:
+    """3 L(x) / sqrt(curvature)."""
+    x = math.sqrt(curvature) * u
+    if abs(x) < 1e-2:
+        return u * (1.0 - x * x / 15.0 + 2.0 * x**4 / 315.0)
+    return 3.0 * (1.0 / math.tanh(x) - 1.0 / x) / math.sqrt(curvature)
+
+
+def dead(u: float, width: float) -> float:
+    """Nothing within the width, less by it beyond."""
+    if abs(u) <= width:
+        return 0.0
+    return u - width if u > 0.0 else u + width
+
+
+def bouc_wen(y: FloatArray, p: P) -> float:
+    """h' of y[2]."""
+    z_rate, h = y[1], y[2]
+    return (z_rate - p["loop"] * abs(z_rate) * h - p["bend"] * z_rate * abs(h)) / p["displacement"]
+
+
+ORACLES: dict[str, Oracle] = {
+    "stiffness.quadratic": Oracle(
+        values={"coefficient": 3.0e4},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * y[0] * y[0]],
+    ),
+    "stiffness.cubic": Oracle(
+        values={"coefficient": -2.5e5},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * y[0] ** 3],
+    ),
+    "stiffness.quintic": Oracle(
+        values={"coefficient": 3.0e7},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * y[0] ** 5],
+    ),
+    "stiffness.parametric": Oracle(
+        values={"coefficient": 900.0},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * u * y[0]],
+    ),
+    "stiffness.drift": Oracle(
+        values={"rate": -7000.0},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["rate"] * t * y[0]],
+    ),
+    "stiffness.viscoelastic": Oracle(
+        values={"stiffness": 3000.0, "time_constant": 0.013},
+        rate=lambda t, y, u, p: [
+            y[1], duffing(y[0], y[1], u) - p["stiffness"] * y[2], y[1] - y[2] / p["time_constant"],
+        ],
+        states=lambda first: [0.0],
+    ),
+    "damping.nonlinear": Oracle(
+        values={"coefficient": 700.0},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * y[0] * y[0] * y[1]],
+    ),
+    "damping.quadratic": Oracle(
+        values={"coefficient": 1.5},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * abs(y[1]) * y[1]],
+    ),
+    "friction.coulomb": Oracle(values={"level": 350.0}, tolerance=2e-5),
+    "hysteresis.bouc_wen": Oracle(
+        values={"level": 250.0, "displacement": 0.03, "loop": 0.6, "bend": 0.3},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["level"] * y[2], bouc_wen(y, p)],
+        states=lambda first: [0.0],
+        tolerance=2e-5,
+    ),
+    "mode.second": Oracle(
+        values={"gain": 500.0, "frequency": 41.0, "damping_ratio": 0.03},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u), *linear_mode(y, u, p)],
+        states=lambda first: [0.0, 0.0],
+        reading=lambda t, y, p: y[:, 0] + y[:, 2],
+        speed=lambda y: y[:, 1] + y[:, 3],
+    ),
+    "drive.harmonics": Oracle(
+        values={"second": 0.11, "third": -0.04},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u + p["second"] * u**2 + p["third"] * u**3)],
+        drive_side=True,
+    ),
+    "drive.saturation": Oracle(
+        values={"curvature": 0.9},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], langevin(u, p["curvature"]))],
+        drive_side=True,
+    ),
+    "drive.deadband": Oracle(
+        values={"width": 0.7},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], dead(u, p["width"]))],
+        tolerance=2e-5,
+        drive_side=True,
+    ),
+    "drive.delay": Oracle(values={"delay": 3.3 * PERIOD_S}, delay="delay", tolerance=1e-4, drive_side=True),
+    "drive.lag": Oracle(
+        values={"time_constant": 0.006},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], y[2]), (u - y[2]) / p["time_constant"]],
+        states=lambda first: [first],
+        drive_side=True,
+    ),
+    "drive.offset": Oracle(
+        values={"offset": -0.8},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u + p["offset"])],
+        drive_side=True,
+    ),
+    "sensor.saturation": Oracle(
+        values={"curvature": 40.0},
+        reading=lambda t, y, p: np.tanh(math.sqrt(p["curvature"]) * y[:, 0]) / math.sqrt(p["curvature"]),
+    ),
+    "sensor.offset": Oracle(values={"offset": 0.013}, reading=lambda t, y, p: y[:, 0] + p["offset"]),
+    "sensor.lag": Oracle(
+        values={"time_constant": 0.004},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u), (y[0] - y[2]) / p["time_constant"]],
+        states=lambda first: [Z_0],
+        reading=lambda t, y, p: y[:, 2],
+        tolerance=1e-5,
+    ),
+    "sensor.hum": Oracle(
+        values={"cosine": 0.011, "sine": -0.02, "frequency": 50.0},
+        reading=lambda t, y, p: (
+            y[:, 0]
+            + p["cosine"] * np.cos(2 * np.pi * p["frequency"] * t)
+            + p["sine"] * np.sin(2 * np.pi * p["frequency"] * t)
+        ),
+    ),
+    "input.hold": Oracle(
+        values={"toward_zero": 0.4, "toward_linear": 0.3, "toward_band_limited": 0.0},
+        blend={"toward_zero": "zero", "toward_linear": "linear"},
+        drive_side=True,
+    ),
+}  # fmt: skip
+
+
+def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatArray, FloatArray]:
+    """Displacement and velocity (samples,) with this mechanism at its oracle's values."""
+    oracle, p = ORACLES[identity], ORACLES[identity].values
+    t = PERIOD_S * np.arange(len(samples))
+    if identity == "friction.coulomb":
+        y = stick_slip(samples, hold, p["level"])
+        return y[:, 0], y[:, 1]
+
+    def blended(at: float) -> Any:
+        own = held(samples, hold, at)
+        others = [(p[name], held(samples, other, at)) for name, other in oracle.blend.items()]
+        return lambda t: own(t) + sum(weight * (other(t) - own(t)) for weight, other in others)
+
+    y = solved(
+        lambda t, y, u: oracle.rate(t, y, u, p),
+        samples,
+        hold,
+        [Z_0, V_0, *oracle.states(float(samples[0]))],
+        delay=p[oracle.delay] if oracle.delay else 0.0,
+        drive=blended if oracle.blend else None,
+    )
+    return oracle.reading(t, y, p), oracle.speed(y)
