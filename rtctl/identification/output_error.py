@@ -82,8 +82,10 @@ def fit_output_error(
 
         span_s = options.screening_periods * 2.0 * np.pi / scales.rate
         shown = [liveliest(one, span_s) for one in records] if options.free_start else records
-        screened = _screened(cost_over(shown), starts or [sensitivity.own_values], options, told)
-        cost, found = _first_that_runs(cost_over(records), screened, options)
+        tried = starts or [sensitivity.own_values]
+        screened = _screened(cost_over(shown), tried, options, told)
+        untouched = [_scaled(sensitivity, start) for start in tried]
+        cost, found = _first_that_runs(cost_over(records), [*screened, *untouched], options)
         cost, found = polish(cost, found, options, told)
         return infer("output_error", cost, found)
 
@@ -167,7 +169,7 @@ def _screened(
     low, high = cost.sensitivity.bounds
     reached = []
     for number, start in enumerate(starts):
-        shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
+        shared = _scaled(cost.sensitivity, start)
         found = minimise(
             cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
         )
@@ -175,6 +177,12 @@ def _screened(
             reached.append((found.equations.cost, number, found.unknowns.shared))
         told("screening starts", 0.5 * (number + 1) / len(starts))
     return [shared for _, _, shared in sorted(reached, key=lambda one: one[:2])]
+
+
+def _scaled(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
+    """Free parameters (p,) of a full vector, scaled, within bounds."""
+    low, high = sensitivity.bounds
+    return np.asarray(np.clip(start[sensitivity.free] / sensitivity.scale, low, high), np.float64)
 
 
 def _first_that_runs(

@@ -19,8 +19,8 @@ from rtctl.identification.scales import parameter_scales, scales_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
-DIFFERENCE = 1e-6
-"""Of an unknown, or of its scale if that is more: cut-off and round-off errors are both near 1e-6 of a derivative."""
+DIFFERENCE = 1e-7
+"""Of an unknown, or of its scale if that is more: round-off is 1e-6 of a derivative, cut-off Q times 1e-7."""
 
 
 class Linearised(NamedTuple):
