@@ -60,20 +60,19 @@ def _name(bound: Any) -> str:
 
 def _stamp(functions: list[Any]) -> str:
     """Of the sources that go into one compiled kernel: the modules of the functions and of what these call."""
+    seen: set[int] = set()
     files: set[str] = set()
     pending = [getattr(function, "py_func", function) for function in functions]
     while pending:
         function = pending.pop()
-        if not isinstance(function, FunctionType):
+        if not isinstance(function, FunctionType) or id(function) in seen:
             continue  # a bound constant: its value is in the name
-        source = inspect.getsourcefile(function)
-        if source is None or source in files:
-            continue
-        files.add(source)
+        seen.add(id(function))  # not its file: copies of one template differ in what they were bound to
+        files.add(inspect.getsourcefile(function) or "")
         pending += [
             value.py_func
             for value in function.__globals__.values()
             if isinstance(value, numba.core.dispatcher.Dispatcher)
         ]
-    contents = sorted(hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files)
+    contents = sorted(hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files if file)
     return hashlib.sha256("|".join(contents).encode()).hexdigest()

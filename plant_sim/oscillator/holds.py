@@ -65,7 +65,10 @@ def _fill_linear(samples: FloatArray, substeps: int, delay: float, out: FloatArr
 
 @compiled
 def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
-    """The mean over each step: where a delayed jump falls inside one, its impulse is kept to the last bit of time."""
+    """Constants; where a delayed jump falls inside a step, the parabola with the same first three moments.
+
+    Its mean alone would keep the impulse but not the place: 1e-5 of the motion at 15 steps an interval, and this 1e-8.
+    """
     last = len(samples) - 1
     for k in range(last):
         for s in range(substeps):
@@ -76,9 +79,13 @@ def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray
                 share = 1.0
             first = samples[min(max(k + whole, 0), last)]
             second = samples[min(max(k + whole + 1, 0), last)]
-            mean = share * first + (1.0 - share) * second
+            weights = (
+                share * (9.0 + share * (10.0 * share - 18.0)),
+                share * (-1.5 + share * (7.5 - 5.0 * share)),
+                share * (3.0 + share * (10.0 * share - 12.0)),
+            )
             for c in range(3):
-                out[k * substeps + s, c] = mean
+                out[k * substeps + s, c] = weights[c] * first + (1.0 - weights[c]) * second
 
 
 def _band_limited(samples: FloatArray, substeps: int, delay: float) -> FloatArray:

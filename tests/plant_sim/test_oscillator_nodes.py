@@ -26,13 +26,23 @@ def test_linear_is_the_line_between_the_samples(substeps: int, delay: float) -> 
 
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.parametrize("substeps", [1, 3, 7])
-def test_held_has_the_impulse_of_the_jumps_wherever_they_fall(substeps: int, delay: float) -> None:
+def test_held_has_the_impulse_of_the_jumps_and_its_place_wherever_they_fall(
+    substeps: int, delay: float
+) -> None:
     fine = 10_000  # points a step
     at = (np.arange((len(SAMPLES) - 1) * substeps * fine) + 0.5) / (substeps * fine) - delay
-    held = SAMPLES[np.clip(np.floor(at), 0, len(SAMPLES) - 1).astype(int)].reshape(-1, fine).mean(axis=1)
-    found = nodes(SAMPLES, "zero", substeps, delay)
-    assert np.ptp(found, axis=1).max() == 0.0
-    assert np.allclose(found[:, 0], held, rtol=0.0, atol=2.0 * np.ptp(SAMPLES) / fine)
+    held = SAMPLES[np.clip(np.floor(at), 0, len(SAMPLES) - 1).astype(int)].reshape(-1, fine)
+    s = (np.arange(fine) + 0.5) / fine
+    start, middle, end = nodes(SAMPLES, "zero", substeps, delay).T
+    by_simpson = [
+        (start + 4.0 * middle + end) / 6.0,
+        (2.0 * middle + end) / 6.0,
+    ]  # exact for a parabola, twice
+    accuracy = 2.0 * np.ptp(SAMPLES) / fine
+    assert np.allclose(by_simpson[0], held.mean(axis=1), rtol=0.0, atol=accuracy)
+    assert np.allclose(by_simpson[1], (s * held).mean(axis=1), rtol=0.0, atol=accuracy)
+    inside = np.ptp(held, axis=1) > 0.0
+    assert np.allclose(middle[~inside], held[~inside, 0], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.25, 1.37])
