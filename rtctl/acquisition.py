@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from rtctl.border.errors import InputError, RtctlError, RunError
 from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
+from rtctl.measured.plant_kinds import PLANT_KINDS
+from rtctl.measured.plant_kinds import PLANT_KINDS
 from rtctl.measured.writer import write_dataset
 from rtctl.scenario import Scenario
 from rtctl.session import open_driver, play, played_levels
@@ -35,6 +37,13 @@ def acquire(
     """
     if not scenario.excitation:
         raise InputError("the scenario has no [[excitation]] table: nothing to play")
+    if scenario.scenario.plant not in PLANT_KINDS:
+        raise InputError(f'there are no datasets of a plant "{scenario.scenario.plant}"')
+    if scenario.scenario.plant not in PLANT_KINDS:
+        raise InputError(
+            f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(PLANT_KINDS)}; play the excitation '
+            "with rtctl run, which records every channel"
+        )
     records: list[Record] = []
     failure = ""
     for index, levels in enumerate(played_levels(scenario)):
@@ -47,7 +56,7 @@ def acquire(
                 raise
             failure = str(error)
             break
-        rest = np.concatenate(([scenario.limits.low], levels))
+        rest = np.concatenate(([_rest(scenario)], levels))
         signals, outcome = play(scenario, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
@@ -63,11 +72,24 @@ def acquire(
         plant=scenario.scenario.plant,
         identity=driver.identity,
         records=records,
+        units={channel.name: channel.unit for channel in _channels(scenario)},
         metadata={"program": "rtctl", "driver": scenario.driver.kind, "clock": scenario.clock.mode},
     )
     if failure:
         raise RunError(f"{failure}; the {len(records)} records before it are in {path}")
     return path
+
+
+def _rest(scenario: Scenario) -> float:
+    """The level before a record: a current's lowest, a signed drive's safe one."""
+    return scenario.limits.safe_level if scenario.profile.commands[0].signed else scenario.limits.low
+
+
+def _channels(scenario: Scenario) -> list[Channel]:
+    """Of the profile, those that a dataset of this kind of plant has: an oscillator's has no second instrument."""
+    profile, known = scenario.profile, PLANT_KINDS[scenario.scenario.plant].signals
+    channels = (*profile.commands, *profile.sensed, profile.reference)
+    return [channel for channel in channels if channel.name in known]
 
 
 def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> str:
@@ -91,6 +113,8 @@ def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, k
     held, measured = _fill_missed(signals["index"], held, measured)
     if not np.isfinite(measured[profile.reference.name]).all():
         measured.pop(profile.reference.name)  # no external instrument here
+    kept = {channel.name for channel in _channels(scenario)}
+    measured = {name: values for name, values in measured.items() if name in kept}
     return Record(
         name=f"r{index:02d}-{kind}",
         period_s=scenario.scenario.period_s,

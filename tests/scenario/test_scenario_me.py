@@ -228,7 +228,9 @@ def test_without_a_model_it_says_where_to_name_one(
     assert "--model or scenario.model" in capsys.readouterr().err
 
 
-def test_an_open_loop_run_holds_the_frequency_where_it_is_safe(tmp_path: Path) -> None:
+def test_an_open_loop_run_holds_the_frequency_where_it_is_safe(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     scenarios = Path(__file__).resolve().parents[2] / "scenarios"
     text = (scenarios / "me_amplitude.toml").read_text()
     head = text[: text.index("[reference]")].replace("models/", f"{scenarios}/models/")
@@ -240,5 +242,8 @@ def test_an_open_loop_run_holds_the_frequency_where_it_is_safe(tmp_path: Path) -
     assert run(str(file), tmp_path / "out") == 0
     signals = signals_of(tmp_path / "out")
     assert set(signals["drive_frequency"]) == {7500.0}
+    assert main(["acquire", str(file), "--out", str(tmp_path / "data")]) == 2
+    assert 'a "me" has no dataset' in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
     assert signals["coil_current"][-1] == 40.0
     assert summary_of(tmp_path / "out")["self_sensing"]["max_abs_um"] < 1e-3
