@@ -27,6 +27,8 @@ NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
 CONFIDENCE_95 = 1.96
 LEAVES_THE_DATA = 0.3
 """Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
+CONSTANT_RESIDUAL = 0.7
+"""Mean over RMS: half of the power."""
 FloatArray = NDArray[np.float64]
 Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
@@ -218,4 +220,21 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
             said.append(
                 f"{name} ended on its bound, {parameter.value:g} {parameter.unit}: the model is short of something"
             )
-    return tuple(said)
+    if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
+        said.append("a mechanism with a memory or a clock of its own began anew with each segment")
+    return (*said, *_offset_notes(fit))
+
+
+def _offset_notes(fit: Fit) -> list[str]:
+    """A residual that is mostly a constant has a simple cause."""
+    said = []
+    for record, outputs in fit.residuals.items():
+        for name, residual in outputs.items():
+            mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
+            if abs(mean) > CONSTANT_RESIDUAL * rms:
+                said.append(
+                    f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
+                    f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
+                    "sensor.offset or drive.offset would take that"
+                )
+    return said

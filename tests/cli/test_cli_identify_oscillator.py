@@ -105,6 +105,23 @@ def test_without_a_model_the_nominal_four_are_fitted_and_the_file_says_where_the
     assert not out.with_suffix(".png").exists()
 
 
+def test_a_constant_that_is_left_over_is_named(simulation: Simulation, tmp_path: Path) -> None:
+    draw = np.random.default_rng(77)
+    drive = np.convolve(draw.standard_normal(4000), np.hanning(21), mode="same")
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=1e-3)
+    values = np.array([parameter.value for parameter in simulation.parameters])
+    shifted = simulation.predict(stimulus, values).outputs["displacement"][0] + 0.5
+    manifest = write_dataset(
+        tmp_path / "shifted", name="shifted", plant="oscillator",
+        records=[Record(name="r0", period_s=1e-3, signals={"drive": drive, "displacement": shifted})],
+        units={"drive": "m/s^2", "displacement": "mm"}, holds={"drive": "linear"},
+    )  # fmt: skip
+    out = tmp_path / "model.toml"
+    assert identify(manifest, out, "--no-plot", "--quiet") == 0
+    warnings = tomllib.loads(out.read_text())["provenance"]["warnings"]
+    assert any("sensor.offset" in text and "too low" in text for text in warnings)
+
+
 def test_a_model_that_was_written_simulates(manifest: Path, tmp_path: Path) -> None:
     start, out = tmp_path / "start.toml", tmp_path / "model.toml"
     start.write_text(START)
