@@ -16,7 +16,6 @@ from rtctl.border.errors import InputError, RtctlError, RunError
 from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
 from rtctl.measured.plant_kinds import PLANT_KINDS
-from rtctl.measured.plant_kinds import PLANT_KINDS
 from rtctl.measured.writer import write_dataset
 from rtctl.scenario import Scenario
 from rtctl.session import open_driver, play, played_levels
@@ -37,8 +36,6 @@ def acquire(
     """
     if not scenario.excitation:
         raise InputError("the scenario has no [[excitation]] table: nothing to play")
-    if scenario.scenario.plant not in PLANT_KINDS:
-        raise InputError(f'there are no datasets of a plant "{scenario.scenario.plant}"')
     if scenario.scenario.plant not in PLANT_KINDS:
         raise InputError(
             f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(PLANT_KINDS)}; play the excitation '
