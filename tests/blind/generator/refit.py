@@ -19,11 +19,11 @@ def refitted_miss(nominal: Plan, inputs: list[Input], clean: list[FloatArray], s
 
     `slow`: the effect needs whole records to show, so few whole records are taken rather than the begin of all.
     """
+    chosen, cut = list(zip(inputs, clean, strict=True)), SAMPLES // len(inputs)
     if slow:
-        count = max(1, SAMPLES // inputs[0].drive.size)
-        chosen, cut = list(zip(inputs, clean, strict=True))[:count], inputs[0].drive.size
-    else:
-        chosen, cut = list(zip(inputs, clean, strict=True)), SAMPLES // len(inputs)
+        chosen = sorted(chosen, key=lambda pair: -pair[0].drive.size)
+        cut = chosen[0][0].drive.size
+        chosen = chosen[: max(1, SAMPLES // cut)]
     free = [P.C, P.K, P.G] + ([P.K3] if nominal.parameters[P.K3] != 0.0 else [])
 
     def misses(changes: FloatArray) -> FloatArray:
