@@ -137,10 +137,11 @@ def draw_worst_record(path: Path, found: OscillatorFit, dataset: Dataset) -> Non
     residual = fit.residuals[record.name][output]
     scored = slice(record.first, record.first + len(residual))
     measured = record.measured[output][scored]
+    segments = " in segments" if fit.method == "multiple_shooting" else ""
     plot_comparison(
         path,
         Compared(
-            title=f"{dataset.name}, {record.name}, fitted",
+            title=f"{dataset.name}, {record.name}, fitted" + segments,
             output=output,
             unit=dataset.units[output],
             time_s=record.period_s * np.arange(scored.start, scored.stop, dtype=np.float64),

@@ -1,1 +1,1 @@
-"""Measured data to a model: a vo2's hysteresis read-outs and heating; an oscillator's parameters by free runs or shooting."""
+"""Measured data to a model: a vo2's hysteresis read-outs and heating, an oscillator's parameters."""
