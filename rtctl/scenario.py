@@ -14,8 +14,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, create_model, field_validator, model_validator
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
-from rtctl.border.records import PROFILES, VO2, DeviceProfile
+from rtctl.border.quantities import Checked, Quantity, check, convert, read_toml
+from rtctl.border.records import OSCILLATOR, PROFILES, VO2, DeviceProfile, oscillator_profile
 from rtctl.scenario_limits import LimitsTable, limits_table
 from rtctl.signals.excitations import Excitation
 from rtctl.signals.levels import Level, LevelOf
@@ -30,6 +30,10 @@ class Heading(Checked):
 
     title: str
     plant: str = "vo2"
+    drive_unit: str | None = None
+    """Of an oscillator: the unit of the numbers that its command carries."""
+    displacement_unit: str | None = None
+    """Likewise of its reading."""
     model: str | None = None
     """Model file beside the scenario that applies where `--model` is not given."""
     any_device: bool = False
@@ -43,6 +47,32 @@ class Heading(Checked):
         if plant not in PROFILES:
             raise ValueError(f'unknown plant "{plant}"{nearest(plant, PROFILES)}')
         return plant
+
+    @field_validator("drive_unit", "displacement_unit")
+    @classmethod
+    def _known_unit(cls, unit: str | None) -> str | None:
+        if unit is not None:
+            convert(1.0, unit, unit)
+        return unit
+
+    @model_validator(mode="after")
+    def _units_of_an_oscillator(self) -> Heading:
+        given = [self.drive_unit is not None, self.displacement_unit is not None]
+        if self.plant == OSCILLATOR.kind and not all(given):
+            raise ValueError(
+                'an "oscillator" needs drive_unit and displacement_unit, such as "m/s^2" and "mm": what the numbers on '
+                "its wire are in"
+            )
+        if self.plant != OSCILLATOR.kind and any(given):
+            raise ValueError(
+                f'drive_unit and displacement_unit are of an "oscillator", not of a "{self.plant}"'
+            )
+        return self
+
+    @property
+    def profile(self) -> DeviceProfile:
+        """Of the device that the scenario drives."""
+        return profile_of(self.plant, self.drive_unit, self.displacement_unit)
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Heading:
@@ -224,7 +254,7 @@ class Scenario(Checked):
     @property
     def profile(self) -> DeviceProfile:
         """Of the device that the scenario drives."""
-        return PROFILES[self.scenario.plant]
+        return self.scenario.profile
 
     @model_validator(mode="after")
     def _one_purpose(self) -> Scenario:
@@ -258,8 +288,18 @@ def scenario_of(profile: DeviceProfile) -> type[Scenario]:
 def _profile_of(tables: dict[str, Any]) -> DeviceProfile:
     """By `scenario.plant`; of an unknown one, which is a finding of its own, the default's."""
     heading = tables.get("scenario")
-    plant = heading.get("plant", VO2.kind) if isinstance(heading, dict) else VO2.kind
-    return PROFILES.get(str(plant), VO2)
+    told = heading if isinstance(heading, dict) else {}
+    plant, units = str(told.get("plant", VO2.kind)), (told.get("drive_unit"), told.get("displacement_unit"))
+    if plant not in PROFILES or not all(unit is None or isinstance(unit, str) for unit in units):
+        return VO2
+    return profile_of(plant, *units)
+
+
+def profile_of(plant: str, drive_unit: str | None, displacement_unit: str | None) -> DeviceProfile:
+    """Of a known kind of plant; an oscillator's is in the given units."""
+    if plant == OSCILLATOR.kind and drive_unit and displacement_unit:
+        return oscillator_profile(drive_unit=drive_unit, displacement_unit=displacement_unit)
+    return PROFILES[plant]
 
 
 def _apply(tables: dict[str, Any], override: str) -> None:

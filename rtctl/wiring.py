@@ -8,6 +8,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
+from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
 from rtctl.clock import MonotonicClock, SimulatedClock
@@ -34,7 +35,23 @@ def _in_process(table: InProcess, profile: DeviceProfile, folder: Path) -> Drive
         raise InputError(
             f'driver.device = "{table.device}" is a "{plant.profile.kind}", the scenario drives a "{profile.kind}"'
         )
+    _check_units(table.device, plant.profile, profile)
     return InProcessDriver(SimulatedDevice(plant))
+
+
+def _check_units(device: str, found: DeviceProfile, wanted: DeviceProfile) -> None:
+    """A wire carries numbers alone: they must be in the units that the scenario believes."""
+    pairs = zip((*found.commands, *found.sensed), (*wanted.commands, *wanted.sensed), strict=True)
+    for own, believed in pairs:
+        try:
+            same = convert(1.0, own.unit, believed.unit) == 1.0
+        except ValueError:
+            same = False
+        if not same:
+            raise InputError(
+                f'driver.device = "{device}" has its {own.name} in {own.unit}, the scenario in {believed.unit}; '
+                f'set scenario.{own.name}_unit = "{own.unit}"'
+            )
 
 
 def _modbus_rtu(table: ModbusRtu, profile: DeviceProfile, folder: Path) -> Driver:
@@ -131,3 +148,13 @@ def serve_plant(name: str, seed: int | None, *, rtu_path: Path | None, tcp: str 
     from plant_sim.serve import serve
 
     serve(load_plant(find_plant(name, Path()), seed), rtu_path=rtu_path, tcp=tcp)
+
+
+def mechanism_ids(kind: str) -> tuple[str, ...]:
+    """Ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
+    from plant_sim.oscillator.mechanisms import MECHANISMS
+
+    known = {"oscillator": tuple(MECHANISMS)}
+    if kind not in known:
+        raise InputError(f'a model of kind "{kind}" has no mechanisms to choose from{nearest(kind, known)}')
+    return known[kind]

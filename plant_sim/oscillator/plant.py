@@ -22,7 +22,7 @@ from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.streaming import Path as SignalPath
 from plant_sim.oscillator.streaming import cannot_stream
-from plant_sim.oscillator.terms import DRIFT, STIFFNESS
+from plant_sim.oscillator.terms import CUBIC, DRIFT, QUADRATIC, QUINTIC, STIFFNESS
 from plant_sim.sensing import NoiseSource
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import read_model_file
@@ -66,13 +66,13 @@ class OscillatorPlant:
         return self._equation.plan(period_s, reach, drive=drive).substeps / period_s
 
     def reset(self) -> None:
-        """At rest at zero displacement, clocks and noise as at power-up."""
-        self._z, self._v = np.zeros(1), np.zeros(1)
+        """At rest where nothing drives it, clocks and noise as at power-up."""
+        self._z, self._v = np.full(1, resting_place(self._equation)), np.zeros(1)
         self._own = np.zeros((self._equation.states, 1))
         self._path = SignalPath(self._acting)
         self._noise = NoiseSource(self._seed)
         self._time_s = 0.0
-        self._spot = self._sensed = 0.0
+        self._spot = self._sensed = float(self._z[0])
         self.diverged = False
         self._buffers: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
 
@@ -145,6 +145,16 @@ class OscillatorPlant:
                 self._buffers.clear()
             self._buffers[count] = np.empty((count, 3)), np.empty((count + 1, 1)), np.empty((count + 1, 1))
         return self._buffers[count]
+
+
+def resting_place(equation: Equation) -> float:
+    """Displacement at rest: zero, or where that is unstable the nearest equilibrium on the positive side."""
+    stiffness, quadratic, cubic, quintic = equation.rows[[STIFFNESS, QUADRATIC, CUBIC, QUINTIC], 0]
+    if stiffness >= 0.0:
+        return 0.0
+    roots = np.roots([quintic, 0.0, cubic, quadratic, stiffness])
+    wells = roots.real[(np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (roots.real > 0.0)]
+    return float(wells.min(initial=math.inf)) if len(wells) else 0.0
 
 
 def _acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:

@@ -11,12 +11,15 @@ from rtctl.measured.dataset import Record
 
 
 def stimulus_of(record: Record, holds: Mapping[str, str]) -> Stimulus:
-    """Inputs of `record` with the dataset's `holds`; its outputs only tell how large the motion was."""
+    """Inputs of `record` with the dataset's `holds`; its outputs tell how large the motion was, and where it began:
+    at rest at its first sample's displacement, unless the record says otherwise.
+    """
     measured = {name: values for name, values in record.signals.items() if name not in holds}
+    rest = {name: float(measured[name][0]) for name in ("displacement",) if name in measured}
     return Stimulus(
         inputs={name: record.signals[name] for name in holds if record.has(name)},
         holds=dict(holds),
         period_s=record.period_s,
-        initial=dict(record.initial),
+        initial=rest | dict(record.initial),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
     )

@@ -112,8 +112,73 @@ class CurrentSine(_Excitation):
         return value
 
 
+class _Vibration(_Excitation):
+    """Around an offset, over a band of frequencies, then at the offset for `ring_down`."""
+
+    hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0, allow_inf_nan=False)]
+    frequency_low_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency_low", gt=0.0)]
+    frequency_high_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency_high", gt=0.0)]
+    offset: Annotated[Level, LevelOf("command")] = Level(50.0, True)
+    amplitude: Annotated[Level, LevelOf("command")] = Level(50.0, True)
+    """The largest excursion from the offset."""
+    ring_down_s: Annotated[float, Quantity("s"), Field(alias="ring_down", ge=0.0)] = 0.0
+
+    def times(self, period_s: float) -> FloatArray:
+        """Of the samples before the ring-down. Raises ValueError for a band that the samples do not carry."""
+        if not self.frequency_low_hz < self.frequency_high_hz < 0.5 / period_s:
+            raise ValueError(
+                f"frequency_low = {self.frequency_low_hz:g} Hz must be below frequency_high = "
+                f"{self.frequency_high_hz:g} Hz, and that below half the sample rate, {0.5 / period_s:g} Hz"
+            )
+        count = samples_in(self.hold_s, period_s, "excitation.duration")
+        return period_s * np.arange(count, dtype=np.float64)
+
+    def around(self, swing: FloatArray, low: float, high: float, period_s: float) -> FloatArray:
+        """`swing` (n,) within +-1 as levels, and the ring-down."""
+        offset, amplitude = self.offset.resolve(low, high), self.amplitude.resolve_width(low, high)
+        rest = np.full(round(self.ring_down_s / period_s), offset)
+        return np.concatenate((offset + amplitude * swing, rest))
+
+
+class FrequencySweep(_Vibration):
+    """A sine whose frequency goes from `frequency_low` to `frequency_high` evenly."""
+
+    kind: Literal["frequency_sweep"] = "frequency_sweep"
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Level a sample."""
+        time_s = self.times(period_s)
+        rise = (self.frequency_high_hz - self.frequency_low_hz) / self.hold_s
+        swing: FloatArray = np.sin(2.0 * np.pi * (self.frequency_low_hz + 0.5 * rise * time_s) * time_s)
+        return self.around(swing, low, high, period_s)
+
+
+class RandomMultisine(_Vibration):
+    """Every line of the band with the same amplitude and a random phase: one period in `duration`."""
+
+    kind: Literal["random_multisine"] = "random_multisine"
+    seed: Annotated[int, Field(ge=0)]
+
+    def build(self, low: float, high: float, period_s: float) -> FloatArray:
+        """Level a sample. Raises ValueError where no line of the period falls into the band."""
+        count = len(self.times(period_s))
+        frequency = np.fft.rfftfreq(count, period_s)
+        inside = (frequency >= self.frequency_low_hz) & (frequency <= self.frequency_high_hz)
+        if not inside.any():
+            raise ValueError(f"no line of a period of {self.hold_s:g} s lies in the band; lengthen duration")
+        phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, len(frequency))
+        swing: FloatArray = np.fft.irfft(np.where(inside, np.exp(1j * phase), 0.0), count)
+        return self.around(swing / np.abs(swing).max(), low, high, period_s)
+
+
 Excitation = Annotated[
-    DampedOscillation | ReversalCurves | RandomStaircase | LevelSequence | CurrentSine,
+    DampedOscillation
+    | ReversalCurves
+    | RandomStaircase
+    | LevelSequence
+    | CurrentSine
+    | FrequencySweep
+    | RandomMultisine,
     Field(discriminator="kind"),
 ]
 

@@ -136,7 +136,7 @@ def test_a_file_that_is_no_scenario_is_refused(
     ("name", "words"),
     [
         ("sine_01hz", ['did you mean "sine_0p1hz"?']),
-        ("nothing_like_it", ["no such scenario file; known: acquire_vo2,"]),
+        ("nothing_like_it", ["no such scenario file; known: acquire_oscillator, acquire_vo2,"]),
         ("missing.toml", ["missing.toml: no such scenario file"]),
         (".", ["no such scenario file"]),
     ],

@@ -160,6 +160,13 @@ def test_the_bundled_beams_settle_in_a_well_of_the_paper(name: str) -> None:
     assert np.std(readings) == pytest.approx(5e-3, rel=0.2)
 
 
+def test_a_bistable_beam_powers_up_in_a_well() -> None:
+    for name, well in {"beam_hm": 6.9625, "beam_rm5": 6.607, "beam_rm5c": 6.9615}.items():
+        beam = load_plant(bundled_plant(name))
+        beam.advance((0.0,), 10.0)
+        assert beam.displacement == pytest.approx(well, abs=1e-3)
+
+
 def test_noise_repeats_with_the_seed_and_after_a_reset() -> None:
     beam = load_plant(bundled_plant("beam_hm"), 5)
     first = [beam.step((1.0,), 1e-3) for _ in range(20)]
