@@ -66,6 +66,9 @@ class _Reading:
             if declared.name not in given and declared.default is None:
                 unit = self._unit(declared)
                 self.problem(f"{where}.parameters.{declared.name} [{unit}] of {mechanism.id} is missing")
+        amplitudes = [declared.name for declared in mechanism.amplitudes if declared.default is not None]
+        if len(amplitudes) == len(mechanism.amplitudes) and not given.keys() & set(amplitudes):
+            self.problem(f"{where}.parameters of {mechanism.id} need at least one of {', '.join(amplitudes)}")
         return [
             self.parameter(declared, given.get(declared.name), f"{where}.parameters", mechanism.id)
             for declared in mechanism.parameters

@@ -9,7 +9,7 @@ from collections import OrderedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.holds import nodes
+from plant_sim.oscillator.holds import compiled, nodes
 from plant_sim.oscillator.mechanism import Sampled
 from rtctl.border.simulation import Stimulus
 
@@ -20,14 +20,25 @@ _lock = threading.Lock()
 
 
 def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
-    """Drive (steps, 3) at the integrator's instants; not to be written to."""
-    key = (id(stimulus), drive.hold, drive.delay_s, drive.blend, substeps)
+    """Drive (steps, 3) at the integrator's instants; not to be written to.
+
+    Of a blend its holds are kept: its weights are what a fit moves.
+    """
+    if drive.blend:
+        declared = cached(stimulus, drive._replace(blend=()), substeps)
+        made = declared.copy()
+        for hold, weight in drive.blend:
+            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps)
+            _move_towards(made, weight, other, declared)
+        return made
+    key = (id(stimulus), drive.hold, drive.delay_s, substeps)
     with _lock:
         found = _kept.get(key)
         if found is not None and found[0]() is stimulus:
             _kept.move_to_end(key)
             return found[1]
-    made = _blended(drive, substeps)
+    made = nodes(drive.samples, drive.hold, substeps, drive.delay_s / drive.period_s)
+    made.setflags(write=False)
     with _lock:
         for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:
             del _kept[gone]
@@ -37,10 +48,9 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
     return made
 
 
-def _blended(drive: Sampled, substeps: int) -> FloatArray:
-    delay = drive.delay_s / drive.period_s
-    declared = made = nodes(drive.samples, drive.hold, substeps, delay)
-    for hold, weight in drive.blend:
-        made = made + weight * (nodes(drive.samples, hold, substeps, delay) - declared)
-    made.setflags(write=False)
-    return made
+@compiled
+def _move_towards(made: FloatArray, weight: float, other: FloatArray, declared: FloatArray) -> None:
+    """made + weight (other - declared), in one pass through the memory."""
+    for i in range(len(made)):
+        for c in range(3):
+            made[i, c] += weight * (other[i, c] - declared[i, c])
