@@ -40,7 +40,7 @@ MECHANISM = OscillatorMechanism(
             "{z}",
             "over which the force yields",
             lambda s: s.displacement,
-            shape_range=(0.05, 2.0),
+            shape_range=(0.15, 3.0),
         ),
         shape("loop", "dimensionless", "share of yielding that makes the loop", lambda s: 0.5, default=0.5),
         shape("bend", "dimensionless", "share that bends it", lambda s: 0.5, default=0.5, low=-10.0),

@@ -1,0 +1,38 @@
+"""A diagnosis as a person reads it in a terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rtctl.diagnosis.diagnose import Diagnosis
+
+VERDICTS = {
+    "adequate": "Nothing is wrong: what is left is noise.",
+    "explained": "Explained: with the causes below, what is left is noise.",
+    "partly_explained": "Partly explained: the causes below remove most of it, and something else is left.",
+    "unexplained": "Unexplained: something is wrong, and nothing in the catalogue explains it.",
+}
+
+
+def print_diagnosis(found: Diagnosis, folder: Path) -> None:
+    """Verdict, causes, gain, place, warnings, and where the files are."""
+    print(VERDICTS[found.verdict])
+    for cause in found.causes:
+        others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
+        print(
+            f"  {cause.probability:5.1%}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
+        )
+    if found.gain is not None:
+        gain = found.gain
+        print(
+            f"  error on test records: {gain.before:.4g} -> {gain.after:.4g} {gain.unit} "
+            f"(noise {gain.noise_floor:.4g}); {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+        )
+    if found.where:
+        print(
+            "  it lives along "
+            + ", ".join(f"{place.coordinate} ({place.share:.0%})" for place in found.where[:3])
+        )
+    for warning in found.warnings:
+        print(f"  note: {warning}")
+    print(f"  {folder}/diagnosis.json, {folder}/model-extended.toml")

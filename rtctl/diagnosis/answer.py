@@ -1,0 +1,168 @@
+"""The answer of a diagnosis: verdict, causes with evidence, where the gap lives; the content of `diagnosis.json`."""
+
+from __future__ import annotations
+
+import math
+import string
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import FreeParameter
+from rtctl.diagnosis.gain import Gain
+from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.search import Ranked, Search
+
+FloatArray = NDArray[np.float64]
+NORMAL_95 = 1.96
+MOST_CERTAIN = 0.999
+"""No probability is higher: the catalogue is not the world."""
+
+
+class Estimate(NamedTuple):
+    """A parameter of a cause with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Cause(NamedTuple):
+    """One named effect."""
+
+    id: str
+    statement: str
+    kind: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    share_removed: float
+    indistinguishable_from: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """As the file formats have it."""
+        return {
+            **self._asdict(),
+            "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
+            "indistinguishable_from": list(self.indistinguishable_from),
+        }
+
+
+def causes_of(search: Search, noise_cost: float) -> list[Cause]:
+    """Most certain first."""
+    chosen = search.chosen
+    probabilities = _probabilities(search)
+    found = [
+        Cause(
+            id=mechanism.id,
+            statement=_statement(mechanism.statement, estimates),
+            kind="mechanism",
+            probability=probabilities.get(mechanism.id, 0.0),
+            parameters=estimates,
+            share_removed=_share(search, mechanism.id, noise_cost),
+            indistinguishable_from=_equivalents(search, mechanism.id),
+        )
+        for mechanism in chosen.hypothesis.simulation.mechanisms
+        if mechanism.id in chosen.hypothesis.mechanisms
+        for estimates in (estimates_of(chosen, mechanism.id),)
+    ]
+    return sorted(found, key=lambda cause: (-cause.probability, -cause.share_removed))
+
+
+def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
+    """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
+    hypothesis = examined.hypothesis
+    sensitivity = hypothesis.sensitivity
+    errors = examined.projected.standard_errors * sensitivity.scale
+    found = {}
+    for position, k in enumerate(sensitivity.free):
+        parameter: FreeParameter = hypothesis.simulation.parameters[k]
+        if parameter.mechanism == mechanism:
+            spread = NORMAL_95 * float(errors[position])
+            found[parameter.declared.name] = Estimate(
+                parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
+            )
+    return found
+
+
+def _statement(template: str, estimates: Mapping[str, Estimate]) -> str:
+    """The mechanism's sentence with values and units."""
+    names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
+    filled = {
+        name: f"{estimates[name].value:.4g} {_plain(estimates[name].unit)}".strip()
+        if name in estimates
+        else "?"
+        for name in names
+    }
+    return template.format(**filled)
+
+
+def _plain(unit: str) -> str:
+    """`(mm)/s^2` -> `mm/s^2`."""
+    import re
+
+    return re.sub(r"\((\w+)\)", r"\1", unit).removeprefix("dimensionless")
+
+
+def _probabilities(search: Search) -> dict[str, float]:
+    """Of each id, from the BIC weights of all sets of the chosen size; never certain."""
+    ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
+    if not ranking:
+        return {}
+    size = len(search.chosen.hypothesis.mechanisms)
+    ranking = next((one for one in search.tried if len(one[0].hypothesis.mechanisms) == size), ranking)
+    weights = [math.exp(-0.5 * min(one.bic - ranking[0].bic, 1400.0)) for one in ranking]
+    total = sum(weights)
+    found: dict[str, float] = {}
+    for one, weight in zip(ranking, weights, strict=True):
+        for identity in one.hypothesis.mechanisms:
+            found[identity] = found.get(identity, 0.0) + weight / total
+    return {identity: min(MOST_CERTAIN, probability) for identity, probability in found.items()}
+
+
+def _share(search: Search, identity: str, noise_cost: float) -> float:
+    """Of the removable error (above the noise), what is lost again without this cause."""
+    chosen = search.chosen.hypothesis
+    rest = frozenset(chosen.mechanisms) - {identity}
+    without = search.nominal.hypothesis.cost
+    for ranking in search.tried:
+        for one in ranking:
+            if frozenset(one.hypothesis.mechanisms) == rest:
+                without = one.hypothesis.cost
+    removable = search.nominal.hypothesis.cost - noise_cost
+    if not removable > 0.0:
+        return 0.0
+    return float(np.clip((without - chosen.cost) / removable, 0.0, 1.0))
+
+
+def _equivalents(search: Search, identity: str) -> tuple[str, ...]:
+    """Ids that stand in for this one in sets that explain the data as well."""
+    mine = frozenset(search.chosen.hypothesis.mechanisms)
+    found = []
+    for other in search.equivalent:
+        theirs = frozenset(other.mechanisms)
+        if identity not in theirs and len(theirs - mine) == 1 and len(mine - theirs) == 1:
+            found += list(theirs - mine)
+    return tuple(dict.fromkeys(found))
+
+
+def as_json(
+    verdict: str,
+    causes: Sequence[Cause],
+    gain: Gain | None,
+    where: Sequence[Mapping[str, Any]],
+    next_experiment: Mapping[str, Any] | None,
+    extra: Mapping[str, Any],
+) -> dict[str, Any]:
+    """`diagnosis.json`."""
+    content: dict[str, Any] = {
+        "verdict": verdict,
+        "causes": [cause.as_json() for cause in causes],
+        "gain": None if gain is None else {"metric": "rms_error_test", **gain._asdict()},
+        "where": list(where),
+    }
+    if next_experiment is not None:
+        content["next_experiment"] = dict(next_experiment)
+    return content | dict(extra)

@@ -1,0 +1,160 @@
+"""The gate: may a hypothesis be claimed? Only if nothing else is left in its residual.
+
+At the fitted hypothesis every direction that is not its own is tested against the noise: each mechanism of the
+catalogue, the catalogue together, the generic forces, past motion and drive with their powers, and whether the
+residual grows with the motion, which noise does not. The smallest p-value counts, times the number of tests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.directions import (
+    Direction,
+    catalogue_directions,
+    generic_directions,
+    generic_slopes,
+    mechanism_slopes,
+)
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.projection import Projected, Rows, leftover, noise_of, project
+from rtctl.identification.residual_noise import NoiseModel
+
+FloatArray = NDArray[np.float64]
+LAGS = 6
+"""Of motion and drive, a quarter of a period apart."""
+
+
+class Test(NamedTuple):
+    """One question put to the residual."""
+
+    name: str
+    statistic: float
+    freedom: int
+    p_value: float
+
+
+class Examined(NamedTuple):
+    """A hypothesis at its optimum and what its residual still holds."""
+
+    hypothesis: Hypothesis
+    directions: tuple[Direction, ...]
+    projected: Projected
+    noise: tuple[NoiseModel, ...]
+    tests: tuple[Test, ...]
+
+    @property
+    def p_value(self) -> float:
+        """Of the sharpest test, for all of them."""
+        return min(1.0, min(test.p_value for test in self.tests) * len(self.tests))
+
+
+def examine(
+    hypothesis: Hypothesis, data: Data, ids: Sequence[str], noise: Sequence[NoiseModel] | None = None
+) -> Examined:
+    """All tests at the optimum of `hypothesis`; `noise`: of each output, from a better one, or its own leftover."""
+    others = tuple(identity for identity in ids if identity not in hypothesis.mechanisms)
+    named = catalogue_directions(hypothesis.simulation, others, data.scales)
+    directions = [*named, *generic_directions()]
+    rows = [
+        _rows(hypothesis, data, named, index, base) for index, base in enumerate(hypothesis.linearise(data))
+    ]
+    lags = len(rows[0].directions) - len(directions)
+    directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
+    models = list(noise) if noise is not None else noise_of(rows)
+    projected = project(rows, models)
+    tests = _tests(projected, directions)
+    if noise is None:
+        tests.append(_growth(rows, models, data))
+    return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
+
+
+def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index: int, base: object) -> Rows:
+    slopes = []
+    for identity in dict.fromkeys(direction.mechanism for direction in named):
+        own = [direction for direction in named if direction.mechanism == identity]
+        slopes.append(mechanism_slopes(hypothesis, own, data, index))
+    slopes.append(generic_slopes(hypothesis, data, index))
+    slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
+    return Rows(
+        residual=base.residual,  # type: ignore[attr-defined]
+        shared=base.shared,  # type: ignore[attr-defined]
+        own=base.own,  # type: ignore[attr-defined]
+        directions=np.concatenate(slopes),
+    )
+
+
+def _measured(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
+    record = data.records[index]
+    return np.stack([record.measured[name][record.first :] for name in hypothesis.sensitivity.outputs])
+
+
+def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
+    """Reading and drive, and their powers, at lags of a quarter period: (directions, outputs, n)."""
+    record = data.records[index]
+    y = simulated / np.sqrt(np.mean(simulated**2, axis=1, keepdims=True) + 1e-300)
+    u = record.stimulus.inputs["drive"][record.first :] / (data.scales.drive or 1.0)
+    lag = max(1, round(np.pi / 2.0 / data.scales.rate / record.period_s))
+    made = []
+    for k in range(LAGS):
+        for series in (y, y**2, y**3, np.broadcast_to(u, y.shape), np.broadcast_to(u**3, y.shape)):
+            late = np.zeros_like(y)
+            late[:, k * lag :] = series[:, : y.shape[1] - k * lag]
+            made.append(late)
+    return np.array(made)
+
+
+def _tests(projected: Projected, directions: Sequence[Direction]) -> list[Test]:
+    removed = projected.single()
+    named = np.array([k for k, d in enumerate(directions) if d.mechanism], dtype=np.intp)
+    forces = np.array([k for k, d in enumerate(directions) if not d.mechanism and d.coordinate != "memory"])
+    past = np.array([k for k, d in enumerate(directions) if d.coordinate == "memory"])
+    tests = []
+    usable = named[projected.usable[named]] if len(named) else named
+    if len(usable):
+        best = usable[int(np.argmax(removed[usable]))]
+        p_value = min(1.0, float(chi2.sf(removed[best], 1)) * len(usable))
+        tests.append(Test(f"{directions[best].mechanism} alone", float(removed[best]), 1, p_value))
+    for name, chosen in (("catalogue", named), ("generic forces", forces), ("past motion and drive", past)):
+        statistic, freedom = projected.block(chosen)
+        if freedom:
+            tests.append(Test(name, statistic, freedom, float(chi2.sf(statistic, freedom))))
+    return tests
+
+
+def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:
+    """Whether the leftover's variance goes with the motion's: log variance of blocks on log amplitude, rank-based."""
+    from scipy.stats import spearmanr
+
+    block = max(16, round(4.0 * np.pi / data.scales.rate / data.records[0].period_s))
+    sizes, amplitudes = [], []
+    for index, left in enumerate(leftover(rows, noise)):
+        record = data.records[index]
+        motion = record.measured["displacement"][record.first :]
+        count = len(motion) // block
+        if count < 4:
+            continue
+        white = noise[0].whiten(left[0])[: count * block].reshape(count, block)
+        sizes.append(np.log(np.mean(white**2, axis=1) + 1e-12))
+        pieces = motion[: count * block].reshape(count, block)
+        amplitudes.append(np.log(np.std(pieces, axis=1) + 1e-300))
+    if not sizes:
+        return Test("residual grows with the motion", 0.0, 0, 1.0)
+    found = spearmanr(np.concatenate(amplitudes), np.concatenate(sizes), alternative="greater")
+    p_value = float(found.pvalue)
+    return Test(
+        "residual grows with the motion", float(found.statistic), 1, p_value if np.isfinite(p_value) else 1.0
+    )
+
+
+def start_of(simulation: Simulation, values: FloatArray) -> Simulation:
+    """`simulation` at `values`, within its bounds."""
+    low = np.array([parameter.low for parameter in simulation.parameters])
+    high = np.array([parameter.high for parameter in simulation.parameters])
+    return simulation.with_values(np.clip(values, low, high))

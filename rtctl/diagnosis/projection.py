@@ -1,0 +1,148 @@
+"""What is left of residual and directions beyond what a hypothesis' own unknowns can follow: all from one Gram matrix.
+
+Rows [residual, slopes of the shared unknowns, directions]; whitened; each record's own unknowns (initial state) are
+taken off record by record, the shared ones by a Schur complement. So memory is one record, and every test below is a
+small matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.identification.residual_noise import NoiseModel, fit_noise
+
+FloatArray = NDArray[np.float64]
+LEAST_VISIBLE = 1e-5
+"""Squared share of a direction that must remain: below it, it is a combination of others."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rows:
+    """One record: residual (outputs, n), slopes (p, outputs, n), own (q, outputs, n), directions (k, outputs, n)."""
+
+    residual: FloatArray
+    shared: FloatArray
+    own: FloatArray
+    directions: FloatArray
+
+    def whitened(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
+        """[residual, shared, directions] (1 + p + k, outputs n) without their part along the own unknowns."""
+        table = np.concatenate((self.residual[None], self.shared, self.directions))
+        white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
+        own = np.stack([model.whiten(self.own[:, o]) for o, model in enumerate(noise)], axis=1)
+        flat = white.reshape(len(white), -1)
+        if len(own) == 0:
+            return flat, np.zeros((0, flat.shape[1]))
+        basis = np.linalg.qr(own.reshape(len(own), -1).T)[0]
+        return flat - (flat @ basis) @ basis.T, basis
+
+
+class Projected:
+    """Residual and directions beyond `shared`, in units of the noise."""
+
+    def __init__(self, gram: FloatArray, shared: int, samples: int, own: int) -> None:
+        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        normal = gram / scale[:, None] / scale
+        self.scale = scale
+        keep = [0, *range(1 + shared, len(gram))]
+        inner = normal[1 : 1 + shared, 1 : 1 + shared]
+        self._solve = np.linalg.pinv(inner, rcond=1e-12, hermitian=True)
+        border = normal[np.ix_(keep, range(1, 1 + shared))]
+        left = normal[np.ix_(keep, keep)] - border @ self._solve @ border.T
+        self.left = left
+        self.visible = np.clip(np.diag(left)[1:], 0.0, 1.0)
+        """(k,) squared share of each direction that the hypothesis cannot follow."""
+        self.samples = samples
+        self.rank = shared + own
+        self.residual = float(scale[0] ** 2 * left[0, 0])
+        """Sum of squares."""
+        self.shift = self._solve @ normal[1 : 1 + shared, 0] * scale[0] / scale[1 : 1 + shared]
+        """(p,) along the shared unknowns, what the whitened residual still asks of them."""
+        self.standard_errors = np.sqrt(np.maximum(np.diag(self._solve), 0.0)) / scale[1 : 1 + shared]
+        """(p,) of the shared unknowns, for noise of variance 1 after whitening."""
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """(k,) which directions are no combination of the hypothesis' own."""
+        return self.visible > LEAST_VISIBLE
+
+    def block(self, chosen: NDArray[np.intp]) -> tuple[float, int]:
+        """Sum of squares that the chosen directions remove together, and their rank."""
+        chosen = chosen[self.usable[chosen]]
+        if len(chosen) == 0:
+            return 0.0, 0
+        size = np.sqrt(self.visible[chosen])
+        matrix = self.left[np.ix_(1 + chosen, 1 + chosen)] / size[:, None] / size
+        right = self.left[1 + chosen, 0] / size
+        values, vectors = np.linalg.eigh(matrix)
+        good = values > 1e-9 * values[-1]
+        along = vectors[:, good].T @ right
+        return float(self.scale[0] ** 2 * np.sum(along**2 / values[good])), int(good.sum())
+
+    def single(self) -> FloatArray:
+        """(k,) sum of squares that each direction alone removes; 0 where it is not usable."""
+        removed = np.zeros(len(self.visible))
+        usable = self.usable
+        along = self.left[1:, 0]
+        removed[usable] = self.scale[0] ** 2 * along[usable] ** 2 / self.visible[usable]
+        return removed
+
+    def step(self, shared: int) -> FloatArray:
+        """(k,) least-squares step along each direction alone, its own unit."""
+        usable = self.usable
+        steps = np.zeros(len(self.visible))
+        size = self.scale[1 + shared :]
+        steps[usable] = -self.left[1:, 0][usable] / self.visible[usable] * self.scale[0] / size[usable]
+        return steps
+
+
+def project(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> Projected:
+    """All records together."""
+    total, samples, own = None, 0, 0
+    for row in rows:
+        flat, basis = row.whitened(noise)
+        gram = flat @ flat.T
+        total = gram if total is None else total + gram
+        samples += flat.shape[1]
+        own += len(basis.T) if basis.shape[0] == flat.shape[1] else 0
+    assert total is not None
+    return Projected(total, rows[0].shared.shape[0], samples, own)
+
+
+def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArray]:
+    """(outputs, n) of each record: residual that neither own unknowns, shared ones nor any direction can follow."""
+    gram, count = None, 0
+    for row in rows:
+        flat, _ = row.whitened(noise)
+        gram = flat @ flat.T if gram is None else gram + flat @ flat.T
+        count = len(flat)
+    assert gram is not None
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    normal = gram / scale[:, None] / scale
+    solved = np.linalg.pinv(normal[1:, 1:], rcond=1e-10, hermitian=True) @ normal[1:, 0]
+    weights = solved * scale[0] / scale[1:] if count > 1 else np.zeros(0)
+    left = []
+    for row in rows:
+        table = np.concatenate((row.shared, row.directions))
+        without = row.residual - np.tensordot(weights, table, axes=1)
+        own = row.own.reshape(len(row.own), -1)
+        if len(own):
+            basis = np.linalg.qr(own.T)[0]
+            flat = without.reshape(-1)
+            without = (flat - basis @ (basis.T @ flat)).reshape(without.shape)
+        left.append(without)
+    return left
+
+
+def noise_of(rows: Sequence[Rows]) -> list[NoiseModel]:
+    """Of each output, from what no direction explains; whitened once more with the first answer."""
+    outputs = rows[0].residual.shape[0]
+    white = [NoiseModel(np.empty(0), 1.0)] * outputs
+    for _ in range(2):
+        left = leftover(rows, white)
+        white = [fit_noise([one[o] for one in left]) for o in range(outputs)]
+    return white
