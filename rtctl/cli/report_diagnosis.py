@@ -26,7 +26,8 @@ def print_diagnosis(found: Diagnosis, folder: Path) -> None:
         gain = found.gain
         print(
             f"  error on test records: {gain.before:.4g} -> {gain.after:.4g} {gain.unit} "
-            f"(noise {gain.noise_floor:.4g}); {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+            f"(noise {gain.noise_floor:.4g}); {gain.ratio:.3g} times less, "
+            f"95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
         )
     if found.where:
         print(
