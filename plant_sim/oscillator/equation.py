@@ -87,7 +87,8 @@ class Equation:
             memories=tuple(mechanism for mechanism in active if mechanism.memory is not None),
             constants=tuple(len(rows) for rows in constants),
             own_rate=lambda speed: max(
-                (one.fastest_rate(lane, speed) for one, of_all in own for lane in of_all), default=0.0
+                math.hypot(*(one.fastest_rate(of_all[j], speed) for one, of_all in own))
+                for j in range(len(values))
             ),
         )
 
