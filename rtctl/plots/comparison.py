@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 SEGMENTS = 8
 """Of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
 LONGEST_SEGMENT = 32_768
+MOST_SIGNALS = 1e3
+"""Errors that are so many times the largest reading belong to a run away, not to a comparison."""
 PERIODS_SHOWN = 12.0
 """Of the strongest line, around the worst moment."""
 
@@ -51,8 +53,10 @@ class Compared:
 
     @property
     def scored(self) -> slice:
-        """The samples that count: after `ignore_first`, before a divergence."""
-        bad = np.flatnonzero(~np.isfinite(self.error[self.ignore_first :]))
+        """The samples that count: after `ignore_first`, before a divergence or what cannot be drawn beside the rest."""
+        beyond = MOST_SIGNALS * float(np.abs(self.measured).max())
+        with np.errstate(invalid="ignore"):
+            bad = np.flatnonzero(~(np.abs(self.error[self.ignore_first :]) <= beyond))
         end = len(self.error) if not len(bad) else self.ignore_first + int(bad[0])
         return slice(self.ignore_first, end)
 

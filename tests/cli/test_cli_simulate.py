@@ -142,6 +142,18 @@ def test_a_divergence_has_its_record_and_time_and_the_summary_is_written(
     assert (tmp_path / "out" / "worst.png").is_file()
 
 
+def test_a_run_away_of_a_hundred_decades_is_drawn_as_far_as_it_means_anything(
+    bench: Path, tmp_path: Path
+) -> None:
+    text = (bench / "model.toml").read_text()
+    text = text.replace("stiffness = { value = ", "stiffness = { value = -").replace(
+        f"value = {CUBIC}", "value = 0.0"
+    )
+    (tmp_path / "runs.toml").write_text(text)
+    assert simulate(tmp_path / "runs.toml", bench / "dataset.toml", tmp_path / "out") == 1
+    assert (tmp_path / "out" / "worst.png").is_file()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
