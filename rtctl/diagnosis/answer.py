@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import FreeParameter
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import Examined
-from rtctl.diagnosis.search import Ranked, Search
+from rtctl.diagnosis.ranking import Ranked
+from rtctl.diagnosis.search import Search
 
 FloatArray = NDArray[np.float64]
 NORMAL_95 = 1.96

@@ -17,6 +17,8 @@ from rtctl.identification.segments import Segment, SegmentCost
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
+LEAST_DETERMINED = 1e-7
+"""Of the smallest eigenvalue of the correlation matrix of the slopes: below it two parameters say the same."""
 MOST_ITERATIONS = 40
 MOST_SCALES = 5.0
 """A mechanism that acts so many times as much as all the rest is none that is to be found."""
@@ -45,6 +47,8 @@ class Hypothesis:
     sensitivity: Sensitivity
     shared: FloatArray
     """Fitted parameters, scaled."""
+    still: frozenset[str] = frozenset()
+    """Names of parameters that were not fitted: at their defaults, or without effect on these records."""
 
     @property
     def values(self) -> FloatArray:
@@ -73,9 +77,11 @@ def fitted(
     mechanisms: Sequence[str],
     starts: FloatArray | None = None,
     iterations: int = MOST_ITERATIONS,
+    still: frozenset[str] = frozenset(),
 ) -> Hypothesis | None:
     """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
-    sensitivity = Sensitivity.of(simulation, data.records, scales=data.scales)
+    free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
+    sensitivity = Sensitivity.of(simulation, data.records, free, scales=data.scales)
     sigma = np.array([_rms(data.records, name) for name in sensitivity.outputs])
     if starts is None:
         starts = np.array(
@@ -93,7 +99,48 @@ def fitted(
     found = minimise(cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7)
     if found is None:
         return None
-    return _hypothesis(cost, tuple(mechanisms), found.unknowns, found.equations.cost)
+    return _hypothesis(cost, tuple(mechanisms), found.unknowns, found.equations.cost, still)
+
+
+def polished(data: Data, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
+    """To the end, with every shape free that these records can determine beside the others."""
+    still = set(hypothesis.still)
+    for name in _defaulted(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
+        if name in still and _determined(data, hypothesis, still - {name}):
+            still.discard(name)
+    return fitted(
+        data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
+    )
+
+
+def defaulted(simulation: Simulation) -> frozenset[str]:
+    """Names of shapes of mechanisms that have a default: they stay there until the rest is known."""
+    return frozenset(_defaulted(simulation, tuple(mechanism.id for mechanism in simulation.mechanisms)))
+
+
+def _defaulted(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
+    return [
+        one.name
+        for one in simulation.parameters
+        if one.mechanism in mechanisms and one.declared.is_shape and one.declared.default is not None
+    ]
+
+
+def _determined(data: Data, hypothesis: Hypothesis, still: set[str]) -> bool:
+    """Whether the records tell all free parameters apart: of Bouc-Wen's four numbers one only names the others."""
+    again = fitted(data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still))
+    if again is None:
+        return False
+    gram = np.zeros((len(again.shared), len(again.shared)))
+    try:
+        lines = again.linearise(data)
+    except ArithmeticError:
+        return False
+    for line in lines:
+        flat = line.shared.reshape(len(line.shared), -1)
+        gram += flat @ flat.T
+    size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    return bool(np.linalg.eigvalsh(gram / size[:, None] / size)[0] > LEAST_DETERMINED)
 
 
 def _bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:
@@ -104,15 +151,21 @@ def _bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, Float
         parameter = sensitivity.simulation.parameters[index]
         if parameter.mechanism and not declared.is_shape:
             low[k], high[k] = max(low[k], -MOST_SCALES), min(high[k], MOST_SCALES)
-        if declared.is_shape and declared.default is None:
-            size = abs(float(declared.scale(scales))) / sensitivity.scale[k]
-            low[k] = max(low[k], declared.shape_range[0] * size)
+        if declared.is_shape:
+            scale = declared.scale(scales) if declared.default is None else declared.default
+            size = abs(float(scale)) / sensitivity.scale[k]
+            signed = declared.low < 0.0
+            low[k] = max(low[k], (-declared.shape_range[1] if signed else declared.shape_range[0]) * size)
             high[k] = min(high[k], declared.shape_range[1] * size)
     return low, high
 
 
 def _hypothesis(
-    cost: SegmentCost, mechanisms: tuple[str, ...], unknowns: Unknowns, value: float
+    cost: SegmentCost,
+    mechanisms: tuple[str, ...],
+    unknowns: Unknowns,
+    value: float,
+    still: frozenset[str],
 ) -> Hypothesis:
     values = cost.sensitivity.values(unknowns.shared)
     return Hypothesis(
@@ -122,6 +175,7 @@ def _hypothesis(
         cost=value,
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
+        still=still,
     )
 
 

@@ -1,6 +1,7 @@
-"""From the nominal model to sets of causes: screen by projected scores, refit, rank, and let the gate decide.
+"""From the nominal model to sets of causes: screen by projected scores, race the fits, rank, let the gate decide.
 
-One effect, else two, else three. A larger set is looked for only where no smaller one passes the gate.
+One effect, else two, else three. A larger set is looked for only where no smaller one passes the gate. While nothing
+passes, sets are ranked by plain cost: the noise is not known then, and what whitens a misfit hides it.
 """
 
 from __future__ import annotations
@@ -13,27 +14,25 @@ from numpy.typing import NDArray
 
 from rtctl.diagnosis.directions import Direction
 from rtctl.diagnosis.gate import Examined, examine, start_of
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
 from rtctl.diagnosis.projection import Projected
+from rtctl.diagnosis.race import Runner, race
+from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked
 
 FloatArray = NDArray[np.float64]
 LARGEST_SET = 3
 BEAM = 3
 """Best sets of one size that are extended to the next."""
+MOST_CHILDREN = 9
+"""Mechanisms that a set which has some is extended by."""
 SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
 EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
-WEAK = 0.02
+NEEDED = 10.0
+"""Difference of BIC by which a larger set must beat the smaller ones."""
+WEAK = 0.05
 """Mechanisms whose score is below this share of the best one are fitted from one start only."""
-
-
-class Ranked(NamedTuple):
-    """A set of causes with its fit: `bic` in the whitened residual of the best of its size."""
-
-    hypothesis: Hypothesis
-    bic: float
-    examined: Examined | None
 
 
 class Search(NamedTuple):
@@ -63,32 +62,50 @@ def search(
     parents, tried = [at_nominal], []
     best = at_nominal
     for size in range(1, LARGEST_SET + 1):
-        found = _extend(data, parents, told)
-        if not found:
+        runners = [runner for parent in parents for runner in _runners(parent)]
+        field = race(data, runners, told)
+        if not field:
             break
-        best = examine(min(found, key=lambda one: one.cost), data, ids)
-        ranking = _rank(data, found, best)
+        best, parents = _front(data, field, ids, false_claim_rate)
+        passes = best.p_value > false_claim_rate
+        ranking = ranked(data, field, best, plain=not passes)
         tried.append(ranking)
-        if best.p_value > false_claim_rate:
+        if passes:
             return Search(
                 at_nominal, best, True, _equivalent(data, ranking, best, ids, false_claim_rate), tuple(tried)
             )
-        parents = [examine(one.hypothesis, data, ids) for one in ranking[:BEAM]] if size < LARGEST_SET else []
         told(f"{size} causes do not explain it")
     return Search(at_nominal, best, False, (), tuple(tried))
 
 
-def _extend(data: Data, parents: Sequence[Examined], told: Callable[[str], None]) -> list[Hypothesis]:
-    """Each parent with each further mechanism, fitted; each set once, its best fit."""
-    found: dict[frozenset[str], Hypothesis] = {}
-    for parent in parents:
-        for identity, strength in _screened(parent):
-            key = frozenset((*parent.hypothesis.mechanisms, identity))
-            told(" + ".join(sorted(key)))
-            child = _with(data, parent, identity, one_start=strength < WEAK)
-            if child is not None and (key not in found or child.cost < found[key].cost):
-                found[key] = child
-    return list(found.values())
+def _front(
+    data: Data, field: Sequence[Hypothesis], ids: Sequence[str], rate: float
+) -> tuple[Examined, list[Examined]]:
+    """The one that passes best, else the lowest cost; and those that are extended where none passes."""
+    front = list(field[:1])
+    likely = by_likelihood(data, field[:BEAM])
+    if likely is not front[0]:
+        front.append(likely)
+    examined = [examine(one, data, ids) for one in front]
+    passing = [one for one in examined if one.p_value > rate]
+    if passing:
+        return max(passing, key=lambda one: one.p_value), examined
+    others = [one for one in field[:BEAM] if all(one is not other for other in front)]
+    return examined[0], [*examined, *(examine(one, data, ids) for one in others)][:BEAM]
+
+
+def _runners(parent: Examined) -> list[Runner]:
+    """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes."""
+    made = []
+    for identity, strength in _screened(parent):
+        mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
+        groups = sorted(
+            _by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
+        )
+        for group in groups[: 1 if strength < WEAK else SHAPES_TRIED]:
+            for factor in START_FACTORS[: 1 if strength < WEAK else len(START_FACTORS)]:
+                made.append(_runner(parent, identity, group, factor))
+    return made
 
 
 def _screened(parent: Examined) -> list[tuple[str, float]]:
@@ -105,7 +122,7 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
     }
     top = max(scores.values(), default=0.0) or 1.0
     ranking = sorted(((identity, score / top) for identity, score in scores.items()), key=lambda one: -one[1])
-    limit = len(ranking) if not parent.hypothesis.mechanisms else 8
+    limit = len(ranking) if not parent.hypothesis.mechanisms else MOST_CHILDREN
     return ranking[:limit]
 
 
@@ -116,40 +133,23 @@ def _by_shape(directions: Sequence[Direction], indices: Sequence[int]) -> list[l
     return list(groups.values())
 
 
-def _with(data: Data, parent: Examined, identity: str, *, one_start: bool) -> Hypothesis | None:
-    """The parent's set with one more mechanism, from the linear estimate of its size, in its best shapes."""
-    mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-    groups = sorted(_by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0])
-    best: Hypothesis | None = None
-    for group in groups[: 1 if one_start else SHAPES_TRIED]:
-        for factor in START_FACTORS[:1] if one_start else START_FACTORS:
-            child = _from_start(data, parent, identity, group, factor)
-            if child is not None and (best is None or child.cost < best.cost):
-                best = child
-    return best
-
-
-def _from_start(
-    data: Data, parent: Examined, identity: str, group: Sequence[int], factor: float
-) -> Hypothesis | None:
+def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float) -> Runner:
     hypothesis = parent.hypothesis
     simulation = hypothesis.simulation.extended((identity,))
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
-    steps = _joint_step(parent.projected, len(hypothesis.shared), group)
-    for _ in range(4):
-        values = np.array([parameter.value for parameter in simulation.parameters])
-        for k, step in zip(group, steps, strict=True):
-            direction = parent.directions[k]
-            for name, value in direction.shapes.items():
-                values[at[name]] = value
-            values[at[direction.name]] += factor * step * direction.scale
-        child = fitted(
-            data, start_of(simulation, values), (*hypothesis.mechanisms, identity), hypothesis.starts
-        )
-        if child is not None:
-            return child
-        factor *= 0.1
-    return None
+    values = np.array([parameter.value for parameter in simulation.parameters])
+    still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
+    for k, step in zip(group, _joint_step(parent.projected, len(hypothesis.shared), group), strict=True):
+        direction = parent.directions[k]
+        for name, value in direction.shapes.items():
+            values[at[name]] = value
+        values[at[direction.name]] += factor * step * direction.scale
+        if not parent.projected.usable[k]:
+            still.add(simulation.parameters[at[direction.name]].name)
+            values[at[direction.name]] = simulation.parameters[at[direction.name]].value
+    return Runner(
+        (*hypothesis.mechanisms, identity), start_of(simulation, values), hypothesis.starts, frozenset(still)
+    )
 
 
 def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
@@ -160,24 +160,6 @@ def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> Floa
     solved = np.linalg.lstsq(matrix + 1e-9 * np.eye(len(index)), right, rcond=1e-9)[0]
     steps: FloatArray = solved * projected.scale[0] / projected.scale[shared + index]
     return steps
-
-
-def _rank(data: Data, found: Sequence[Hypothesis], best: Examined) -> tuple[Ranked, ...]:
-    """By BIC of the residuals, whitened by the noise of the best: one measure for all."""
-    ranking = []
-    for hypothesis in found:
-        squares, samples = 0.0, 0
-        try:
-            lines = hypothesis.linearise(data)
-        except ArithmeticError:
-            continue
-        for line in lines:
-            white = np.stack([model.whiten(line.residual[o]) for o, model in enumerate(best.noise)])
-            squares += float(np.sum(white**2))
-            samples += white.size
-        bic = squares + len(hypothesis.shared) * np.log(samples)
-        ranking.append(Ranked(hypothesis, bic, best if hypothesis is best.hypothesis else None))
-    return tuple(sorted(ranking, key=lambda one: one.bic))
 
 
 def _equivalent(
