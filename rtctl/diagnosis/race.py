@@ -1,0 +1,68 @@
+"""A race of hypotheses: all starts a few steps, the better half to the end; none may spend more than a lap costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted, polished
+
+FloatArray = NDArray[np.float64]
+FIRST_LAP = 6
+SECOND_LAP = 12
+LAST_LAP = 40
+SECOND = 8
+"""Sets that enter the second lap."""
+LAST = 4
+HOPELESS = 30.0
+"""Times the cost of the best after the first lap."""
+
+
+class Runner(NamedTuple):
+    """Where a fit starts."""
+
+    mechanisms: tuple[str, ...]
+    simulation: Simulation
+    starts: FloatArray
+    still: frozenset[str]
+
+
+def race(
+    data: Data, runners: Sequence[Runner], told: Callable[[str], None], least: float = 0.0
+) -> list[Hypothesis]:
+    """Of each set its best fit, lowest cost first; the first ones are fitted to the end."""
+    first: dict[frozenset[str], list[Hypothesis]] = {}
+    for runner in runners:
+        told(" + ".join(runner.mechanisms))
+        found = fitted(
+            data, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
+        )
+        if found is not None:
+            first.setdefault(frozenset(runner.mechanisms), []).append(found)
+    field = _sorted([min(ones, key=_cost) for ones in first.values()])
+    for entrants, laps, finish in ((SECOND, SECOND_LAP, False), (LAST, LAST_LAP, True)):
+        going = [one for one in field[:entrants] if one.cost <= HOPELESS * field[0].cost]
+        gone = [_further(data, one, laps, finish) for one in going]
+        field = _sorted([*gone, *field[len(going) :]])
+    return field
+
+
+def _further(data: Data, one: Hypothesis, laps: int, finish: bool) -> Hypothesis:
+    found = (
+        polished(data, one, laps)
+        if finish
+        else fitted(data, one.simulation, one.mechanisms, one.starts, laps, still=one.still)
+    )
+    return found if found is not None and found.cost <= one.cost else one
+
+
+def _sorted(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return sorted(field, key=_cost)
+
+
+def _cost(one: Hypothesis) -> float:
+    return one.cost

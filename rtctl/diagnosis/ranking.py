@@ -1,0 +1,72 @@
+"""Which of several fitted sets is best: by plain cost while the noise is unknown, then by BIC of whitened residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.projection import Rows, leftover, project
+from rtctl.identification.residual_noise import NoiseModel, fit_noise
+
+
+class Ranked(NamedTuple):
+    """A set of causes with its fit: `bic` in the whitened residual of the best of its size."""
+
+    hypothesis: Hypothesis
+    bic: float
+    examined: Examined | None
+
+
+def ranked(data: Data, field: Sequence[Hypothesis], best: Examined, *, plain: bool) -> tuple[Ranked, ...]:
+    """Lowest BIC first; `plain`: of white residuals, each with a variance of its own."""
+    made = []
+    for hypothesis in field:
+        bic = _plain_bic(data, hypothesis) if plain else whitened_bic(data, hypothesis, best.noise)
+        made.append(Ranked(hypothesis, bic, best if hypothesis is best.hypothesis else None))
+    return tuple(sorted(made, key=lambda one: one.bic))
+
+
+def whitened_bic(data: Data, hypothesis: Hypothesis, noise: Sequence[NoiseModel]) -> float:
+    """Of one set, at the optimum of its whitened residual: one Gauss-Newton step from the plain one."""
+    rows = own_rows(data, hypothesis)
+    if rows is None:
+        return np.inf
+    projected = project(rows, noise)
+    return projected.residual + len(hypothesis.shared) * float(np.log(projected.samples))
+
+
+def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
+    """The likeliest, each with coloured noise of its own."""
+    found = []
+    for hypothesis in field:
+        rows = own_rows(data, hypothesis)
+        if rows is not None:
+            left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+            noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
+            count = sum(one.shape[1] for one in left)
+            likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
+            found.append((likelihood + len(hypothesis.shared) * float(np.log(count)), hypothesis))
+    return min(found, key=lambda one: one[0])[1] if found else field[0]
+
+
+def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
+    """Without directions; None where the optimum is on the edge of divergence."""
+    try:
+        lines = hypothesis.linearise(data)
+    except ArithmeticError:
+        return None
+    return [
+        Rows(residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0])
+        for line in lines
+    ]
+
+
+def _plain_bic(data: Data, hypothesis: Hypothesis) -> float:
+    samples = sum(record.samples - record.first for record in data.records)
+    return samples * float(np.log(max(hypothesis.cost, 1e-300))) + len(hypothesis.shared) * float(
+        np.log(samples)
+    )
