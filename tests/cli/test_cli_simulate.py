@@ -146,7 +146,7 @@ def test_a_run_away_of_a_hundred_decades_is_drawn_as_far_as_it_means_anything(
     bench: Path, tmp_path: Path
 ) -> None:
     text = (bench / "model.toml").read_text()
-    text = text.replace("stiffness = { value = ", "stiffness = { value = -").replace(
+    text = text.replace("stiffness = { value = ", "stiffness = { value = -9").replace(
         f"value = {CUBIC}", "value = 0.0"
     )
     (tmp_path / "runs.toml").write_text(text)
