@@ -47,6 +47,8 @@ class Parameter:
     high: float = math.inf
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Of a shape: where to look for it, in multiples of its scale."""
+    of_record: bool = False
+    """Each record may have its own, as the phase of something that runs on between records."""
 
     @property
     def is_shape(self) -> bool:

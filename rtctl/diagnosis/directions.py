@@ -7,22 +7,25 @@ they catch what is in no catalogue and say along which coordinate it lives.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.mechanisms import Mechanism, Scales
-from rtctl.border.simulation import FreeParameter, Simulation, Stimulus
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.border.mechanisms import Scales
+from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, rms
+from rtctl.diagnosis.shapes import shape_grid
 
 FloatArray = NDArray[np.float64]
 STEP = 1e-4
 """Of a parameter's scale: friction and deadbands have no derivative at 0, only a slope over a small step."""
-SHAPES = 4
-"""Values of a shape that are tried, evenly in its logarithm."""
+STEPS = (STEP, 1e-7)
+"""The second where the first lets the motion escape or turn chaotic."""
+LARGEST_MOVE = 0.3
+"""Of the outputs' RMS, by one step."""
 
 
 class Direction(NamedTuple):
@@ -37,6 +40,13 @@ class Direction(NamedTuple):
     shapes: Mapping[str, float]
     scale: float
     """Size of one unit along it: parameter = scale x step."""
+    record: int = -1
+    """Of which it is the own; `ALL`: of all."""
+    trials: int = 1
+    """From how many shapes the data chose this one."""
+
+
+ALL = -1
 
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
@@ -65,34 +75,24 @@ GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
 )
 
 
-def catalogue_directions(simulation: Simulation, ids: tuple[str, ...], scales: Scales) -> list[Direction]:
+def catalogue_directions(
+    simulation: Simulation, ids: tuple[str, ...], data: Data, residuals: Sequence[FloatArray]
+) -> list[Direction]:
     """Of every mechanism in `ids` that the model does not have yet, amplitude by amplitude, shape by shape."""
     found = []
     for identity in ids:
         extended = simulation.extended((identity,))
         mechanism = extended.mechanisms[-1]
         units = {p.declared.name: p for p in extended.parameters if p.mechanism == identity}
-        for shapes in _shape_grid(mechanism, scales):
+        for shapes, trials in shape_grid(mechanism, data, residuals):
             for amplitude in mechanism.amplitudes:
-                size = _size(units[amplitude.name], scales)
-                found.append(Direction(identity, amplitude.name, "", shapes, size))
+                size = _size(units[amplitude.name], data.scales)
+                records = range(len(data.records)) if amplitude.of_record else (ALL,)
+                found += [
+                    Direction(identity, amplitude.name, "", shapes, size, record, trials)
+                    for record in records
+                ]
     return found
-
-
-def _shape_grid(mechanism: Mechanism, scales: Scales) -> Iterator[dict[str, float]]:
-    """Shapes with a default stay there; the others are searched."""
-    axes = {}
-    for parameter in mechanism.parameters:
-        if not parameter.is_shape:
-            continue
-        if parameter.default is not None:
-            axes[parameter.name] = [parameter.default]
-        else:
-            low, high = parameter.shape_range
-            size = abs(parameter.scale(scales)) or 1.0
-            axes[parameter.name] = [size * factor for factor in np.geomspace(low, high, SHAPES).tolist()]
-    for values in itertools.product(*axes.values()):
-        yield dict(zip(axes, values, strict=True))
 
 
 def _size(parameter: FreeParameter, scales: Scales) -> float:
@@ -107,25 +107,41 @@ def _size(parameter: FreeParameter, scales: Scales) -> float:
 def mechanism_slopes(
     hypothesis: Hypothesis, directions: list[Direction], data: Data, index: int
 ) -> FloatArray:
-    """(directions, outputs, n) of record `index`, all of one mechanism."""
+    """(directions, outputs, n) of record `index`, all of one mechanism; zero where it is another record's own."""
     identity = directions[0].mechanism
     simulation = hypothesis.simulation.extended((identity,))
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
-    base = np.array([parameter.value for parameter in simulation.parameters])
-    lanes = np.tile(base, (2 * len(directions), 1))
-    for k, direction in enumerate(directions):
-        for name, value in direction.shapes.items():
-            lanes[2 * k : 2 * k + 2, at[name]] = value
-        lanes[2 * k + 1, at[direction.name]] += STEP * direction.scale
+    neutral = [p.value for p in simulation.parameters[len(hypothesis.simulation.parameters) :]]
+    base = np.append(hypothesis.values_of(index), neutral)
     record = data.records[index]
-    run = simulation.predict(
-        record.stimulus, lanes, np.tile(hypothesis.starts[index], (len(lanes), 1)), data.steps_per_period
-    )
-    outputs = np.stack(
-        [run.outputs[name][:, record.first :] for name in hypothesis.sensitivity.outputs], axis=1
-    )
-    slopes: FloatArray = np.nan_to_num((outputs[1::2] - outputs[::2]) / STEP)
+    outputs = hypothesis.sensitivity.outputs
+    slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
+    left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
+    for step in STEPS:
+        lanes = np.tile(base, (1 + len(left), 1))
+        for lane, k in enumerate(left, 1):
+            for name, value in directions[k].shapes.items():
+                lanes[lane, at[name]] = value
+            lanes[lane, at[directions[k].name]] += step * directions[k].scale
+        start = np.tile(hypothesis.start(index), (len(lanes), 1))
+        run = simulation.predict(record.stimulus, lanes, start, data.steps_per_period)
+        moved = np.stack([run.outputs[name][:, record.first :] for name in outputs], axis=1)
+        moved = moved[1:] - moved[0]
+        tame = _tame(moved, data, outputs)
+        slopes[[k for k, good in zip(left, tame, strict=True) if good]] = moved[tame] / step
+        left = [k for k, good in zip(left, tame, strict=True) if not good]
+        if not left:
+            break
     return slopes
+
+
+def _tame(moved: FloatArray, data: Data, outputs: Sequence[str]) -> NDArray[np.bool_]:
+    """(lanes,) of which differences (lanes, outputs, n) are small beside the motion: a derivative, not an escape."""
+    sizes = np.array([rms(data.records, name) for name in outputs])
+    with np.errstate(invalid="ignore", over="ignore"):
+        largest = np.abs(moved).max(axis=2) / sizes
+        tame: NDArray[np.bool_] = (largest < LARGEST_MOVE).all(axis=1)
+    return tame
 
 
 def generic_directions() -> list[Direction]:
@@ -136,27 +152,22 @@ def generic_directions() -> list[Direction]:
 def generic_slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
     """(generic forces, outputs, n) of record `index`, each as strong as the drive's own force."""
     record = data.records[index]
-    values = hypothesis.values
-    start = np.atleast_2d(hypothesis.starts[index])
+    values = hypothesis.values_of(index)
+    start = np.atleast_2d(hypothesis.start(index))
     base = hypothesis.simulation.predict(record.stimulus, values, start, data.steps_per_period)
     scales, u = data.scales, record.stimulus.inputs["drive"]
     z = base.outputs["displacement"][0] / scales.displacement
     v = base.outputs["velocity"][0] / scales.velocity
     t = np.linspace(-1.0, 1.0, record.samples)
-    slopes = []
-    for _, _, force in GENERIC:
+    outputs = hypothesis.sensitivity.outputs
+    slopes = np.zeros((len(GENERIC), len(outputs), record.samples - record.first))
+    for k, (_, _, force) in enumerate(GENERIC):
         phi = force(z, v, u / (scales.drive or 1.0), t)
-        pushed = u + STEP * (scales.drive or 1.0) * phi
-        stimulus = Stimulus(
-            inputs={"drive": pushed}, holds=record.stimulus.holds, period_s=record.period_s,
-            initial=record.stimulus.initial, peak=record.stimulus.peak,
-        )  # fmt: skip
-        run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
-        slopes.append(
-            [
-                (run.outputs[n] - base.outputs[n])[0, record.first :] / STEP
-                for n in hypothesis.sensitivity.outputs
-            ]
-        )
-    made: FloatArray = np.nan_to_num(np.array(slopes))
-    return made
+        for step in STEPS:
+            stimulus = replace(record.stimulus, inputs={"drive": u + step * (scales.drive or 1.0) * phi})
+            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            moved = np.array([(run.outputs[n] - base.outputs[n])[:, record.first :] for n in outputs])
+            if _tame(moved.swapaxes(0, 1), data, outputs)[0]:
+                slopes[k] = moved[:, 0] / step
+                break
+    return slopes

@@ -60,11 +60,10 @@ def examine(
 ) -> Examined:
     """All tests at the optimum of `hypothesis`; `noise`: of each output, from a better one, or its own leftover."""
     others = tuple(identity for identity in ids if identity not in hypothesis.mechanisms)
-    named = catalogue_directions(hypothesis.simulation, others, data.scales)
+    lines = hypothesis.linearise(data)
+    named = catalogue_directions(hypothesis.simulation, others, data, [line.residual for line in lines])
     directions = [*named, *generic_directions()]
-    rows = [
-        _rows(hypothesis, data, named, index, base) for index, base in enumerate(hypothesis.linearise(data))
-    ]
+    rows = [_rows(hypothesis, data, named, index, base) for index, base in enumerate(lines)]
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
@@ -113,15 +112,18 @@ def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
 def _tests(projected: Projected, directions: Sequence[Direction]) -> list[Test]:
     removed = projected.single()
     named = np.array([k for k, d in enumerate(directions) if d.mechanism], dtype=np.intp)
+    given = np.array([k for k in named if directions[k].trials == 1], dtype=np.intp)
     forces = np.array([k for k, d in enumerate(directions) if not d.mechanism and d.coordinate != "memory"])
     past = np.array([k for k, d in enumerate(directions) if d.coordinate == "memory"])
     tests = []
     usable = named[projected.usable[named]] if len(named) else named
     if len(usable):
-        best = usable[int(np.argmax(removed[usable]))]
-        p_value = min(1.0, float(chi2.sf(removed[best], 1)) * len(usable))
+        trials = np.array([directions[k].trials for k in usable])
+        chances = chi2.sf(removed[usable], 1) * trials
+        best = usable[int(np.argmin(np.where(chances > 0.0, chances, -removed[usable])))]
+        p_value = min(1.0, float(chances.min()) * len(usable))
         tests.append(Test(f"{directions[best].mechanism} alone", float(removed[best]), 1, p_value))
-    for name, chosen in (("catalogue", named), ("generic forces", forces), ("past motion and drive", past)):
+    for name, chosen in (("catalogue", given), ("generic forces", forces), ("past motion and drive", past)):
         statistic, freedom = projected.block(chosen)
         if freedom:
             tests.append(Test(name, statistic, freedom, float(chi2.sf(statistic, freedom))))

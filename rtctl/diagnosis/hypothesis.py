@@ -42,7 +42,7 @@ class Hypothesis:
     simulation: Simulation
     """At the fitted values."""
     starts: FloatArray
-    """(records, states): fitted initial states in units."""
+    """(records, states and own parameters): fitted, in units."""
     cost: float
     sensitivity: Sensitivity
     shared: FloatArray
@@ -52,8 +52,23 @@ class Hypothesis:
 
     @property
     def values(self) -> FloatArray:
-        """All parameters (parameters,) in units."""
-        return self.sensitivity.values(self.shared)
+        """All parameters (parameters,) in units; of those that each record has for itself, the first one's."""
+        return self.values_of(0)
+
+    def values_of(self, record: int) -> FloatArray:
+        """All parameters (parameters,) of one record."""
+        values = self.sensitivity.values(self.shared)
+        values[self.sensitivity.of_record] = self.starts[record, self.states :]
+        return values
+
+    @property
+    def states(self) -> int:
+        """Length of an initial state, which a record's own parameters follow in `starts`."""
+        return len(self.simulation.state)
+
+    def start(self, record: int) -> FloatArray:
+        """Fitted initial state (states,) of one record."""
+        return self.starts[record, : self.states]
 
     def linearise(self, data: Data) -> list[Linearised]:
         """Residual and slopes of each record; raises ArithmeticError where the optimum is on the edge of divergence."""
@@ -80,12 +95,12 @@ def fitted(
     still: frozenset[str] = frozenset(),
 ) -> Hypothesis | None:
     """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
-    free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
-    sensitivity = Sensitivity.of(simulation, data.records, free, scales=data.scales)
-    sigma = np.array([_rms(data.records, name) for name in sensitivity.outputs])
+    sensitivity = sensitivity_of(data, simulation, still)
+    sigma = np.array([rms(data.records, name) for name in sensitivity.outputs])
     if starts is None:
+        own = [simulation.parameters[k].value for k in sensitivity.of_record]
         starts = np.array(
-            [[r.stimulus.initial.get(name, 0.0) for name in simulation.state] for r in data.records]
+            [[*(r.stimulus.initial.get(name, 0.0) for name in simulation.state), *own] for r in data.records]
         )
     cost = SegmentCost(
         sensitivity=sensitivity,
@@ -95,11 +110,18 @@ def fitted(
         steps_per_period=data.steps_per_period,
     )
     begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
-    low, high = _bounds(sensitivity, data.scales)
+    low, high = bounds(sensitivity, data.scales)
     found = minimise(cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7)
     if found is None:
         return None
     return _hypothesis(cost, tuple(mechanisms), found.unknowns, found.equations.cost, still)
+
+
+def sensitivity_of(data: Data, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
+    """Of all parameters but fixed ones and those in `still`; a record's own ones go with its start."""
+    free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
+    apart = [k for k in free if simulation.parameters[k].declared.of_record]
+    return Sensitivity.of(simulation, data.records, free, scales=data.scales, of_record=apart)
 
 
 def polished(data: Data, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
@@ -143,7 +165,7 @@ def _determined(data: Data, hypothesis: Hypothesis, still: set[str]) -> bool:
     return bool(np.linalg.eigvalsh(gram / size[:, None] / size)[0] > LEAST_DETERMINED)
 
 
-def _bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:
+def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:
     """Of the scaled unknowns; shapes stay where they are a shape: a yield displacement of 0 is dry friction."""
     low, high = sensitivity.bounds
     for k, index in enumerate(sensitivity.free):
@@ -168,10 +190,12 @@ def _hypothesis(
     still: frozenset[str],
 ) -> Hypothesis:
     values = cost.sensitivity.values(unknowns.shared)
+    starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
+    values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
     return Hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),
-        starts=np.array([cost.state(k, unknowns) for k in range(len(cost.segments))]),
+        starts=starts,
         cost=value,
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
@@ -179,6 +203,7 @@ def _hypothesis(
     )
 
 
-def _rms(records: Sequence[FitRecord], output: str) -> float:
+def rms(records: Sequence[FitRecord], output: str) -> float:
+    """Of a measured output over all scored samples; 1 where it is zero."""
     squares = sum(float(r.measured[output][r.first :] @ r.measured[output][r.first :]) for r in records)
     return float(np.sqrt(squares / sum(r.samples - r.first for r in records))) or 1.0

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.directions import Direction
+from rtctl.diagnosis.approach import fitted_again
+from rtctl.diagnosis.directions import ALL, Direction
 from rtctl.diagnosis.gate import Examined, examine, start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
 from rtctl.diagnosis.projection import Projected
 from rtctl.diagnosis.race import Runner, race
-from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked
+from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked, whitened_bic
 
 FloatArray = NDArray[np.float64]
 LARGEST_SET = 3
@@ -29,6 +30,8 @@ SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
 EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
+NEAR = 1.5
+"""Times the cost of the best: beyond, no whitening makes a set its equal."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
 WEAK = 0.05
@@ -59,39 +62,50 @@ def search(
     at_nominal = examine(nominal, data, ids)
     if at_nominal.p_value > false_claim_rate:
         return Search(at_nominal, at_nominal, True, (), ())
-    parents, tried = [at_nominal], []
-    best = at_nominal
+    parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
     for size in range(1, LARGEST_SET + 1):
         runners = [runner for parent in parents for runner in _runners(parent)]
         field = race(data, runners, told)
         if not field:
             break
-        best, parents = _front(data, field, ids, false_claim_rate)
+        last, (best, parents) = best, _front(data, field, ids, false_claim_rate)
         passes = best.p_value > false_claim_rate
-        ranking = ranked(data, field, best, plain=not passes)
-        tried.append(ranking)
+        if passes and size > 1 and not _needed(data, last, best):
+            return Search(at_nominal, last, True, _others(data, tried, last, ids), tuple(tried))
+        field = [*(one.hypothesis for one in parents), *field]
+        tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
-            return Search(
-                at_nominal, best, True, _equivalent(data, ranking, best, ids, false_claim_rate), tuple(tried)
-            )
+            return Search(at_nominal, best, True, _others(data, tried, best, ids), tuple(tried))
         told(f"{size} causes do not explain it")
     return Search(at_nominal, best, False, (), tuple(tried))
+
+
+def _needed(data: Data, smaller: Examined, larger: Examined) -> bool:
+    """Whether the larger set is worth its parameters: what the gate found in the smaller one may be chance."""
+    before, after = (whitened_bic(data, one.hypothesis, larger.noise) for one in (smaller, larger))
+    return before - after > NEEDED
+
+
+def _each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+    found: dict[frozenset[str], Hypothesis] = {}
+    for one in field:
+        found.setdefault(frozenset(one.mechanisms), one)
+    return list(found.values())
 
 
 def _front(
     data: Data, field: Sequence[Hypothesis], ids: Sequence[str], rate: float
 ) -> tuple[Examined, list[Examined]]:
     """The one that passes best, else the lowest cost; and those that are extended where none passes."""
-    front = list(field[:1])
     likely = by_likelihood(data, field[:BEAM])
-    if likely is not front[0]:
-        front.append(likely)
+    front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
+    if all(one.p_value <= rate for one in examined):
+        again = sorted((fitted_again(data, one) for one in field[:BEAM]), key=lambda one: one.cost)
+        known = {id(one.hypothesis): one for one in examined}
+        examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
     passing = [one for one in examined if one.p_value > rate]
-    if passing:
-        return max(passing, key=lambda one: one.p_value), examined
-    others = [one for one in field[:BEAM] if all(one is not other for other in front)]
-    return examined[0], [*examined, *(examine(one, data, ids) for one in others)][:BEAM]
+    return max(passing, key=lambda one: one.p_value) if passing else examined[0], examined
 
 
 def _runners(parent: Examined) -> list[Runner]:
@@ -139,17 +153,20 @@ def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
     values = np.array([parameter.value for parameter in simulation.parameters])
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
+    own: dict[str, FloatArray] = {}
     for k, step in zip(group, _joint_step(parent.projected, len(hypothesis.shared), group), strict=True):
         direction = parent.directions[k]
         for name, value in direction.shapes.items():
             values[at[name]] = value
-        values[at[direction.name]] += factor * step * direction.scale
-        if not parent.projected.usable[k]:
+        if direction.record != ALL:
+            of_each = own.setdefault(direction.name, np.zeros(len(hypothesis.starts)))
+            of_each[direction.record] = factor * step * direction.scale
+        elif parent.projected.usable[k]:
+            values[at[direction.name]] += factor * step * direction.scale
+        else:
             still.add(simulation.parameters[at[direction.name]].name)
-            values[at[direction.name]] = simulation.parameters[at[direction.name]].value
-    return Runner(
-        (*hypothesis.mechanisms, identity), start_of(simulation, values), hypothesis.starts, frozenset(still)
-    )
+    starts = np.column_stack((hypothesis.starts, *own.values()))
+    return Runner((*hypothesis.mechanisms, identity), start_of(simulation, values), starts, frozenset(still))
 
 
 def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
@@ -162,14 +179,17 @@ def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> Floa
     return steps
 
 
-def _equivalent(
-    data: Data, ranking: Sequence[Ranked], best: Examined, ids: Sequence[str], rate: float
+def _others(
+    data: Data, tried: Sequence[Sequence[Ranked]], best: Examined, ids: Sequence[str]
 ) -> tuple[Hypothesis, ...]:
     """Sets of the same size that the data do not tell from the best."""
-    reference = next((one.bic for one in ranking if one.hypothesis is best.hypothesis), ranking[0].bic)
-    close = [
-        one for one in ranking if one.hypothesis is not best.hypothesis and one.bic < reference + EQUIVALENT
+    size = len(best.hypothesis.mechanisms)
+    rivals = [
+        one.hypothesis
+        for ranking in tried
+        for one in ranking
+        if len(one.hypothesis.mechanisms) == size and one.hypothesis is not best.hypothesis
     ]
-    return tuple(
-        one.hypothesis for one in close if examine(one.hypothesis, data, ids, best.noise).p_value > rate
-    )
+    reference = whitened_bic(data, best.hypothesis, best.noise)
+    near = [one for one in rivals if one.cost < NEAR * best.hypothesis.cost]
+    return tuple(one for one in near if whitened_bic(data, one, best.noise) < reference + EQUIVALENT)

@@ -6,7 +6,7 @@ Unknowns are scaled: values = scale x unknown, so that one step of the finite di
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +50,8 @@ class Sensitivity:
     """Of each initial state; (0,) where they are given."""
     outputs: tuple[str, ...]
     """That are compared."""
+    of_record: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
+    """Indices of parameters that each record has for itself; they follow the initial state among its own unknowns."""
 
     @classmethod
     def of(
@@ -60,10 +62,13 @@ class Sensitivity:
         *,
         free_start: bool = True,
         scales: Scales | None = None,
+        of_record: Sequence[int] = (),
     ) -> Sensitivity:
-        """`free`: indices of parameters; None: those that are not fixed."""
+        """`free`: indices of parameters; None: those that are not fixed. `of_record`: of those, each record's own."""
         scales = scales or scales_of(records)
         moving = [k for k, one in enumerate(simulation.parameters) if not one.fixed] if free is None else free
+        moving = [k for k in moving if k not in of_record]
+        apart = parameter_scales([simulation.parameters[k] for k in of_record], scales)
         sizes = parameter_scales([simulation.parameters[k] for k in moving], scales)
         by_name = {"displacement": scales.displacement, "velocity": scales.velocity}
         states = [by_name.get(name, 1.0) or 1.0 for name in simulation.state] if free_start else []
@@ -72,8 +77,9 @@ class Sensitivity:
             simulation=simulation,
             free=np.array(moving, dtype=np.intp),
             scale=sizes,
-            state_scale=np.array(states),
+            state_scale=np.append(states, apart),
             outputs=tuple(name for name in simulation.outputs if name in measured),
+            of_record=np.array(of_record, dtype=np.intp),
         )
 
     @property
@@ -97,15 +103,23 @@ class Sensitivity:
     def linearise(
         self, record: FitRecord, shared: FloatArray, start: FloatArray, steps_per_period: float | None = None
     ) -> Linearised | None:
-        """Around scaled `shared` (p,) from the initial state `start` (states,) in units; None: it diverges there."""
+        """Around scaled `shared` (p,) from the initial state `start` (states,) in units; None: it diverges there.
+
+        `start` goes on with the record's own parameters, where there are any.
+        """
         p, q = len(self.free), len(self.state_scale)
         shared_steps, own_steps = self._steps(shared, start)
         values = np.tile(self.values(shared), (1 + p + q, 1))
-        initial = np.tile(start, (1 + p + q, 1))
+        states = len(start) - len(self.of_record)
+        initial = np.tile(start[:states], (1 + p + q, 1))
+        values[:, self.of_record] = start[states:]
         for k in range(p):
             values[1 + k, self.free[k]] += shared_steps[k]
         for k in range(q):
-            initial[1 + p + k, k] += own_steps[k]
+            if k < states:
+                initial[1 + p + k, k] += own_steps[k]
+            else:
+                values[1 + p + k, self.of_record[k - states]] += own_steps[k]
         try:
             run = self.simulation.predict(record.stimulus, values, initial, steps_per_period)
         except ValueError:  # no sensible step resolves these values

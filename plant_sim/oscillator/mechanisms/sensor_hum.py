@@ -21,9 +21,21 @@ MECHANISM = OscillatorMechanism(
     statement="Hum at {frequency} is in the displacement reading ({cosine}, {sine}).",
     parameters=(
         coefficient(
-            "cosine", "{z}", "of the hum at the record's first sample", lambda s: s.displacement, default=0.0
+            "cosine",
+            "{z}",
+            "of the hum at the record's first sample",
+            lambda s: s.displacement,
+            default=0.0,
+            of_record=True,
         ),
-        coefficient("sine", "{z}", "a quarter of a period later", lambda s: s.displacement, default=0.0),
+        coefficient(
+            "sine",
+            "{z}",
+            "a quarter of a period later",
+            lambda s: s.displacement,
+            default=0.0,
+            of_record=True,
+        ),
         shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),
     sensor=humming,

@@ -1,0 +1,81 @@
+"""A start for fits of whole records: the parameters that fit short stretches, each from a state of its own.
+
+A lightly damped oscillator whose frequency is off by more than a period in Q has many minima over a whole record, and
+a bistable one as many as turns; over a few periods there is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, rms, sensitivity_of
+from rtctl.identification.levenberg_marquardt import minimise
+from rtctl.identification.multiple_shooting import cut
+from rtctl.identification.segments import SegmentCost
+from rtctl.identification.weak_form import half_width
+
+FloatArray = NDArray[np.float64]
+PERIODS = (4.0, 16.0, 64.0)
+"""Lengths of the stretches, one after the other."""
+ITERATIONS = 8
+
+
+def approached(data: Data, simulation: Simulation, still: frozenset[str] = frozenset()) -> list[Simulation]:
+    """`simulation` after each length of stretches; those over which it diverges are left out."""
+    found = []
+    width_s = half_width(data.records, data.scales.rate)
+    for periods in PERIODS:
+        length_s = periods * 2.0 * np.pi / data.scales.rate
+        sensitivity = sensitivity_of(data, simulation, still)
+        own = [simulation.parameters[k].value for k in sensitivity.of_record]
+        cost = SegmentCost(
+            sensitivity=sensitivity,
+            segments=[
+                piece._replace(joined=False, start=np.append(piece.start, own))
+                for record in data.records
+                for piece in cut(record, simulation, length_s, width_s)
+            ],
+            sigma=np.array([rms(data.records, name) for name in sensitivity.outputs]),
+            executor=data.executor,
+            steps_per_period=data.steps_per_period,
+        )
+        shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+        cost = _that_run(cost, shared)
+        low, high = bounds(sensitivity, data.scales)
+        reached = minimise(
+            cost.equations, cost.start(shared), low, high, iterations=ITERATIONS, tolerance=1e-4
+        )
+        if reached is not None:
+            simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
+            found.append(simulation)
+    return found
+
+
+def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
+    """Without the stretches that run away at once: beyond its barrier a softening spring has no motion to fit."""
+    unknowns = cost.start(shared)
+    kept = [segment for k, segment in enumerate(cost.segments) if cost.linearise(k, unknowns) is not None]
+    return cost.at(segments=kept) if kept else cost
+
+
+def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
+    """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges."""
+    found = [fitted(data, start, mechanisms) for start in (simulation, *approached(data, simulation)[1:])]
+    return min((one for one in found if one is not None), key=_cost, default=None)
+
+
+def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:
+    """The same set from the values of short stretches, if that is better."""
+    found = [hypothesis]
+    for start in approached(data, hypothesis.simulation, hypothesis.still)[1:]:
+        once = fitted(data, start, hypothesis.mechanisms, hypothesis.starts, still=hypothesis.still)
+        found += [once] if once is not None else []
+    return min(found, key=_cost)
+
+
+def _cost(one: Hypothesis) -> float:
+    return one.cost

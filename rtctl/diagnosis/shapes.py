@@ -1,0 +1,69 @@
+"""Where to look for a shape: evenly in its logarithm, and a frequency also where the residual's spectrum peaks."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.mechanisms import Mechanism, Parameter
+from rtctl.diagnosis.hypothesis import Data
+
+FloatArray = NDArray[np.float64]
+SHAPES = 4
+PEAKS = 3
+APART = 0.08
+"""Relative distance of two peaks."""
+
+
+class Shapes(NamedTuple):
+    """One choice of all shapes of a mechanism, and from how many the data chose it."""
+
+    values: dict[str, float]
+    trials: int
+
+
+def shape_grid(mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray]) -> Iterator[Shapes]:
+    """Shapes with a default stay there, but for frequencies."""
+    axes = {}
+    for parameter in mechanism.parameters:
+        if parameter.is_shape:
+            axes[parameter.name] = _axis(parameter, data, residuals)
+    for choice in itertools.product(*axes.values()):
+        values = {name: value for name, (value, _) in zip(axes, choice, strict=True)}
+        yield Shapes(values, max((trials for _, trials in choice), default=1))
+
+
+def _axis(parameter: Parameter, data: Data, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
+    size = abs(float(parameter.scale(data.scales))) or 1.0
+    low, high = (factor * size for factor in parameter.shape_range)
+    if parameter.default is not None:
+        found = [(parameter.default, 1)]
+    else:
+        found = [(value, 1) for value in np.geomspace(low, high, SHAPES).tolist()]
+    if parameter.unit == "Hz":
+        found += _peaks(data, residuals, low, high)
+    return found
+
+
+def _peaks(data: Data, residuals: Sequence[FloatArray], low: float, high: float) -> list[tuple[float, int]]:
+    """Frequencies [Hz] within the range where the residuals (outputs, n) have most power, and of how many bins."""
+    length = 2 * max(residual.shape[1] for residual in residuals)
+    power = np.zeros(length // 2 + 1)
+    for residual in residuals:
+        window = np.hanning(residual.shape[1])
+        power += np.abs(np.fft.rfft(residual[0] * window, length)) ** 2
+    frequency = np.fft.rfftfreq(length, data.scales.period)
+    power[(frequency < low) | (frequency > high)] = 0.0
+    bins = int(np.count_nonzero(power))
+    found: list[tuple[float, int]] = []
+    for _ in range(PEAKS if bins else 0):
+        k = int(np.argmax(power))
+        if not power[k] > 0.0:
+            break
+        found.append((float(frequency[k]), bins))
+        power[np.abs(frequency - frequency[k]) < APART * frequency[k]] = 0.0
+    return found
