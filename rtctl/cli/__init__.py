@@ -16,6 +16,7 @@ VERBS = {
     "acquire": "play an open-loop excitation through a driver into a dataset",
     "identify": "measured data -> model",
     "simulate": "how far a model is from a dataset",
+    "diagnose": "what the simulation gets wrong, why, and the model with it",
     "serve": "a simulated device on a wire",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from pathlib import Path
 
 
@@ -16,20 +17,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--false-claims", type=float, default=0.05, metavar="RATE",
         help="how often a cause may be claimed where there is none (default 0.05)",
     )  # fmt: skip
+    parser.add_argument(
+        "--mechanisms", metavar="ID[,ID...]", help="try only these of the catalogue (default: all of them)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb."""
+    """The verb. Returns 1 where it was stopped; what was done by then is written."""
     from rtctl.border.errors import InputError
     from rtctl.cli.options import output_folder
     from rtctl.cli.report_diagnosis import print_diagnosis
+    from rtctl.cli.watched_search import watched_search
     from rtctl.comparison import simulation_for
     from rtctl.diagnosis.diagnose import DiagnosisOptions, diagnose
     from rtctl.diagnosis.files import write_diagnosis
     from rtctl.measured import open_dataset, read_dataset
     from rtctl.metrics import finite
     from rtctl.models.oscillator import read_oscillator_model
-    from rtctl.progress import say
     from rtctl.wiring import mechanism_ids
 
     if not 0.0 < args.false_claims < 0.5:
@@ -37,14 +41,33 @@ def run(args: argparse.Namespace) -> int:
     folder = output_folder(args.out)
     simulation = simulation_for(args.model, open_dataset(args.dataset))
     dataset, model = read_dataset(args.dataset), read_oscillator_model(args.model)
-    quiet = args.quiet or args.json
-    found = diagnose(
-        dataset, model, simulation, mechanism_ids(model.kind),
-        DiagnosisOptions(false_claim_rate=args.false_claims), lambda text: say(f"  {text}", quiet=quiet),
-    )  # fmt: skip
-    write_diagnosis(folder, found, dataset, args.model)
+    ids = _chosen(args.mechanisms, mechanism_ids(model.kind))
+    options = DiagnosisOptions(false_claim_rate=args.false_claims)
+    with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as told:
+        found = diagnose(dataset, model, simulation, ids, options, told)
+    write_diagnosis(folder, found, dataset, args.model, _command(args))
     if args.json:
         print(json.dumps(finite(found.json), indent=2))
     elif not args.quiet:
         print_diagnosis(found, folder)
-    return 0
+    return 1 if found.stopped else 0
+
+
+def _chosen(asked: str | None, known: tuple[str, ...]) -> tuple[str, ...]:
+    from rtctl.border.errors import InputError, nearest
+
+    if asked is None:
+        return known
+    wanted = [name.strip() for name in asked.split(",") if name.strip()]
+    for name in wanted:
+        if name not in known:
+            raise InputError(f'--mechanisms: there is no mechanism "{name}"{nearest(name, known)}')
+    if not wanted:
+        raise InputError("--mechanisms: name one at least, such as friction.coulomb")
+    return tuple(name for name in known if name in wanted)
+
+
+def _command(args: argparse.Namespace) -> str:
+    words = ["rtctl", "diagnose", str(args.dataset), "--model", str(args.model), "--out", str(args.out)]
+    words += ["--false-claims", f"{args.false_claims:g}"]
+    return shlex.join([*words, *(["--mechanisms", args.mechanisms] if args.mechanisms else [])])

@@ -36,4 +36,6 @@ def print_diagnosis(found: Diagnosis, folder: Path) -> None:
         )
     for warning in found.warnings:
         print(f"  note: {warning}")
-    print(f"  {folder}/diagnosis.json, {folder}/model-extended.toml")
+    if found.next_experiment is not None:
+        print(f"  {found.next_experiment.statement}\n  rtctl acquire {folder}/next-experiment.toml --out DIR")
+    print(f"results in {folder}: report.html, diagnosis.json, model-extended.toml")

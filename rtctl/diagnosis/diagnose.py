@@ -1,33 +1,43 @@
-"""From a dataset and today's model to the answer: refit, search, name, extend, measure."""
+"""From a dataset and today's model to the answer: refit, search, name, extend, measure, propose."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from rtctl.border.errors import InputError, RunError
+from rtctl.border.errors import RunError
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import Cause, as_json, causes_of
+from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.extended_model import extended_model
 from rtctl.diagnosis.gain import Gain, gain
-from rtctl.diagnosis.gate import Examined
-from rtctl.diagnosis.hypothesis import Data, fitted
+from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.isolability import Isolability, isolability
+from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search, search
+from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.verdict import verdict_of
-from rtctl.identification.fit_record import FitRecord, fit_record
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
 STEPS_PER_PERIOD = 64.0
 """Of the fits: their errors cancel in the differences that are tested; the gain is measured at the full number."""
-LEAST_SAMPLES = 200
+RIVALS = 3
+"""Candidates that the next experiment has to tell apart, at most."""
+
+
+class Stopped(Exception):  # noqa: N818 - not an error
+    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,9 +59,23 @@ class Diagnosis:
     search: Search
     data: Data
     tests: tuple[FitRecord, ...]
+    before: ModelFile
     model: ModelFile
     """Extended; without provenance."""
+    units: Mapping[str, str]
+    isolability: Isolability
+    noise_rms: float
+    """Of the displacement, in its unit."""
+    next_experiment: NextExperiment | None = None
+    shape: Shape | None = None
+    """Of the missing force, where nothing explains it."""
     warnings: tuple[str, ...] = field(default=())
+    stopped: bool = False
+
+    @property
+    def best(self) -> Examined:
+        """What the extended model is: with the causes, or the re-fitted nominal one."""
+        return self.search.chosen if self.causes else self.search.nominal
 
     @property
     def json(self) -> dict[str, Any]:
@@ -60,10 +84,17 @@ class Diagnosis:
         chosen = self.search.chosen
         extra = {
             "warnings": list(self.warnings),
+            "stopped": self.stopped,
             "tests": [test._asdict() for test in chosen.tests],
             "p_value": chosen.p_value,
+            "isolability": {
+                "ids": list(self.isolability.ids),
+                "visible": self.isolability.visible.tolist(),
+                "cosine": self.isolability.cosine.tolist(),
+            },
         }
-        return as_json(self.verdict, self.causes, self.gain, where, None, extra)
+        proposed = self.next_experiment.json if self.next_experiment else None
+        return as_json(self.verdict, self.causes, self.gain, where, proposed, extra)
 
 
 def diagnose(
@@ -74,58 +105,94 @@ def diagnose(
     options: DiagnosisOptions | None = None,
     told: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """Diagnose `simulation` (of `model`) by the records of `dataset`. Raises InputError, RunError."""
+    """Diagnose `simulation` (of `model`) by the records of `dataset`. Raises InputError, RunError.
+
+    `told` hears what is under way, and may raise Stopped.
+    """
     options = options or DiagnosisOptions()
-    fit, tests, warnings = _split(dataset)
+    fit, tests, warnings = split(dataset)
     with threads(options.threads) as executor:
         data = Data(
             records=fit, scales=scales_of(fit), executor=executor if len(fit) > 1 else None,
             steps_per_period=STEPS_PER_PERIOD,
         )  # fmt: skip
         told("the nominal model")
-        already = tuple(mechanism.id for mechanism in simulation.mechanisms)
-        nominal = fitted(data, simulation, already)
-        if nominal is None:
-            raise RunError(
-                "the model diverges on these records: correct its parameters, or let rtctl identify find them"
-            )
-        found = search(data, nominal, ids, options.false_claim_rate, told)
-        noise_cost = _noise_cost(found.chosen)
-        verdict = verdict_of(found, noise_cost)
-        causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
-        best = found.chosen if causes else found.nominal
-        measured = gain(
-            nominal.simulation, best.hypothesis.simulation, tests, dataset.units["displacement"],
-            _noise_rms(found.chosen), data.scales.rate,
-        )  # fmt: skip
+        nominal = _nominal(data, simulation)
+        warnings += short(fit, data.scales.rate)
+        warnings += foreign(fit, nominal.cost, _signal_rms(fit))
+        found, stopped = _searched(data, nominal, ids, options.false_claim_rate, told)
+        if stopped:
+            warnings.append(stopped)
+        return _answer(dataset, model, data, tests, found, warnings, bool(stopped))
+
+
+def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
+    already = tuple(mechanism.id for mechanism in simulation.mechanisms)
+    nominal = fitted_nominal(data, simulation, already)
+    if nominal is None:
+        raise RunError(
+            "the model diverges on these records: correct its parameters, or let rtctl identify find them"
+        )
+    return nominal
+
+
+def _searched(
+    data: Data, nominal: Hypothesis, ids: Sequence[str], rate: float, told: Callable[[str], None]
+) -> tuple[Search, str]:
+    """The search, or what is known without it and why there is no more."""
+    tried: list[str] = []
+
+    def noted(text: str) -> None:
+        told(text)
+        tried.append(text)
+
+    try:
+        return search(data, nominal, ids, rate, noted), ""
+    except Stopped:
+        examined = examine(nominal, data, ids)
+        return Search(examined, examined, examined.p_value > rate, (), ()), (
+            f"stopped by the user after {len(tried)} fits: no cause is claimed; residual, place and isolability are of "
+            "the re-fitted nominal model"
+        )
+
+
+def _answer(
+    dataset: Dataset, model: ModelFile, data: Data, tests: tuple[FitRecord, ...], found: Search,
+    warnings: list[str], stopped: bool,
+) -> Diagnosis:  # fmt: skip
+    """From the search to what is told."""
+    noise_cost, noise_rms = _noise_cost(found.chosen), _noise_rms(found.chosen)
+    verdict = verdict_of(found, noise_cost)
+    causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
+    best = found.chosen if causes else found.nominal
+    where = places(found.nominal)
+    units = dict(dataset.units)
+    gap = verdict in ("unexplained", "partly_explained")
     return Diagnosis(
-        verdict=verdict, causes=tuple(causes), gain=measured, where=tuple(places(found.nominal)), search=found,
-        data=data, tests=tests, model=extended_model(model, best, {}), warnings=tuple(warnings),
+        verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=model,
+        gain=gain(found.nominal.hypothesis.simulation, best.hypothesis.simulation, tests, units["displacement"],
+                  noise_rms, data.scales.rate),
+        model=extended_model(model, best, {}), units=units, isolability=isolability(found.nominal), noise_rms=noise_rms,
+        next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
+        shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
+        warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip
 
 
-def _split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
-    """Records to fit and to test on; where none is marked, the last one is held out, and that is said."""
-    warnings: list[str] = []
-    usable = [record for record in dataset.records if record.samples - record.ignore_first >= LEAST_SAMPLES]
-    for record in dataset.records:
-        if record not in usable:
-            warnings.append(
-                f"record {record.name} has fewer than {LEAST_SAMPLES} scored samples and was left out"
-            )
-    fit = [record for record in usable if record.use != "test"]
-    tests = [record for record in usable if record.use == "test"]
-    if not fit:
-        raise InputError(f'{dataset.path}: no record with use = "fit" is long enough to diagnose')
-    if not tests and len(fit) > 1:
-        tests = [fit.pop()]
-        warnings.append(
-            f'no record has use = "test": {tests[0].name} was held out of the fit to measure the gain'
-        )
-    elif not tests:
-        warnings.append("one record and no test record: the gain could not be measured")
-    holds = dataset.holds
-    return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings
+def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
+    """What an experiment has to tell apart: the equivalents, or the best of the causes that do not explain it."""
+    if verdict == "explained":
+        return [found.chosen.hypothesis, *found.equivalent][:RIVALS] if found.equivalent else []
+    if verdict == "adequate" or not found.tried:
+        return []
+    return [one.hypothesis for one in found.tried[0][:RIVALS]]
+
+
+def _signal_rms(records: Sequence[FitRecord]) -> float:
+    """The unit of a fit's cost: RMS of the displacement about zero."""
+    return float(
+        np.sqrt(np.mean(np.concatenate([r.measured["displacement"][r.first :] for r in records]) ** 2))
+    )
 
 
 def _noise_rms(examined: Examined) -> float:

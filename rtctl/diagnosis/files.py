@@ -1,36 +1,71 @@
-"""The files of a diagnosis: `diagnosis.json`, `model-extended.toml`."""
+"""The files of a diagnosis: `model-extended.toml`, `next-experiment.toml`, `report.html`, `diagnosis.json`."""
 
 from __future__ import annotations
 
 import hashlib
-import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from rtctl import __version__
+from rtctl.atomic import replacing
 from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.next_experiment import NextExperiment
+from rtctl.diagnosis.report import report_page
 from rtctl.measured.dataset import Dataset
 from rtctl.metrics import write_json
 from rtctl.models.oscillator import write_oscillator_model
 
+NAMES = ("diagnosis.json", "report.html", "model-extended.toml", "next-experiment.toml")
+HEAD = """# {statement}
+# Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on the extended model
+# beside it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
+"""
 
-def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, model: Path) -> None:
-    """The answer last: a folder with a diagnosis.json has all of it."""
-    (folder / "diagnosis.json").unlink(missing_ok=True)
+
+def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, model: Path, command: str) -> None:
+    """The answer last: a folder with a diagnosis.json has all of it, and nothing of an earlier one."""
     folder.mkdir(parents=True, exist_ok=True)
-    extended = found.model.model_copy(update={"provenance": _provenance(found, dataset, model)})
+    for name in NAMES:
+        (folder / name).unlink(missing_ok=True)
+    provenance = provenance_of(found, dataset, model, command)
+    extended = found.model.model_copy(update={"provenance": provenance})
     write_oscillator_model(folder / "model-extended.toml", extended)
-    write_json(folder / "diagnosis.json", found.json)
+    if found.next_experiment is not None:
+        _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))
+    _write_text(folder / "report.html", report_page(found, dataset, provenance))
+    write_json(folder / "diagnosis.json", found.json | {"provenance": provenance})
 
 
-def _provenance(found: Diagnosis, dataset: Dataset, model: Path) -> dict[str, Any]:
+def scenario_text(proposed: NextExperiment) -> str:
+    """As `rtctl acquire` takes it."""
+    return (
+        HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(dict(proposed.best.input.scenario))
+    )
+
+
+def provenance_of(found: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:
+    """What the model file and the page say of where they come from."""
+    files = sorted({record.file for record in dataset.records if record.file})
     return {
         "dataset": dataset.name,
-        "dataset_sha256": hashlib.sha256(dataset.path.read_bytes()).hexdigest(),
+        "sha256": {name: _sha256(dataset.path.parent / name) for name in [dataset.path.name, *files]},
         "model": model.name,
-        "model_sha256": hashlib.sha256(model.read_bytes()).hexdigest(),
+        "model_sha256": _sha256(model),
         "verdict": found.verdict,
-        "command": shlex.join(["rtctl", *sys.argv[1:]]),
+        "fitted_records": [record.name for record in found.data.records],
+        "test_records": [record.name for record in found.tests],
+        "command": command,
         "version": __version__,
     }
+
+
+def _write_text(path: Path, text: str) -> None:
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,147 @@
+"""What the data do not allow, found before the search, in words: too short, one tone, clipped, nothing moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.errors import InputError
+from rtctl.identification.fit_record import FitRecord, fit_record
+from rtctl.measured.dataset import Dataset, Record
+
+FloatArray = NDArray[np.float64]
+LEAST_SAMPLES = 200
+LEAST_PERIODS = 5.0
+CLIPPED_SHARE = 0.005
+CLIPPED_PILE = 4.0
+"""Times as many samples as at any of the levels beside it: even a quantised sine has no more than 2.4."""
+TONE_SHARE = 0.995
+"""Of the drive's power in one line."""
+FOREIGN_SHARE = 0.6
+"""Of the signal's RMS that a re-fitted model of the same device would not leave."""
+
+
+def split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
+    """Records to fit, records to test on, warnings; where none is marked, the last is held out, and that is said."""
+    usable = [record for record in dataset.records if record.samples - record.ignore_first >= LEAST_SAMPLES]
+    warnings = [
+        f"record {record.name} has {record.samples - record.ignore_first} scored samples, fewer than "
+        f"{LEAST_SAMPLES}, and was left out"
+        for record in dataset.records
+        if record not in usable
+    ]
+    usable, still = _moving(usable)
+    warnings += still
+    fit = [record for record in usable if record.use != "test"]
+    tests = [record for record in usable if record.use == "test"]
+    if not fit:
+        raise InputError(
+            "\n".join(
+                [
+                    f'{dataset.path}: no record with use = "fit" can be diagnosed; {LEAST_SAMPLES} samples of a '
+                    "moving displacement are needed",
+                    *warnings,
+                ]
+            )
+        )
+    if not tests and len(fit) > 1:
+        tests = [fit.pop()]
+        warnings.append(
+            f'no record has use = "test": {tests[0].name} was held out of the fit to measure the gain'
+        )
+    elif not tests:
+        warnings.append(
+            'one record and none with use = "test": the gain could not be measured; add a record at another amplitude'
+        )
+    for record in (*fit, *tests):
+        warnings += _clipped(record, dataset.units["displacement"])
+    warnings += _one_tone(fit)
+    holds = dataset.holds
+    return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings
+
+
+def _moving(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
+    """Those with a displacement that moves, and what is wrong with the others."""
+    good, warnings = [], []
+    for record in records:
+        if not record.has("displacement"):
+            warnings.append(f"record {record.name} has no displacement and was left out")
+        elif np.ptp(record.signals["displacement"][record.ignore_first :]) == 0.0:
+            warnings.append(f"record {record.name}: the displacement is one constant number; it was left out")
+        else:
+            good.append(record)
+    return good, warnings
+
+
+def short(records: Sequence[FitRecord], rate: float) -> list[str]:
+    """Warning where all records together are a few periods of the motion (`rate` [1/s])."""
+    duration = sum((record.samples - record.first) * record.period_s for record in records)
+    periods = duration * rate / (2.0 * np.pi)
+    if periods >= LEAST_PERIODS:
+        return []
+    return [
+        f"the fit records hold {periods:.2g} periods of the motion, {duration:.3g} s: slow or weak effects and the "
+        "damping cannot be told from the start; record longer"
+    ]
+
+
+def foreign(
+    records: Sequence[FitRecord], cost: float, sigma: float, output: str = "displacement"
+) -> list[str]:
+    """Warning where the re-fitted nominal model leaves most of the signal; `cost`: half the squares over `sigma`^2."""
+    signals = [record.measured[output][record.first :] for record in records]
+    samples = sum(len(signal) for signal in signals)
+    power = sum(float(np.sum((signal - signal.mean()) ** 2)) for signal in signals)
+    left = np.sqrt(2.0 * cost / samples) * sigma
+    share = left / np.sqrt(power / samples)
+    if not share > FOREIGN_SHARE:
+        return []
+    return [
+        f"the nominal model, re-fitted, leaves {share:.0%} of the displacement's RMS: is it a model of this device, "
+        "are the units and signs right? A cause named on this basis is doubtful; try rtctl identify first"
+    ]
+
+
+def _clipped(record: Record, unit: str) -> list[str]:
+    """Readings that pile up at exactly the largest or smallest value."""
+    found = []
+    for name, values in (
+        ("largest", record.signals["displacement"]),
+        ("smallest", -record.signals["displacement"]),
+    ):
+        levels, counts = np.unique(values, return_counts=True)
+        beside = counts[-4:-1].max() if len(counts) > 1 else 0
+        if len(levels) > 8 and counts[-1] >= max(10, CLIPPED_SHARE * len(values), CLIPPED_PILE * beside):
+            value = levels[-1] if name == "largest" else -levels[-1]
+            found.append(
+                f"record {record.name}: {counts[-1]} readings are exactly the {name} value, {value:.5g} {unit}: a "
+                "clipped sensor; what it hid cannot be diagnosed, and the clipping itself may be named as "
+                "sensor.saturation"
+            )
+    return found
+
+
+def _one_tone(records: Sequence[Record]) -> list[str]:
+    """Drives that are all the same single line."""
+    lines = []
+    for record in records:
+        drive = record.signals["drive"] - record.signals["drive"].mean()
+        power = np.abs(np.fft.rfft(drive * np.hanning(len(drive)))) ** 2
+        top = int(np.argmax(power))
+        total = float(power.sum())
+        if not total > 0.0:
+            continue
+        if power[max(0, top - 3) : top + 4].sum() < TONE_SHARE * total or top < 4:
+            return []
+        lines.append((top / (len(drive) * record.period_s), float(np.std(drive))))
+    frequencies, sizes = (np.array([line[k] for line in lines]) for k in (0, 1))
+    if not lines or np.ptp(frequencies) > 0.02 * frequencies.mean() or np.ptp(sizes) > 0.05 * sizes.mean():
+        return []
+    return [
+        f"every fit record is driven by the same tone of {frequencies.mean():.4g} Hz at one level: once it is "
+        "steady it says no more than one complex compliance and its harmonics; what changes with frequency or "
+        "amplitude (a delay, a lag, most nonlinear terms) cannot be told apart. Add a sweep or a multisine at two "
+        "levels"
+    ]

@@ -1,0 +1,160 @@
+"""Inputs that a plant can take, as tables of a scenario: what is scored is what `rtctl acquire` plays.
+
+Kinds x levels (a quarter, half and all of the largest drive seen) x rates (about the dominant frequency of the motion).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.quantities import check
+from rtctl.diagnosis.hypothesis import Data
+from rtctl.scenario import profile_of, scenario_of
+
+FloatArray = NDArray[np.float64]
+LEVELS = (0.25, 0.5, 1.0)
+MOST_SAMPLES = 4096
+HIGHEST = 0.45
+"""Of the sample rate: no line lies above."""
+
+
+class Input(NamedTuple):
+    """One entry: in words, as a table, as levels (n,) in the drive's unit, one a period."""
+
+    statement: str
+    scenario: Mapping[str, Any]
+    levels: FloatArray
+    period_s: float
+
+
+class _Setting(NamedTuple):
+    """What the tables of one level have in common."""
+
+    level: float
+    """Share of the range around its middle."""
+    frequency_hz: float
+    duration_s: float
+    period_s: float
+    at: str
+
+    @property
+    def amplitude(self) -> str:
+        """Excursion from the middle."""
+        return f"{50.0 * self.level:g} %"
+
+    @property
+    def span(self) -> tuple[str, str]:
+        """Lowest and highest level."""
+        return f"{50.0 - 50.0 * self.level:g} %", f"{50.0 + 50.0 * self.level:g} %"
+
+    def band(self, low: float, high: float) -> tuple[dict[str, str], str]:
+        """In multiples of the dominant frequency, as keys and in words; no line beyond what the samples carry."""
+        last = min(high * self.frequency_hz, HIGHEST / self.period_s)
+        first = min(low * self.frequency_hz, 0.3 * last)
+        keys = {"frequency_low": f"{first:.6g} Hz", "frequency_high": f"{last:.6g} Hz"}
+        return keys, f"{first:.3g} to {last:.3g} Hz"
+
+    def holds(self, periods: float) -> tuple[float, int]:
+        """Length [s] of a hold of so many periods of the motion, and how many there are, two at least."""
+        hold = min(max(self.period_s, periods / self.frequency_hz), 0.5 * self.duration_s)
+        return hold, max(2, int(self.duration_s / hold))
+
+    def seconds(self, value: float) -> str:
+        """As a scenario has it: whole periods, one at least."""
+        return f"{max(1, round(value / self.period_s)) * self.period_s:.9g} s"
+
+
+def drive_range(data: Data) -> tuple[float, float]:
+    """[drive unit] Largest seen, to both sides where the drive has a sign."""
+    low = min(float(record.stimulus.inputs["drive"].min()) for record in data.records)
+    high = max(float(record.stimulus.inputs["drive"].max()) for record in data.records)
+    if low < 0.0:
+        return -max(-low, high), max(-low, high)
+    return low, high
+
+
+def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
+    """All entries; none where nothing drove the records or they are too fast for a device's clock."""
+    low, high = drive_range(data)
+    period_us = round(1e6 * min(record.period_s for record in data.records))
+    if not (high > low and period_us >= 1):
+        return []
+    period_s = 1e-6 * period_us
+    samples = min(MOST_SAMPLES, int(np.median([record.samples for record in data.records])))
+    frequency = data.scales.rate / (2.0 * np.pi)
+    made = []
+    for level in LEVELS:
+        at = f"at {level:.0%} of {high:.4g} {units['drive']}"
+        setting = _Setting(level, frequency, samples * period_s, period_s, at)
+        for statement, table in _tables(setting):
+            scenario = _scenario(table, units, low, high, period_us)
+            profile = profile_of("oscillator", units["drive"], units["displacement"])
+            checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
+            levels = checked.excitation[0].build(low, high, period_s)
+            made.append(Input(statement, scenario, levels, period_s))
+    return made
+
+
+def _tables(setting: _Setting) -> list[tuple[str, dict[str, Any]]]:
+    """In words, and as `[[excitation]]`."""
+    return [*_multisines(setting), *_sweeps(setting), *_levels(setting)]
+
+
+def _multisines(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
+    for words, low, high in (("narrow", 0.6, 1.6), ("wide", 0.15, 3.0)):
+        edges, span = s.band(low, high)
+        table: dict[str, Any] = {"kind": "random_multisine", "seed": 1, "amplitude": s.amplitude, **edges}
+        table |= {"duration": s.seconds(0.8 * s.duration_s), "ring_down": s.seconds(0.2 * s.duration_s)}
+        yield f"{words} multisine, {span}, {s.at}", table
+
+
+def _sweeps(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
+    for words, part in (("slow", 0.8), ("fast", 0.2)):
+        edges, span = s.band(0.4, 2.2)
+        table: dict[str, Any] = {"kind": "frequency_sweep", "amplitude": s.amplitude, **edges}
+        table |= {"duration": s.seconds(part * s.duration_s), "ring_down": s.seconds(0.2 * s.duration_s)}
+        yield f"{words} sweep, {span} in {part * s.duration_s:.3g} s, {s.at}", table
+
+
+def _levels(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Random levels, a telegraph of two, steps with their ring-down."""
+    low, high = s.span
+    for words, periods in (("fast", 0.3), ("slow", 4.0)):
+        hold, count = s.holds(periods)
+        table: dict[str, Any] = {
+            "kind": "random_staircase",
+            "levels": count,
+            "seed": 2,
+            "low": low,
+            "high": high,
+        }
+        yield f"{words} random levels, each held {hold:.3g} s, {s.at}", table | {"hold": s.seconds(hold)}
+    hold, count = s.holds(0.35)
+    signs = np.random.default_rng(3).integers(0, 2, count)
+    table = {"kind": "levels", "hold": s.seconds(hold), "levels": [s.span[k] for k in signs]}
+    yield f"random telegraph, shortest hold {hold:.3g} s, {s.at}", table
+    hold, count = s.holds(12.0)
+    table = {"kind": "levels", "hold": s.seconds(hold), "levels": [high, "50 %"], "times": max(1, count // 2)}
+    yield f"steps and ring-downs, each {hold:.3g} s, {s.at}", table
+
+
+def _scenario(
+    excitation: Mapping[str, Any], units: Mapping[str, str], low: float, high: float, period_us: int
+) -> dict[str, Any]:
+    """As `rtctl acquire` takes it."""
+    unit = units["drive"]
+    return {
+        "scenario": {
+            "title": "next experiment", "plant": "oscillator", "drive_unit": unit,
+            "displacement_unit": units["displacement"], "period": f"{period_us} us",
+        },
+        "driver": {"kind": "inprocess", "device": "model-extended.toml"},
+        "limits": {
+            "low": f"{low:.9g} {unit}", "high": f"{high:.9g} {unit}", "safe": f"{min(max(0.0, low), high):.9g} {unit}",
+        },
+        "excitation": [dict(excitation)],
+    }  # fmt: skip

@@ -1,0 +1,89 @@
+"""A self-contained HTML page: its look, and the few elements that a report is made of. No network, light and dark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+STYLE = """
+:root { color-scheme: light dark; --ink: #1a1c1f; --dim: #5c636b; --paper: #ffffff; --card: #f5f6f8; --line: #dcdfe3;
+  --good: #00734f; --bad: #b04a00; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8eaed; --dim: #a3abb4; --paper: #15171a; --card: #1f2226;
+  --line: #363b41; --good: #4fc79b; --bad: #f39b5c; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 66rem; padding: 2rem 1.5rem 4rem; background: var(--paper); color: var(--ink);
+  font: 16px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
+h1 { font-size: 1.75rem; line-height: 1.25; margin: .2rem 0 .6rem; }
+h2 { font-size: 1.2rem; margin: 2.6rem 0 .4rem; padding-top: .8rem; border-top: 1px solid var(--line); }
+p { margin: .4rem 0; max-width: 50rem; }
+.dim, figcaption { color: var(--dim); } .small, figcaption { font-size: .9rem; }
+.explained, .adequate { color: var(--good); } .unexplained, .partly_explained { color: var(--bad); }
+.tiles { display: flex; flex-wrap: wrap; gap: .8rem; margin: 1.2rem 0; }
+.tile { background: var(--card); border-radius: 10px; padding: .7rem 1rem; min-width: 9rem; flex: 1; }
+.tile b { display: block; font-size: 1.45rem; line-height: 1.3; } .tile span { color: var(--dim); font-size: .85rem; }
+table { border-collapse: collapse; margin: .8rem 0; width: 100%; font-size: .93rem; }
+th, td { text-align: left; padding: .35rem .7rem .35rem 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+figure { margin: 1rem 0; } figure img { display: block; max-width: 100%; background: #fff; border-radius: 10px;
+  padding: 6px; border: 1px solid var(--line); }
+code { background: var(--card); padding: .05rem .3rem; border-radius: 4px; overflow-wrap: anywhere; }
+.note { border-left: 4px solid var(--bad); background: var(--card); padding: .5rem .9rem; margin: .5rem 0; }
+.scroll { overflow-x: auto; }
+@media print { body { max-width: none; padding: 0; font-size: 11px; } h2 { break-after: avoid; }
+  figure, .tile, tr { break-inside: avoid; } :root { --ink: #000; --paper: #fff; --card: #f3f3f3; --line: #bbb;
+  --dim: #444; --good: #00573c; --bad: #8a3a00; } }
+"""
+
+
+def page(title: str, parts: Sequence[str]) -> str:
+    """The whole file."""
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join(parts)
+        + "\n</body>\n</html>\n"
+    )
+
+
+def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """Cells are HTML; columns in `numbers` are aligned right."""
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        return (
+            "<tr>"
+            + "".join(
+                f"<{tag}{' class=n' if k in numbers else ''}>{cell}</{tag}>" for k, cell in enumerate(cells)
+            )
+            + "</tr>"
+        )
+
+    body = "".join(line(row, "td") for row in rows)
+    return (
+        f'<div class="scroll"><table><thead>{line(headers, "th")}</thead><tbody>{body}</tbody></table></div>'
+    )
+
+
+def figure(source: str, alternative: str, caption: str, number: int) -> str:
+    """A picture inside the page, with what to see in it."""
+    return (
+        f'<figure><img alt="{escape(alternative)}" src="{source}">'
+        f"<figcaption><b>Figure {number}.</b> {caption}</figcaption></figure>"
+    )
+
+
+def tile(value: str, what: str) -> str:
+    """One number that matters."""
+    return f'<div class="tile"><b>{value}</b><span>{what}</span></div>'
+
+
+def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """A value and its interval with as many digits as the interval's width says."""
+    width = abs(high - low)
+    if not (width > 0.0 and width < float("inf")):
+        return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
+    import math
+
+    size = max(abs(value), width)
+    digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
+    return f"{value:.{digits}g}", f"{low:.{digits}g}", f"{high:.{digits}g}"

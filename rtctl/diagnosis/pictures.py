@@ -1,0 +1,138 @@
+"""The pictures of a diagnosis: which record, which numbers; how they look is `rtctl.plots`'."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Prediction, Simulation
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.hypothesis import Hypothesis
+from rtctl.identification.fit_record import FitRecord
+from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
+from rtctl.plots.diagnosis_ranking import (
+    candidates_figure,
+    coordinates_figure,
+    isolability_figure,
+    shape_figure,
+)
+from rtctl.plots.style import house_style
+
+FloatArray = NDArray[np.float64]
+MOST_CANDIDATES = 12
+PAGE_DOTS_PER_INCH = 110
+NOISE_BINS = 1024
+
+
+class Picture(NamedTuple):
+    """A figure of the page, by the section that it is in."""
+
+    section: str
+    figure: Figure
+    alternative: str
+    """What it shows, for who does not see it."""
+
+    def data_uri(self) -> str:
+        """As a page carries it inside."""
+        with house_style():
+            buffer = io.BytesIO()
+            self.figure.savefig(buffer, format="png", dpi=PAGE_DOTS_PER_INCH)
+        return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def pictures(found: Diagnosis) -> list[Picture]:
+    """All that there is something to show of."""
+    made = _of_the_motion(found)
+    if found.where:
+        figure = coordinates_figure([p.coordinate for p in found.where], [p.share for p in found.where])
+        made.append(Picture("where", figure, "share of the error along each coordinate"))
+    if found.shape is not None:
+        shape = found.shape
+        figure = shape_figure(
+            shape.coordinate, shape.unit, shape.knots, shape.force, shape.error, shape.force_unit
+        )
+        made.append(Picture("shape", figure, f"missing force against {shape.coordinate}"))
+    if found.search.tried:
+        made.append(Picture("candidates", _candidates(found), "error that each candidate leaves"))
+    if len(found.isolability.ids) > 1:
+        found_at = found.isolability
+        figure = isolability_figure(found_at.ids, found_at.visible, found_at.cosine)
+        made.append(Picture("isolability", figure, "which effects these data can tell apart"))
+    return made
+
+
+def before_after(found: Diagnosis) -> list[BeforeAfter]:
+    """Free runs over the test records, the worst first; over the fitted ones where none is a test."""
+    before, after = found.search.nominal.hypothesis.simulation, found.best.hypothesis.simulation
+    records = found.tests or found.data.records
+    made = [_one(record, before, after, found) for record in records]
+    return sorted(made, key=lambda one: -float(np.mean(one.errors[0] ** 2)))
+
+
+def _one(record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis) -> BeforeAfter:
+    old, new = _free_run(before, record), _free_run(after, record)
+    scored = slice(record.first, None)
+    return BeforeAfter(
+        record=record.name, unit=found.units["displacement"], rate=found.data.scales.rate,
+        time_s=record.period_s * np.arange(record.samples, dtype=np.float64)[scored],
+        measured=record.measured["displacement"][scored],
+        before=old.outputs["displacement"][0][scored], after=new.outputs["displacement"][0][scored],
+        velocity=new.outputs["velocity"][0][scored],
+    )  # fmt: skip
+
+
+def _free_run(simulation: Simulation, record: FitRecord) -> Prediction:
+    return simulation.predict(record.stimulus, np.array([p.value for p in simulation.parameters]))
+
+
+def _of_the_motion(found: Diagnosis) -> list[Picture]:
+    records, extended = before_after(found), bool(found.causes)
+    shown = records[0]
+    period_s = float(shown.time_s[1] - shown.time_s[0])
+    power = found.search.chosen.noise[0].power(2 * NOISE_BINS)
+    density = np.sqrt(2.0 * power * period_s)
+    frequency = np.linspace(0.0, 0.5 / period_s, len(density))
+    return [
+        Picture(
+            "stretch", stretch_figure(shown, found.noise_rms, extended=extended), "measured and simulated"
+        ),
+        Picture("spectrum", spectrum_figure(shown, frequency, density, extended=extended), "error spectra"),
+        Picture("plane", plane_figure(records, extended=extended), "error over displacement and velocity"),
+    ]
+
+
+def _candidates(found: Diagnosis) -> Figure:
+    """Of the size that was chosen, or of the last one tried."""
+    ranking = sorted(ranking_of(found), key=lambda one: one[1].cost)[:MOST_CANDIDATES]
+    scale = _error_scale(found)
+    chosen = {frozenset(found.search.chosen.hypothesis.mechanisms)} if found.causes else set()
+    chosen |= {frozenset(other.mechanisms) for other in found.search.equivalent}
+    return candidates_figure(
+        [label for label, _ in ranking],
+        [float(np.sqrt(2.0 * one.cost)) * scale for _, one in ranking],
+        [frozenset(one.mechanisms) in chosen for _, one in ranking],
+        float(np.sqrt(2.0 * found.search.nominal.hypothesis.cost)) * scale,
+        found.noise_rms,
+        found.units["displacement"],
+    )
+
+
+def _error_scale(found: Diagnosis) -> float:
+    """[unit] of a fit's residual of RMS 1 / sqrt(samples): costs are in squares over the signal's."""
+    readings = np.concatenate([r.measured["displacement"][r.first :] for r in found.data.records])
+    return float(np.sqrt(np.mean(readings**2)) / np.sqrt(len(readings)))
+
+
+def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:
+    """Label and hypothesis, best first."""
+    sizes = found.search.tried
+    size = len(found.search.chosen.hypothesis.mechanisms)
+    ranking = next(
+        (r for r in sizes if r and len(r[0].hypothesis.mechanisms) == size), sizes[-1] if sizes else ()
+    )
+    return [(" + ".join(one.hypothesis.mechanisms), one.hypothesis) for one in ranking]

@@ -1,0 +1,101 @@
+"""`report.html`: a diagnosis as one would show it at a design review, on one page that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.page import figure, page, tile
+from rtctl.diagnosis.pictures import Picture, pictures
+from rtctl.diagnosis.sections import (
+    candidates,
+    causes,
+    parameters,
+    proposal,
+    provenance_section,
+    questions,
+    verdict_sentence,
+)
+from rtctl.measured.dataset import Dataset
+
+CAPTIONS = {
+    "stretch": "Free runs from each record's first sample, no measured output fed in. Errors within the grey band are "
+    "noise; {whose}.",
+    "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
+    "plane": "Mean error of all records that are compared, over displacement and velocity. A "
+    "pattern (a sign that changes with velocity, a corner, a ring) is structure; a model that is right leaves no pattern.",
+    "where": "How much of the error of today's model a force along this coordinate alone would remove. Coordinates "
+    "overlap, so the shares do not add up.",
+    "shape": "The force that today's model lacks, without any formula: {shape}. A straight line of displacement or "
+    "velocity would be taken up by stiffness or damping and is not seen here.",
+    "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
+    "parameters. Blue: passes all questions below.",
+    "isolability": "Before any name: where two effects leave the same trace in these data (dark), no method tells them "
+    "apart; an effect with little that is visible hides behind the nominal parameters.",
+}
+
+
+def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
+    """The whole page."""
+    shown = {picture.section: picture for picture in pictures(found)}
+    numbers = {section: k for k, section in enumerate(shown, start=1)}
+
+    def drawn(section: str) -> str:
+        return _figure(found, shown[section], numbers[section]) if section in shown else ""
+
+    parts = [
+        f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
+        f'<h1>{verdict_sentence(found)}</h1>',
+        *(f'<div class="note">{escape(warning)}</div>' for warning in found.warnings),
+        _tiles(found),
+        causes(found),
+        "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("spectrum"), drawn("plane"),
+        "<h2>Where the error lives</h2>", drawn("where") or "<p>Along no coordinate: what is left is noise.</p>",
+        drawn("shape"),
+        "<h2>What was tried</h2>", candidates(found), drawn("candidates"), questions(found),
+        "<h2>What these data can tell apart</h2>", drawn("isolability"),
+        proposal(found),
+        parameters(found),
+        provenance_section(provenance),
+    ]  # fmt: skip
+    return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
+
+
+def _figure(found: Diagnosis, picture: Picture, number: int) -> str:
+    whose = (
+        "a test record, which took no part in any fit"
+        if found.tests
+        else "a record of the fit: none is a test"
+    )
+    shape = ""
+    if found.shape is not None:
+        shape = f"it would remove {found.shape.share:.0%} of the error beyond the noise"
+    caption = CAPTIONS[picture.section].format(whose=whose, shape=shape)
+    return figure(picture.data_uri(), picture.alternative, caption, number)
+
+
+def _tiles(found: Diagnosis) -> str:
+    gain = found.gain
+    made = []
+    if gain is not None:
+        made = [
+            tile(f"{gain.before:.3g} {gain.unit}", "RMS error of today's model on test records, re-fitted")
+        ]
+        if found.causes:
+            made += [
+                tile(f"{gain.after:.3g} {gain.unit}", "with the extended model"),
+                tile(
+                    f"{gain.ratio:.3g}×",
+                    f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}",
+                ),
+            ]
+    made.append(
+        tile(f"{found.noise_rms:.3g} {found.units['displacement']}", "noise of the reading, as estimated")
+    )
+    if found.causes:
+        made.append(
+            tile(f"{found.causes[0].probability:.1%}", f"probability of {escape(found.causes[0].id)}")
+        )
+    return '<div class="tiles">' + "".join(made) + "</div>"

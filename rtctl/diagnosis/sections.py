@@ -1,0 +1,147 @@
+"""The sections of a report in words and tables; every number with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from rtctl.diagnosis.answer import Estimate, estimates_of
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.page import significant, table
+from rtctl.diagnosis.pictures import ranking_of
+
+MOST_ROWS = 8
+
+
+def verdict_sentence(found: Diagnosis) -> str:
+    """The answer."""
+    names = " and ".join(escape(cause.id) for cause in found.causes)
+    place = f": it lives along {escape(found.where[0].coordinate.replace('_', ' '))}" if found.where else ""
+    rivals = [one for cause in found.causes for one in cause.indistinguishable_from]
+    undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
+    texts = {
+        "adequate": "Nothing is wrong: what the model leaves is noise.",
+        "explained": f"Explained by {names}{undecided}: with it, what is left is noise.",
+        "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
+        "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
+    }
+    return f'<span class="{found.verdict}">{texts[found.verdict]}</span>'
+
+
+def causes(found: Diagnosis) -> str:
+    """Each with parameters, probability, what it removes and what could stand in its place."""
+    if not found.causes:
+        return ""
+    rows = []
+    for cause in found.causes:
+        values = "<br>".join(_estimate(name, one) for name, one in cause.parameters.items())
+        others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
+        rows.append(
+            [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", f"{cause.probability:.1%}", values,
+             f"{cause.share_removed:.0%}", escape(others)]
+        )  # fmt: skip
+    headers = [
+        "cause",
+        "probability",
+        "parameters, 95 % interval",
+        "of the removable error",
+        "would explain it as well",
+    ]
+    return "<h2>The cause</h2>" + table(headers, rows, numbers=(1, 3))
+
+
+def _estimate(name: str, one: Estimate) -> str:
+    value, low, high = significant(one.value, one.low, one.high)
+    return f"{escape(name)} = {value} {_unit(one.unit)} <span class=dim>[{low}, {high}]</span>"
+
+
+def _unit(unit: str) -> str:
+    """`(mm)/s^2` as `mm/s²`."""
+    for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^5", "⁵")):
+        unit = unit.replace(power, sign)
+    return escape(unit.replace("(", "").replace(")", "") if unit.count("(") == 1 else unit)
+
+
+def candidates(found: Diagnosis) -> str:
+    """How many were tried, and the best of them."""
+    ranking = ranking_of(found)
+    if not ranking:
+        return "<p>None: the re-fitted nominal model passes every question below, so no cause was looked for.</p>"
+    count = sum(len(size) for size in found.search.tried)
+    best = next(r for r in found.search.tried if r[0].hypothesis is ranking[0][1])
+    rows = [
+        [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:.4g}"]
+        for one in best[:MOST_ROWS]
+    ]
+    text = (
+        f"<p>{count} sets of causes were fitted. The best by BIC; a difference of 10 is strong evidence:</p>"
+    )
+    return text + table(["candidate", "BIC above the best"], rows, numbers=(1,))
+
+
+def questions(found: Diagnosis) -> str:
+    """What the gate asked of the residual, before and after."""
+    after = {test.name: test for test in found.search.chosen.tests}
+    same = found.search.chosen is found.search.nominal
+    rows = []
+    for test in found.search.nominal.tests:
+        later = after.get(test.name)
+        row = [escape(test.name), _p(test.p_value)]
+        rows.append(row if same else [*row, _p(later.p_value) if later else "–"])
+    if not same:
+        known = {test.name for test in found.search.nominal.tests}
+        rows += [
+            [escape(t.name), "–", _p(t.p_value)] for t in found.search.chosen.tests if t.name not in known
+        ]
+    headers = ["does the residual still hold …", "p, today's model"] + ([] if same else ["p, best candidate"])
+    text = (
+        "<p>A cause may be claimed only if nothing else is left in the residual. Small p: something is.</p>"
+    )
+    return text + table(headers, rows, numbers=(1, 2))
+
+
+def _p(value: float) -> str:
+    return f"{value:.2g}" if value >= 1e-12 else "&lt; 1e-12"
+
+
+def proposal(found: Diagnosis) -> str:
+    """The next experiment with the rest of the menu, best first."""
+    proposed = found.next_experiment
+    if proposed is None:
+        return ""
+    rows = [[escape(one.input.statement), f"{one.separation:.3g}"] for one in proposed.menu[:MOST_ROWS]]
+    return (
+        f"<h2>The next experiment</h2><p>{escape(proposed.statement)}</p>"
+        "<p><code>rtctl acquire next-experiment.toml --out DIR</code> plays it. "
+        "Of the inputs that the plant can take:</p>"
+        + table(["input", "least separation, standard errors"], rows, numbers=(1,))
+    )
+
+
+def parameters(found: Diagnosis) -> str:
+    """Of the model: as the file has them, re-fitted, and with the causes."""
+    nominal = estimates_of(found.search.nominal, "")
+    extended = estimates_of(found.best, "") if found.causes else {}
+    rows = []
+    for name, one in nominal.items():
+        given = found.before.model.parameters.get(name)
+        file = f"{given.value:.6g} {_unit(given.unit)}" if given else "0"
+        row = [escape(name), file, _estimate("", one).removeprefix(" = ")]
+        rows.append([*row, _estimate("", extended[name]).removeprefix(" = ")] if name in extended else row)
+    headers = ["parameter", "model file", "re-fitted, 95 %"] + (["with the causes, 95 %"] if extended else [])
+    return "<h2>The model's parameters</h2>" + table(headers, rows)
+
+
+def provenance_section(provenance: Mapping[str, Any]) -> str:
+    """Where it comes from, so that it can be done again."""
+    rows = []
+    for name, value in provenance.items():
+        if isinstance(value, Mapping):
+            text = "<br>".join(
+                f"{escape(str(k))}: <code>{escape(str(v)[:16])}…</code>" for k, v in value.items()
+            )
+        else:
+            text = escape(", ".join(map(str, value)) if isinstance(value, list) else str(value))
+        rows.append([escape(name.replace("_", " ")), f"<code>{text}</code>" if name == "command" else text])
+    return "<h2>Provenance</h2>" + table(["", ""], rows)

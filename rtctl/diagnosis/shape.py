@@ -1,0 +1,137 @@
+"""The shape of the force that is missing, along the coordinate where the gap lives, without any formula.
+
+Hat functions of the coordinate act where the drive does and are pushed through the fitted nominal model; least squares
+against its whitened residual, less what the nominal parameters follow, with a light penalty on kinks. A part that a
+nominal parameter could follow (a straight line of z or of v) is not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.projection import Rows, project
+
+FloatArray = NDArray[np.float64]
+KNOTS = 13
+STEP = 1e-4
+KINKS = 1e-3
+"""Weight of the squared second differences beside the data."""
+Coordinate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+COORDINATES: dict[str, tuple[str, Coordinate]] = {
+    "displacement": ("displacement", lambda z, v, u, t: z),
+    "velocity": ("velocity", lambda z, v, u, t: v),
+    "velocity_sign": ("velocity", lambda z, v, u, t: v),
+    "drive": ("drive", lambda z, v, u, t: u),
+    "drive_rate": ("drive rate", lambda z, v, u, t: np.gradient(u, t)),
+    "time": ("time", lambda z, v, u, t: t),
+}
+
+
+class Shape(NamedTuple):
+    """A force, in units of the acceleration, at knots of a coordinate in its unit, with standard errors."""
+
+    coordinate: str
+    unit: str
+    knots: FloatArray
+    force: FloatArray
+    error: FloatArray
+    force_unit: str
+    share: float
+    """Of the residual's squares beyond the noise that it removes."""
+
+
+def residual_shape(
+    examined: Examined, data: Data, coordinates: Sequence[str], units: dict[str, str]
+) -> Shape | None:
+    """Along the first of `coordinates` that is one number; None: none is, or it is invisible."""
+    name = next((one for one in coordinates if one in COORDINATES), None)
+    gains = [p.value for p in examined.hypothesis.simulation.parameters if p.name == "drive_gain"]
+    if name is None or not gains:
+        return None
+    label, coordinate = COORDINATES[name]
+    knots = _knots(examined.hypothesis, data, coordinate)
+    lines = examined.hypothesis.linearise(data)
+    rows = [
+        Rows(residual=line.residual, shared=line.shared, own=line.own,
+             directions=_slopes(examined.hypothesis, data, k, coordinate, knots))
+        for k, line in enumerate(lines)
+    ]  # fmt: skip
+    projected = project(rows, examined.noise)
+    gram, right = projected.left[1:, 1:], -projected.left[1:, 0]
+    bend = np.diff(np.eye(len(knots)), 2, axis=0)
+    curvature = np.linalg.pinv(gram + KINKS * bend.T @ bend, rcond=1e-6, hermitian=True)
+    size = projected.scale[1 + rows[0].shared.shape[0] :]
+    weights = curvature @ right * projected.scale[0] / size
+    errors = np.sqrt(np.maximum(np.diag(curvature @ gram @ curvature), 0.0)) / size
+    beyond = projected.residual - (projected.samples - projected.rank)
+    removed = projected.scale[0] ** 2 * float(
+        2.0 * right @ curvature @ right - (curvature @ right) @ gram @ (curvature @ right)
+    )
+    if not beyond > 0.0:
+        return None
+    force = abs(gains[0]) * data.scales.drive
+    z = units["displacement"]
+    unit = {
+        "displacement": z,
+        "velocity": f"{z}/s",
+        "drive": units["drive"],
+        "drive rate": f"{units['drive']}/s",
+        "time": "s",
+    }
+    return Shape(
+        label,
+        unit[label],
+        knots,
+        weights * force,
+        errors * force,
+        f"{z}/s^2",
+        float(np.clip(removed / beyond, 0.0, 1.0)),
+    )
+
+
+def _motion(
+    hypothesis: Hypothesis, data: Data, index: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    record = data.records[index]
+    start = np.atleast_2d(hypothesis.start(index))
+    run = hypothesis.simulation.predict(record.stimulus, hypothesis.values, start, data.steps_per_period)
+    time = record.period_s * np.arange(record.samples, dtype=np.float64)
+    return run.outputs["displacement"][0], run.outputs["velocity"][0], record.stimulus.inputs["drive"], time
+
+
+def _knots(hypothesis: Hypothesis, data: Data, coordinate: Coordinate) -> FloatArray:
+    """Evenly over nearly all of the range, so that each hat is visited."""
+    visited = np.concatenate([coordinate(*_motion(hypothesis, data, k)) for k in range(len(data.records))])
+    low, high = np.quantile(visited, [0.002, 0.998])
+    return np.linspace(low, high, KNOTS)
+
+
+def _slopes(
+    hypothesis: Hypothesis, data: Data, index: int, coordinate: Coordinate, knots: FloatArray
+) -> FloatArray:
+    """(knots, outputs, n): what each hat, as strong as the drive, does to the outputs."""
+    record = data.records[index]
+    motion = _motion(hypothesis, data, index)
+    along, u = coordinate(*motion), motion[2]
+    start = np.atleast_2d(hypothesis.start(index))
+    scale = data.scales.drive or 1.0
+
+    def run(drive: FloatArray) -> FloatArray:
+        stimulus = Stimulus(
+            inputs={"drive": drive}, holds=record.stimulus.holds, period_s=record.period_s,
+            initial=record.stimulus.initial, peak=record.stimulus.peak,
+        )  # fmt: skip
+        found = hypothesis.simulation.predict(stimulus, hypothesis.values, start, data.steps_per_period)
+        return np.stack([found.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])
+
+    base = run(u)
+    hats = [np.interp(along, knots, row) for row in np.eye(len(knots))]
+    made: FloatArray = np.nan_to_num(np.array([(run(u + STEP * scale * hat) - base) / STEP for hat in hats]))
+    return made

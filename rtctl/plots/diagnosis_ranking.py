@@ -1,0 +1,113 @@
+"""What a diagnosis weighed: coordinates, candidates, which of them can be told apart, a shape without a name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rtctl.plots.channels import written
+from rtctl.plots.style import BLACK, BLUE, GREY, RAIL, VERMILION, house_style, new_figure
+
+FloatArray = NDArray[np.float64]
+TOLD_APART = 0.9
+"""Cosines above it are written into their cell."""
+
+
+def coordinates_figure(names: Sequence[str], shares: Sequence[float]) -> Figure:
+    """Share of the error beyond the noise that forces along each coordinate would remove."""
+    with house_style():
+        figure = new_figure(6.4, 0.7 + 0.32 * len(names))
+        axes = figure.subplots()
+        rows = np.arange(len(names))[::-1]
+        axes.barh(rows, 100.0 * np.asarray(shares), color=[BLUE] + [RAIL] * (len(names) - 1))
+        axes.set_yticks(rows, [name.replace("_", " ") for name in names])
+        for row, share in zip(rows, shares, strict=True):
+            axes.annotate(
+                f"{100.0 * share:.0f} %",
+                (100.0 * share, row),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+            )
+        axes.set_xlim(0.0, 112.0)
+        axes.grid(False, axis="y")
+        axes.set_xlabel("of the error beyond the noise [%]")
+        return figure
+
+
+def candidates_figure(
+    names: Sequence[str],
+    errors: Sequence[float],
+    marked: Sequence[bool],
+    nominal: float,
+    noise: float,
+    unit: str,
+) -> Figure:
+    """RMS error that each fitted candidate leaves, beside the nominal model's and the noise's."""
+    with house_style():
+        figure = new_figure(8.2, 1.0 + 0.3 * len(names))
+        axes = figure.subplots()
+        rows = np.arange(len(names))[::-1]
+        axes.hlines(rows, noise, errors, color=RAIL, linewidth=2.0)
+        axes.scatter(errors, rows, s=46.0, color=[BLUE if mark else GREY for mark in marked], zorder=3)
+        axes.axvline(noise, color=BLACK, linestyle="--", label="noise")
+        axes.axvline(nominal, color=VERMILION, label="today's model, re-fitted")
+        axes.set_yticks(rows, list(names))
+        axes.set_xscale("log")
+        axes.set_xlim(0.6 * min(noise, *errors), 1.5 * max(nominal, *errors))
+        axes.grid(False, axis="y")
+        axes.set_xlabel(f"error left on the fitted records, RMS [{written(unit)}]")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        return figure
+
+
+def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArray) -> Figure:
+    """|cos| of the traces that two effects leave, and what share of each trace is visible at all."""
+    size = 0.3 * len(ids) + 2.4
+    with house_style():
+        figure = new_figure(size + 1.6, size)
+        matrix, share = figure.subplots(1, 2, width_ratios=(len(ids), 3.0), sharey=True)
+        drawn = matrix.imshow(cosine, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
+        matrix.grid(False)
+        matrix.set_xticks(range(len(ids)), list(ids), rotation=60, ha="right", rotation_mode="anchor")
+        matrix.set_yticks(range(len(ids)), list(ids))
+        for row, column in zip(*np.nonzero(np.nan_to_num(cosine) > TOLD_APART), strict=True):
+            if row != column:
+                text = f"{100.0 * cosine[row, column]:.0f}"
+                matrix.annotate(text, (column, row), ha="center", va="center", fontsize=7.5, color="white")
+        matrix.set_title("|cos| between what two effects leave (over 0.9: in %)")
+        share.barh(range(len(ids)), 100.0 * np.asarray(visible), color=GREY)
+        share.set_xlim(0.0, 100.0)
+        share.grid(False, axis="y")
+        share.set_title("visible [%]")
+        figure.colorbar(drawn, ax=[matrix, share], shrink=0.6, label="|cos|")
+        return figure
+
+
+def shape_figure(
+    coordinate: str, unit: str, knots: FloatArray, force: FloatArray, error: FloatArray, force_unit: str
+) -> Figure:
+    """The missing force with its 95 % band."""
+    with house_style():
+        figure = new_figure(7.2, 4.0)
+        axes = figure.subplots()
+        axes.axhline(0.0, color=GREY, linewidth=0.8)
+        axes.fill_between(
+            knots,
+            force - 1.96 * error,
+            force + 1.96 * error,
+            color=BLUE,
+            alpha=0.2,
+            linewidth=0.0,
+            label="95 %",
+        )
+        axes.plot(knots, force, color=BLUE, marker="o", markersize=4.0, label="force that the model lacks")
+        limit = 1.3 * float(np.abs(force).max()) or 1.0
+        axes.set_ylim(-max(limit, 1e-300), max(limit, 1e-300))
+        axes.set_xlabel(f"{coordinate} [{written(unit)}]")
+        axes.set_ylabel(f"force per mass [{written(force_unit)}]")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        return figure
