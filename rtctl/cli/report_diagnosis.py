@@ -24,10 +24,14 @@ def print_diagnosis(found: Diagnosis, folder: Path) -> None:
         )
     if found.gain is not None:
         gain = found.gain
+        after = f" -> {gain.after:.4g}" if found.causes else ""
         print(
-            f"  error on test records: {gain.before:.4g} -> {gain.after:.4g} {gain.unit} "
-            f"(noise {gain.noise_floor:.4g}); {gain.ratio:.3g} times less, "
-            f"95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+            f"  error on test records: {gain.before:.4g}{after} {gain.unit} (noise {gain.noise_floor:.4g})"
+            + (
+                f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+                if found.causes
+                else ""
+            )
         )
     if found.where:
         print(

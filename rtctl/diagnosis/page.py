@@ -11,8 +11,9 @@ STYLE = """
 @media (prefers-color-scheme: dark) { :root { --ink: #e8eaed; --dim: #a3abb4; --paper: #15171a; --card: #1f2226;
   --line: #363b41; --good: #4fc79b; --bad: #f39b5c; } }
 * { box-sizing: border-box; }
+.lead { font-size: 1.15rem; }
 body { margin: 0 auto; max-width: 66rem; padding: 2rem 1.5rem 4rem; background: var(--paper); color: var(--ink);
-  font: 16px/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
+  font: 1rem/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
 h1 { font-size: 1.75rem; line-height: 1.25; margin: .2rem 0 .6rem; }
 h2 { font-size: 1.2rem; margin: 2.6rem 0 .4rem; padding-top: .8rem; border-top: 1px solid var(--line); }
 p { margin: .4rem 0; max-width: 50rem; }
@@ -29,7 +30,7 @@ figure { margin: 1rem 0; } figure img { display: block; max-width: 100%; backgro
 code { background: var(--card); padding: .05rem .3rem; border-radius: 4px; overflow-wrap: anywhere; }
 .note { border-left: 4px solid var(--bad); background: var(--card); padding: .5rem .9rem; margin: .5rem 0; }
 .scroll { overflow-x: auto; }
-@media print { body { max-width: none; padding: 0; font-size: 11px; } h2 { break-after: avoid; }
+@media print { html { font-size: 10.5px; } body { max-width: none; padding: 0; } h2 { break-after: avoid; }
   figure, .tile, tr { break-inside: avoid; } :root { --ink: #000; --paper: #fff; --card: #f3f3f3; --line: #bbb;
   --dim: #444; --good: #00573c; --bad: #8a3a00; } }
 """

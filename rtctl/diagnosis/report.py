@@ -16,6 +16,7 @@ from rtctl.diagnosis.sections import (
     proposal,
     provenance_section,
     questions,
+    readable,
     verdict_sentence,
 )
 from rtctl.measured.dataset import Dataset
@@ -25,15 +26,16 @@ CAPTIONS = {
     "noise; {whose}.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over displacement and velocity. A "
-    "pattern (a sign that changes with velocity, a corner, a ring) is structure; a model that is right leaves no pattern.",
+    "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
     "where": "How much of the error of today's model a force along this coordinate alone would remove. Coordinates "
     "overlap, so the shares do not add up.",
     "shape": "The force that today's model lacks, without any formula: {shape}. A straight line of displacement or "
     "velocity would be taken up by stiffness or damping and is not seen here.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
     "parameters. Blue: passes all questions below.",
-    "isolability": "Before any name: where two effects leave the same trace in these data (dark), no method tells them "
-    "apart; an effect with little that is visible hides behind the nominal parameters.",
+    "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
+    "percent). Where it is near 1 no method tells them apart; an effect with little that is visible hides behind the "
+    "nominal parameters.",
 }
 
 
@@ -48,6 +50,7 @@ def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any
     parts = [
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
         f'<h1>{verdict_sentence(found)}</h1>',
+        *(f'<p class="lead">{escape(cause.statement)}</p>' for cause in found.causes),
         *(f'<div class="note">{escape(warning)}</div>' for warning in found.warnings),
         _tiles(found),
         causes(found),
@@ -81,18 +84,24 @@ def _tiles(found: Diagnosis) -> str:
     made = []
     if gain is not None:
         made = [
-            tile(f"{gain.before:.3g} {gain.unit}", "RMS error of today's model on test records, re-fitted")
+            tile(
+                f"{gain.before:.3g} {readable(gain.unit)}",
+                "RMS error of today's model on test records, re-fitted",
+            )
         ]
         if found.causes:
             made += [
-                tile(f"{gain.after:.3g} {gain.unit}", "with the extended model"),
+                tile(f"{gain.after:.3g} {readable(gain.unit)}", "with the extended model"),
                 tile(
                     f"{gain.ratio:.3g}×",
                     f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}",
                 ),
             ]
     made.append(
-        tile(f"{found.noise_rms:.3g} {found.units['displacement']}", "noise of the reading, as estimated")
+        tile(
+            f"{found.noise_rms:.3g} {readable(found.units['displacement'])}",
+            "noise of the reading, as estimated",
+        )
     )
     if found.causes:
         made.append(

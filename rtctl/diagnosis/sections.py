@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -20,9 +21,10 @@ def verdict_sentence(found: Diagnosis) -> str:
     place = f": it lives along {escape(found.where[0].coordinate.replace('_', ' '))}" if found.where else ""
     rivals = [one for cause in found.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
+    them = "it" if len(found.causes) == 1 else "them"
     texts = {
         "adequate": "Nothing is wrong: what the model leaves is noise.",
-        "explained": f"Explained by {names}{undecided}: with it, what is left is noise.",
+        "explained": f"Explained by {names}{undecided}: with {them}, what is left is noise.",
         "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
         "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
     }
@@ -39,28 +41,33 @@ def causes(found: Diagnosis) -> str:
         others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
         rows.append(
             [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", f"{cause.probability:.1%}", values,
-             f"{cause.share_removed:.0%}", escape(others)]
+             f"{cause.share_removed:.0%} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = [
         "cause",
         "probability",
         "parameters, 95 % interval",
-        "of the removable error",
+        "removes",
         "would explain it as well",
     ]
-    return "<h2>The cause</h2>" + table(headers, rows, numbers=(1, 3))
+    return "<h2>The cause</h2>" + table(headers, rows, numbers=(1,))
 
 
 def _estimate(name: str, one: Estimate) -> str:
     value, low, high = significant(one.value, one.low, one.high)
-    return f"{escape(name)} = {value} {_unit(one.unit)} <span class=dim>[{low}, {high}]</span>"
+    return f"{escape(name)} = {value} {readable(one.unit)} <span class=dim>[{low}, {high}]</span>"
 
 
-def _unit(unit: str) -> str:
-    """`(mm)/s^2` as `mm/s²`."""
+def readable(unit: str) -> str:
+    """`(mm)/(s^2*((V)))` as `mm/(s²*V)`, as HTML."""
+    bare, before = unit, ""
+    while bare != before:
+        before = bare
+        bare = re.sub(r"\((\w+)\)", r"\1", bare)
+        bare = re.sub(r"\(\(([^()]*)\)\)", r"(\1)", bare)
     for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^5", "⁵")):
-        unit = unit.replace(power, sign)
-    return escape(unit.replace("(", "").replace(")", "") if unit.count("(") == 1 else unit)
+        bare = bare.replace(power, sign)
+    return escape(re.sub(r"\bum\b", "µm", bare))
 
 
 def candidates(found: Diagnosis) -> str:
@@ -71,7 +78,7 @@ def candidates(found: Diagnosis) -> str:
     count = sum(len(size) for size in found.search.tried)
     best = next(r for r in found.search.tried if r[0].hypothesis is ranking[0][1])
     rows = [
-        [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:.4g}"]
+        [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
         for one in best[:MOST_ROWS]
     ]
     text = (
@@ -126,7 +133,7 @@ def parameters(found: Diagnosis) -> str:
     rows = []
     for name, one in nominal.items():
         given = found.before.model.parameters.get(name)
-        file = f"{given.value:.6g} {_unit(given.unit)}" if given else "0"
+        file = f"{given.value:.6g} {readable(given.unit)}" if given else "0"
         row = [escape(name), file, _estimate("", one).removeprefix(" = ")]
         rows.append([*row, _estimate("", extended[name]).removeprefix(" = ")] if name in extended else row)
     headers = ["parameter", "model file", "re-fitted, 95 %"] + (["with the causes, 95 %"] if extended else [])

@@ -78,7 +78,7 @@ def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArr
             if row != column:
                 text = f"{100.0 * cosine[row, column]:.0f}"
                 matrix.annotate(text, (column, row), ha="center", va="center", fontsize=7.5, color="white")
-        matrix.set_title("|cos| between what two effects leave (over 0.9: in %)")
+        matrix.set_title("|cos|")
         share.barh(range(len(ids)), 100.0 * np.asarray(visible), color=GREY)
         share.set_xlim(0.0, 100.0)
         share.grid(False, axis="y")
