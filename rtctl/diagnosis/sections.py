@@ -31,6 +31,14 @@ def verdict_sentence(found: Diagnosis) -> str:
     return f'<span class="{found.verdict}">{texts[found.verdict]}</span>'
 
 
+def place(found: Diagnosis) -> str:
+    """Where the error lives, in words."""
+    if not found.where:
+        return "<p>Along no coordinate: what is left is noise.</p>"
+    first, *others = (f"{escape(one.coordinate.replace('_', ' '))} ({one.share:.0%})" for one in found.where)
+    return f"<p>Mostly along {first}" + (f"; then {', '.join(others[:3])}" if others else "") + ".</p>"
+
+
 def causes(found: Diagnosis) -> str:
     """Each with parameters, probability, what it removes and what could stand in its place."""
     if not found.causes:

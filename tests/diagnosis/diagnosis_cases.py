@@ -1,0 +1,93 @@
+"""Small measured cases on a device with friction or none, by the bundled simulation: seconds a diagnosis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.measured import read_dataset
+from rtctl.measured.dataset import Dataset
+from rtctl.wiring import build_simulation
+
+FloatArray = NDArray[np.float64]
+UNITS = {"drive": "V", "displacement": "mm"}
+PERIOD_S = 2e-3
+SAMPLES = 1500
+NOISE_MM = 0.004
+NOMINAL = {"damping": (8.0, "1/s"), "stiffness": (1.6e4, "1/s^2"), "drive_gain": (450.0, "mm/s^2/V")}
+FRICTION = {"id": "friction.coulomb", "parameters": {"level": {"value": 450.0, "unit": "mm/s^2"}}}
+MODEL = """
+[model]
+kind = "oscillator"
+[model.parameters]
+damping = { value = 8.5, unit = "1/s" }
+stiffness = { value = 1.58e4, unit = "1/s^2" }
+drive_gain = { value = 430.0, unit = "mm/s^2/V" }
+"""
+MANIFEST = """
+[dataset]
+name = "bench"
+plant = "oscillator"
+[signals.drive]
+role = "input"
+unit = "V"
+[signals.displacement]
+role = "output"
+unit = "mm"
+"""
+
+
+def device(*mechanisms: dict[str, object]) -> Simulation:
+    """The nominal one with `mechanisms`."""
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in NOMINAL.items()}
+    tables = {"kind": "oscillator", "parameters": parameters, "mechanisms": mechanisms}
+    return build_simulation(ModelFile.model_validate({"model": tables}), UNITS, "device")
+
+
+def noise_drive(seed: int, level: float = 6.0, samples: int = SAMPLES) -> FloatArray:
+    """Band noise about the resonance [V]."""
+    drive = np.convolve(np.random.default_rng(seed).standard_normal(samples + 16), np.hanning(16), "valid")[
+        :samples
+    ]
+    return level * drive / drive.std()
+
+
+def measured(
+    plant: Simulation, drive: FloatArray, noise: float = NOISE_MM, hold: str = "linear"
+) -> FloatArray:
+    """Reading [mm] of a record that starts at rest."""
+    values = np.array([parameter.value for parameter in plant.parameters])
+    run = plant.predict(Stimulus(inputs={"drive": drive}, holds={"drive": hold}, period_s=PERIOD_S), values)
+    rng = np.random.default_rng(abs(int(1e6 * drive[7])) % 2**31)
+    return run.outputs["displacement"][0] + noise * rng.standard_normal(len(drive))
+
+
+def write_case(folder: Path, records: list[tuple[FloatArray, FloatArray, str]]) -> Path:
+    """dataset.toml and model.toml of (drive, displacement, use); the manifest's path."""
+    tables = []
+    for k, (drive, displacement, use) in enumerate(records):
+        np.savetxt(
+            folder / f"r{k}.csv", np.column_stack((drive, displacement)), delimiter=",",
+            header="drive,displacement", comments="", fmt="%.9g",
+        )  # fmt: skip
+        tables.append(f'[[records]]\nfile = "r{k}.csv"\nsample_rate_hz = {1 / PERIOD_S}\nuse = "{use}"\n')
+    (folder / "dataset.toml").write_text(MANIFEST + "".join(tables))
+    (folder / "model.toml").write_text(MODEL)
+    return folder / "dataset.toml"
+
+
+def friction_case(folder: Path) -> Path:
+    """Two records to fit, one to test, of the device with friction."""
+    plant = device(FRICTION)
+    uses = ((1, 6.0, "fit"), (2, 9.0, "fit"), (3, 7.5, "test"))
+    drives = [(noise_drive(seed, level), use) for seed, level, use in uses]
+    return write_case(folder, [(drive, measured(plant, drive), use) for drive, use in drives])
+
+
+def dataset_of(folder: Path, *records: tuple[FloatArray, FloatArray, str]) -> Dataset:
+    """In memory as the program reads it."""
+    return read_dataset(write_case(folder, list(records)))

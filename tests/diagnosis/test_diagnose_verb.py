@@ -1,0 +1,159 @@
+"""`rtctl diagnose` on real files: the answer, its files, what a person sees; stopping; exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+from pathlib import Path
+
+import pytest
+from diagnosis_cases import NOISE_MM, friction_case
+
+from rtctl.cli import main
+from rtctl.cli.watched_search import watched_search
+from rtctl.comparison import simulation_for
+from rtctl.diagnosis.diagnose import Stopped, diagnose
+from rtctl.measured import open_dataset, read_dataset
+from rtctl.models.oscillator import read_oscillator_model
+
+FEW = "friction.coulomb,damping.quadratic,stiffness.cubic"
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the friction case with results in `out`."""
+    folder = tmp_path_factory.mktemp("friction")
+    friction_case(folder)
+    command = ["diagnose", str(folder / "dataset.toml"), "--model", str(folder / "model.toml"), "--quiet"]
+    assert main([*command, "--out", str(folder / "out"), "--mechanisms", FEW]) == 0
+    return folder
+
+
+def test_the_answer_has_the_keys_of_the_file_formats_and_names_friction(answered: Path) -> None:
+    found = json.loads((answered / "out" / "diagnosis.json").read_text())
+    assert found["verdict"] == "explained"
+    (cause,) = found["causes"]
+    assert set(cause) == {
+        "id", "statement", "kind", "probability", "parameters", "share_removed", "indistinguishable_from",
+    }  # fmt: skip
+    assert (cause["id"], cause["kind"]) == ("friction.coulomb", "mechanism")
+    level = cause["parameters"]["level"]
+    assert level["low"] < 450.0 < level["high"]
+    assert {
+        "metric",
+        "output",
+        "unit",
+        "before",
+        "after",
+        "noise_floor",
+        "ratio",
+        "ratio_low",
+        "ratio_high",
+    } == set(found["gain"])
+    assert found["gain"]["after"] < 1.1 * NOISE_MM < found["gain"]["before"]
+    assert found["where"][0]["coordinate"] == "velocity_sign"
+    assert found["isolability"]["ids"] == ["stiffness.cubic", "damping.quadratic", "friction.coulomb"]
+
+
+def test_the_extended_model_simulates_the_test_record_down_to_the_noise(answered: Path) -> None:
+    model, data = answered / "out" / "model-extended.toml", answered / "dataset.toml"
+    assert (
+        main(["simulate", str(model), str(data), "--out", str(answered / "s"), "--quiet", "--no-plot"]) == 0
+    )
+    rows = json.loads((answered / "s" / "summary.json").read_text())["records"]
+    (test,) = [row for row in rows if row["use"] == "test"]
+    assert test["outputs"]["displacement"]["rms_error"] < 1.1 * NOISE_MM
+    provenance = read_oscillator_model(model).provenance
+    assert set(provenance["sha256"]) == {"dataset.toml", "r0.csv", "r1.csv", "r2.csv"}
+    assert provenance["fitted_records"] == ["r0", "r1"]
+
+
+def test_the_page_needs_nothing_but_itself_and_shows_every_part(answered: Path) -> None:
+    page = (answered / "out" / "report.html").read_text()
+    assert not re.search(r"https?://|<script|<link|@import", page)
+    sources = re.findall(r'src="([^"]{0,40})', page)
+    assert len(sources) == 6
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    for text in (
+        "Explained by friction.coulomb",
+        "Dry friction of",
+        "velocity sign",
+        "Provenance",
+        "damping.quadratic",
+    ):
+        assert text in page
+    assert len(re.findall(r"<(table|figure|div|p)\b", page)) == len(
+        re.findall(r"</(table|figure|div|p)>", page)
+    )
+
+
+def test_quiet_says_nothing_and_json_says_the_file(
+    answered: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml")]
+    assert (
+        main([*command, "--out", str(answered / "again"), "--mechanisms", "friction.coulomb", "--json"]) == 0
+    )
+    said = capsys.readouterr()
+    assert said.err == ""
+    written = json.loads((answered / "again" / "diagnosis.json").read_text())
+    written.pop("provenance")
+    assert json.loads(said.out) == written
+
+
+def test_a_log_names_each_fit_once(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml")]
+    assert main([*command, "--out", str(answered / "log"), "--mechanisms", FEW]) == 0
+    said = capsys.readouterr()
+    lines = said.err.splitlines()
+    assert lines[0] == "  the nominal model"
+    assert "  friction.coulomb" in lines
+    assert all(one != after for one, after in zip(lines, lines[1:], strict=False))
+    assert "friction.coulomb: Dry friction of" in said.out
+
+
+def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path) -> None:
+    heard: list[str] = []
+
+    def told(text: str) -> None:
+        heard.append(text)
+        if len(heard) == 3:
+            raise Stopped
+
+    data, model = answered / "dataset.toml", answered / "model.toml"
+    simulation = simulation_for(model, open_dataset(data))
+    found = diagnose(read_dataset(data), read_oscillator_model(model), simulation, FEW.split(","), None, told)
+    assert found.stopped
+    assert (found.verdict, found.causes) == ("unexplained", ())
+    assert found.where[0].coordinate == "velocity_sign"
+    assert "stopped by the user" in found.warnings[-1]
+    assert found.gain is not None
+    assert found.gain.before > 10.0 * NOISE_MM
+
+
+def test_an_interrupt_ends_the_search_at_the_next_fit(capsys: pytest.CaptureFixture[str]) -> None:
+    with watched_search("x", quiet=False) as told:
+        told("first")
+        os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(Stopped):
+            told("second")
+    assert "second" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--false-claims", "0.7"], "below 0.5"),
+        (["--mechanisms", "friction.colomb"], 'did you mean "friction.coulomb"?'),
+        (["--mechanisms", ","], "name one at least"),
+    ],
+)
+def test_wrong_options_are_said(
+    answered: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
+    command = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml")]
+    assert main([*command, "--out", str(answered / "no"), *options]) == 2
+    assert said in capsys.readouterr().err
+    assert not (answered / "no").exists()

@@ -1,0 +1,122 @@
+"""What data do not allow is said in words: before the search, with the record's name, value and unit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
+
+from rtctl.border.errors import InputError
+from rtctl.cli import main
+from rtctl.diagnosis.checks import foreign, short, split
+from rtctl.identification.fit_record import FitRecord
+from rtctl.measured import read_dataset
+
+PLANT = device()
+
+
+def record(seed: int, use: str = "fit", samples: int = 600) -> tuple[np.ndarray, np.ndarray, str]:
+    drive = noise_drive(seed, samples=samples)
+    return drive, measured(PLANT, drive), use
+
+
+def warnings_of(folder: Path, *records: tuple[np.ndarray, np.ndarray, str]) -> list[str]:
+    return split(read_dataset(write_case(folder, list(records))))[2]
+
+
+def test_good_data_raise_no_warning(tmp_path: Path) -> None:
+    assert warnings_of(tmp_path, record(1), record(2, "test")) == []
+
+
+def test_without_test_records_the_last_is_held_out_and_that_is_said(tmp_path: Path) -> None:
+    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1), record(2)])))
+    assert [one.name for one in fit] == ["r0"]
+    assert [one.name for one in tests] == ["r1"]
+    assert "r1 was held out" in warnings[0]
+
+
+def test_one_record_alone_is_fitted_and_has_no_gain(tmp_path: Path) -> None:
+    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1)])))
+    assert (len(fit), tests) == (1, ())
+    assert "the gain could not be measured" in warnings[0]
+
+
+def test_a_short_record_is_left_out_by_name(tmp_path: Path) -> None:
+    (warning,) = warnings_of(tmp_path, record(1), record(2, samples=150), record(3, "test"))
+    assert "r1 has 150 scored samples" in warning
+
+
+def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None:
+    drive, _, _ = record(1)
+    case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
+    with pytest.raises(InputError, match=r"no record with use(.|\n)*100 scored(.|\n)*one constant number"):
+        split(read_dataset(case))
+
+
+def test_a_clipped_sensor_is_said_with_its_rail_and_a_quantised_one_is_not(tmp_path: Path) -> None:
+    drive, reading, _ = record(1)
+    rail = round(float(np.quantile(reading, 0.97)), 6)
+    clipped = (drive, np.minimum(reading, rail), "fit")
+    (warning,) = warnings_of(tmp_path, clipped, record(2, "test"))
+    assert f"exactly the largest value, {rail:.5g} mm" in warning
+    time = PERIOD_S * np.arange(2000)
+    sine = np.round(np.sin(127.0 * time), 2)
+    assert not [
+        w for w in warnings_of(tmp_path, (noise_drive(5, samples=2000), sine, "fit")) if "clipped" in w
+    ]
+
+
+def test_one_repeated_tone_is_said_and_two_levels_of_it_are_not(tmp_path: Path) -> None:
+    time = PERIOD_S * np.arange(1500)
+    tone = np.sin(2.0 * np.pi * 18.0 * time)
+    same = [(level * tone, measured(PLANT, level * tone), "fit") for level in (3.0, 3.0)]
+    assert any("same tone of 18 Hz" in w for w in warnings_of(tmp_path, *same, record(3, "test")))
+    two = [(level * tone, measured(PLANT, level * tone), "fit") for level in (3.0, 6.0)]
+    assert warnings_of(tmp_path, *two, record(3, "test")) == []
+
+
+def _fit_record(folder: Path) -> FitRecord:
+    return split(read_dataset(write_case(folder, [record(1)])))[0][0]
+
+
+def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
+    one = _fit_record(tmp_path)
+    duration = one.samples * one.period_s
+    assert short([one], 2.0 * np.pi * 6.0 / duration) == []
+    (warning,) = short([one], 2.0 * np.pi * 4.0 / duration)
+    assert "4 periods" in warning
+
+
+def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path: Path) -> None:
+    one = _fit_record(tmp_path)
+    power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
+    assert foreign([one], 0.5 * 0.5**2 * power, 1.0) == []
+    (warning,) = foreign([one], 0.5 * 0.8**2 * power, 1.0)
+    assert "leaves 80% of" in warning
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("model.toml", 'kind = "oscillator"', 'kind = "vo2"'), "vo2"),
+        (("model.toml", '"mm/s^2/V"', '"mm/s^2/A"'), "drive_gain"),
+        (("dataset.toml", "[signals.displacement]", "[signals.displacemnt]"), "displacement"),
+        (("r0.csv", "\n", "\nnan,nan\n"), "NaN"),
+    ],
+)
+def test_other_plants_units_missing_signals_and_gaps_are_exit_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: tuple[str, str, str], said: str
+) -> None:
+    write_case(tmp_path, [record(1), record(2, "test")])
+    file, old, new = change
+    text = (tmp_path / file).read_text()
+    assert old in text
+    (tmp_path / file).write_text(text.replace(old, new, 1))
+    command = ["diagnose", str(tmp_path / "dataset.toml"), "--model", str(tmp_path / "model.toml")]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 2
+    message = capsys.readouterr().err
+    assert said in message
+    assert "Traceback" not in message
+    assert not (tmp_path / "out" / "diagnosis.json").exists()
