@@ -30,8 +30,8 @@ CAPTIONS = {
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
     "where": "How much of the error of today's model a force along this coordinate alone would remove. Coordinates "
     "overlap, so the shares do not add up.",
-    "shape": "The force that today's model lacks, without any formula: {shape}. A straight line of displacement or "
-    "velocity would be taken up by stiffness or damping and is not seen here.",
+    "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
+    "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
     "parameters. Blue: passes all questions below.",
     "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "

@@ -7,7 +7,7 @@ nominal parameter could follow (a straight line of z or of v) is not seen.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.projection import Rows, project
+from rtctl.diagnosis.projection import Projected, Rows, project
 
 FloatArray = NDArray[np.float64]
 KNOTS = 13
 STEP = 1e-4
 KINKS = 1e-3
 """Weight of the squared second differences beside the data."""
+FOLLOWED = ("displacement", "velocity", "drive")
+"""Coordinates whose straight line is a nominal parameter."""
 Coordinate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 COORDINATES: dict[str, tuple[str, Coordinate]] = {
     "displacement": ("displacement", lambda z, v, u, t: z),
@@ -48,52 +50,65 @@ class Shape(NamedTuple):
 
 
 def residual_shape(
-    examined: Examined, data: Data, coordinates: Sequence[str], units: dict[str, str]
+    examined: Examined, data: Data, coordinates: Sequence[str], units: Mapping[str, str]
 ) -> Shape | None:
     """Along the first of `coordinates` that is one number; None: none is, or it is invisible."""
     name = next((one for one in coordinates if one in COORDINATES), None)
-    gains = [p.value for p in examined.hypothesis.simulation.parameters if p.name == "drive_gain"]
+    hypothesis = examined.hypothesis
+    gains = [p.value for p in hypothesis.simulation.parameters if p.name == "drive_gain"]
     if name is None or not gains:
         return None
     label, coordinate = COORDINATES[name]
-    knots = _knots(examined.hypothesis, data, coordinate)
-    lines = examined.hypothesis.linearise(data)
+    visited = np.concatenate([coordinate(*_motion(hypothesis, data, k)) for k in range(len(data.records))])
+    low, high = np.quantile(visited, [0.002, 0.998])
+    knots = np.linspace(low, high, KNOTS)
     rows = [
         Rows(residual=line.residual, shared=line.shared, own=line.own,
-             directions=_slopes(examined.hypothesis, data, k, coordinate, knots))
-        for k, line in enumerate(lines)
+             directions=_slopes(hypothesis, data, k, coordinate, knots))
+        for k, line in enumerate(hypothesis.linearise(data))
     ]  # fmt: skip
-    projected = project(rows, examined.noise)
-    gram, right = projected.left[1:, 1:], -projected.left[1:, 0]
-    bend = np.diff(np.eye(len(knots)), 2, axis=0)
-    curvature = np.linalg.pinv(gram + KINKS * bend.T @ bend, rcond=1e-6, hermitian=True)
-    size = projected.scale[1 + rows[0].shared.shape[0] :]
-    weights = curvature @ right * projected.scale[0] / size
-    errors = np.sqrt(np.maximum(np.diag(curvature @ gram @ curvature), 0.0)) / size
-    beyond = projected.residual - (projected.samples - projected.rank)
-    removed = projected.scale[0] ** 2 * float(
-        2.0 * right @ curvature @ right - (curvature @ right) @ gram @ (curvature @ right)
-    )
-    if not beyond > 0.0:
+    found = _least_squares(project(rows, examined.noise), rows[0].shared.shape[0])
+    if found is None:
         return None
-    force = abs(gains[0]) * data.scales.drive
-    z = units["displacement"]
+    keep = _without_line(knots, visited) if label in FOLLOWED else np.eye(KNOTS)
+    scale, z = abs(gains[0]) * data.scales.drive, units["displacement"]
     unit = {
         "displacement": z,
         "velocity": f"{z}/s",
         "drive": units["drive"],
         "drive rate": f"{units['drive']}/s",
-        "time": "s",
     }
-    return Shape(
-        label,
-        unit[label],
-        knots,
-        weights * force,
-        errors * force,
-        f"{z}/s^2",
-        float(np.clip(removed / beyond, 0.0, 1.0)),
-    )
+    force = scale * keep @ found.weights
+    error = scale * np.sqrt(np.maximum(np.diag(keep @ found.covariance @ keep.T), 0.0))
+    return Shape(label, unit.get(label, "s"), knots, force, error, f"{z}/s^2", found.share)
+
+
+class _Found(NamedTuple):
+    weights: FloatArray
+    covariance: FloatArray
+    share: float
+
+
+def _least_squares(projected: Projected, shared: int) -> _Found | None:
+    """Weights of the hats against the residual, in units of the drive; None: nothing is left beyond the noise."""
+    gram, right = projected.left[1:, 1:], -projected.left[1:, 0]
+    bend = np.diff(np.eye(len(gram)), 2, axis=0)
+    inverse = np.linalg.pinv(gram + KINKS * bend.T @ bend, rcond=1e-6, hermitian=True)
+    size, solved = projected.scale[1 + shared :], inverse @ right
+    beyond = projected.residual - (projected.samples - projected.rank)
+    if not beyond > 0.0:
+        return None
+    removed = projected.scale[0] ** 2 * float(2.0 * right @ solved - solved @ gram @ solved)
+    covariance = inverse @ gram @ inverse / size[:, None] / size
+    return _Found(solved * projected.scale[0] / size, covariance, float(np.clip(removed / beyond, 0.0, 1.0)))
+
+
+def _without_line(knots: FloatArray, visited: FloatArray) -> FloatArray:
+    """(knots, knots) takes off the straight line that fits best where the motion was: a nominal parameter is that."""
+    weight = np.histogram(visited, np.append(knots - 0.5 * np.diff(knots)[0], np.inf))[0] + 1.0
+    weighted = knots * weight
+    found: FloatArray = np.eye(len(knots)) - np.outer(knots, weighted) / float(knots @ weighted)
+    return found
 
 
 def _motion(
@@ -104,13 +119,6 @@ def _motion(
     run = hypothesis.simulation.predict(record.stimulus, hypothesis.values, start, data.steps_per_period)
     time = record.period_s * np.arange(record.samples, dtype=np.float64)
     return run.outputs["displacement"][0], run.outputs["velocity"][0], record.stimulus.inputs["drive"], time
-
-
-def _knots(hypothesis: Hypothesis, data: Data, coordinate: Coordinate) -> FloatArray:
-    """Evenly over nearly all of the range, so that each hat is visited."""
-    visited = np.concatenate([coordinate(*_motion(hypothesis, data, k)) for k in range(len(data.records))])
-    low, high = np.quantile(visited, [0.002, 0.998])
-    return np.linspace(low, high, KNOTS)
 
 
 def _slopes(

@@ -1,0 +1,141 @@
+"""The proposed experiment separates what the data could not, better than others of the menu, and runs as written."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_cases import MODEL, PERIOD_S, SAMPLES, UNITS, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.cli import main
+from rtctl.diagnosis.files import scenario_text
+from rtctl.diagnosis.gate import start_of
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.menu import drive_range, menu
+from rtctl.diagnosis.next_experiment import NextExperiment, Scored, next_experiment, separation
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.residual_noise import NoiseModel
+from rtctl.identification.scales import scales_of
+from rtctl.measured import open_dataset, read_dataset
+
+NOISE_MM = 0.1
+"""What the readings are judged by; they are computed without it, so that evidence is its expectation."""
+NOISE = [NoiseModel(np.empty(0), NOISE_MM**2)]
+TRUE = device({"id": "friction.coulomb", "parameters": {"level": {"value": 45.0, "unit": "mm/s^2"}}})
+RIVALS = {"friction.coulomb": {"level": 40.0}, "damping.quadratic": {"coefficient": 0.001}}
+
+
+def record_of(drive: np.ndarray, hold: str) -> FitRecord:
+    reading = measured(TRUE, drive, noise=0.0, hold=hold)
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": hold}, period_s=PERIOD_S,
+        initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
+    )  # fmt: skip
+    return FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading})
+
+
+def candidate(data: Data, identity: str) -> Hypothesis:
+    simulation = device().extended((identity,))
+    values = np.array([p.value for p in simulation.parameters])
+    for k, parameter in enumerate(simulation.parameters):
+        if parameter.mechanism == identity:
+            values[k] = RIVALS[identity].get(parameter.declared.name, parameter.value)
+    found = fitted(data, start_of(simulation, values), (identity,))
+    assert found is not None
+    return found
+
+
+@cache
+def ambiguous() -> tuple[Data, tuple[Hypothesis, ...], NextExperiment]:
+    """Weak friction under band noise of one level, its rivals, and what is proposed."""
+    records = (record_of(noise_drive(1), "linear"),)
+    data = Data(records=records, scales=scales_of(records), steps_per_period=64.0)
+    rivals = tuple(candidate(data, identity) for identity in RIVALS)
+    proposed = next_experiment(rivals, data, NOISE, UNITS)
+    assert proposed is not None
+    return data, rivals, proposed
+
+
+def evidence(records: tuple[FitRecord, ...]) -> float:
+    """Squares over the noise by which the rival is worse once both are re-fitted to `records`."""
+    data = Data(records=records, scales=ambiguous()[0].scales, steps_per_period=64.0)
+    true, rival = (candidate(data, identity) for identity in RIVALS)
+    readings = np.concatenate([r.measured["displacement"][r.first :] for r in records])
+    return 2.0 * (rival.cost - true.cost) * float(np.mean(readings**2)) / NOISE_MM**2
+
+
+def with_one_more(scored: Scored) -> float:
+    """Evidence of the data so far and a new record under this input."""
+    return evidence((*ambiguous()[0].records, record_of(scored.input.levels, "zero")))
+
+
+def test_the_separation_is_what_a_rival_that_is_fitted_to_old_and_new_data_leaves() -> None:
+    rng = np.random.default_rng(5)
+    true, rival, slopes = rng.standard_normal(80), rng.standard_normal(80), rng.standard_normal((4, 80))
+    old = rng.standard_normal((3, 200))  # of three of the four: the fourth is the new record's own start
+    rows = np.vstack((slopes.T, np.hstack((old.T, np.zeros((200, 1))))))
+    wanted = np.append(true - rival, np.zeros(200))
+    left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
+    assert separation(true, rival, slopes, old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+
+
+def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
+    data, _, _ = ambiguous()
+    low, high = drive_range(data)
+    largest = float(np.abs(data.records[0].stimulus.inputs["drive"]).max())
+    assert (low, high) == pytest.approx((-largest, largest))
+    entries = menu(data, UNITS)
+    assert len(entries) == 24
+    assert len({entry.statement for entry in entries}) == 24
+    for entry in entries:
+        assert low - 1e-9 <= entry.levels.min() < entry.levels.max() <= high + 1e-9
+        assert 0.2 * SAMPLES < len(entry.levels) <= 1.1 * SAMPLES
+
+
+def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_random_one() -> None:
+    data, _, proposed = ambiguous()
+    assert proposed.separates == tuple(RIVALS)
+    so_far, chosen = evidence(data.records), with_one_more(proposed.best)
+    others = [with_one_more(one) for one in proposed.menu[1::4]]
+    assert so_far < 9.0
+    assert chosen > 25.0
+    assert chosen > 1.5 * float(np.mean(others))
+    assert chosen > 0.8 * max(others)
+    promised = proposed.best.separation**2  # of the worse of both directions, linear in the rival
+    assert 0.8 * promised < chosen - so_far < 2.0 * promised
+
+
+def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+    data, rivals, proposed = ambiguous()
+    monkeypatch.setattr("rtctl.diagnosis.next_experiment.FURTHEST", 1.0)
+    careful = next_experiment(rivals, data, NOISE, UNITS)
+    assert careful is not None
+    gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
+    limit = max(float(np.abs(r.measured["displacement"]).max()) for r in data.records)
+    for one in proposed.menu:
+        reach = float(np.abs(measured(rivals[0].simulation, one.input.levels, noise=0.0, hold="zero")).max())
+        assert one.input.statement in gone if reach > 1.02 * limit else True
+    assert len(gone) > 2
+
+
+def test_one_candidate_needs_no_experiment() -> None:
+    data, rivals, _ = ambiguous()
+    assert next_experiment(rivals[:1], data, NOISE, UNITS) is None
+
+
+def test_acquire_plays_exactly_the_input_that_was_scored(tmp_path: Path) -> None:
+    _, _, proposed = ambiguous()
+    (tmp_path / "next-experiment.toml").write_text(scenario_text(proposed))
+    (tmp_path / "model-extended.toml").write_text(MODEL)
+    command = ["acquire", str(tmp_path / "next-experiment.toml"), "--out", str(tmp_path / "data"), "--quiet"]
+    assert main(command) == 0
+    dataset = read_dataset(tmp_path / "data" / "dataset.toml")
+    assert open_dataset(tmp_path / "data" / "dataset.toml").units == {"drive": "V", "displacement": "mm"}
+    (record,) = dataset.records
+    played = record.signals["drive"]
+    scored = proposed.best.input.levels
+    first = next(k for k in range(4) if np.allclose(played[k : k + 50], scored[:50], atol=1e-4))
+    assert played[first : first + len(scored)] == pytest.approx(scored[: len(played) - first], abs=1e-4)
