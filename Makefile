@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: run test setup lint types contracts unit figures benchmarks clean
+.PHONY: run test setup lint types contracts unit blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
@@ -31,6 +31,11 @@ contracts: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest
+
+# Hundreds of blind cases on all cores (an hour or two; goes on where it was stopped): out/blind/blind.md.
+SEEDS ?= 0-399
+blind: $(STAMP)
+	$(BIN)/python tests/blind/campaign.py --seeds $(SEEDS) --out out/blind
 
 # The tables and pictures of the documentation, made anew (about three minutes).
 figures: $(STAMP)

@@ -67,6 +67,7 @@ def causes_of(search: Search, noise_cost: float) -> list[Cause]:
         )
         for mechanism in chosen.hypothesis.simulation.mechanisms
         if mechanism.id in chosen.hypothesis.mechanisms
+        and mechanism.id not in search.nominal.hypothesis.mechanisms
         for estimates in (estimates_of(chosen, mechanism.id),)
     ]
     return sorted(found, key=lambda cause: (-cause.probability, -cause.share_removed))
@@ -85,7 +86,22 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
             found[parameter.declared.name] = Estimate(
                 parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
             )
+    apart = set(sensitivity.of_record.tolist())
+    for k, parameter in enumerate(hypothesis.simulation.parameters):
+        if k in apart and parameter.mechanism == mechanism:
+            spread = NORMAL_95 * _own_error(examined)
+            value = parameter.value
+            found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
+        elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
+            value = parameter.value
+            found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
     return found
+
+
+def _own_error(examined: Examined) -> float:
+    """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
+    samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
+    return float(np.sqrt(2.0 * np.mean(examined.noise[0].power(4096)) / samples))
 
 
 def _statement(template: str, estimates: Mapping[str, Estimate]) -> str:

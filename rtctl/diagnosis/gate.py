@@ -27,6 +27,8 @@ from rtctl.diagnosis.projection import Projected, Rows, leftover, noise_of, proj
 from rtctl.identification.residual_noise import NoiseModel
 
 FloatArray = NDArray[np.float64]
+COARSE = 0.3
+"""Of the noise: a converter's step above it shows; random readings lie far closer."""
 LAGS = 6
 """Of motion and drive, a quarter of a period apart."""
 
@@ -69,7 +71,7 @@ def examine(
     models = list(noise) if noise is not None else noise_of(rows)
     projected = project(rows, models)
     tests = _tests(projected, directions)
-    if noise is None:
+    if noise is None and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
@@ -128,6 +130,17 @@ def _tests(projected: Projected, directions: Sequence[Direction]) -> list[Test]:
         if freedom:
             tests.append(Test(name, statistic, freedom, float(chi2.sf(statistic, freedom))))
     return tests
+
+
+def _quantised(data: Data, noise: Sequence[NoiseModel]) -> bool:
+    """Whether the noise is mostly that of a converter: it then depends on the motion, and is no sign of a gap."""
+    spread = float(np.sqrt(noise[0].power(4096).mean()))
+    steps = []
+    for record in data.records:
+        levels = np.unique(record.measured["displacement"])
+        if len(levels) > 2:
+            steps.append(float(np.median(np.diff(levels))))
+    return bool(steps) and min(steps) > COARSE * spread
 
 
 def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:

@@ -36,7 +36,7 @@ def whitened_bic(data: Data, hypothesis: Hypothesis, noise: Sequence[NoiseModel]
     if rows is None:
         return np.inf
     projected = project(rows, noise)
-    return projected.residual + len(hypothesis.shared) * float(np.log(projected.samples))
+    return projected.residual + unknowns(hypothesis) * float(np.log(projected.samples))
 
 
 def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
@@ -49,7 +49,7 @@ def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
             noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
             count = sum(one.shape[1] for one in left)
             likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
-            found.append((likelihood + len(hypothesis.shared) * float(np.log(count)), hypothesis))
+            found.append((likelihood + unknowns(hypothesis) * float(np.log(count)), hypothesis))
     return min(found, key=lambda one: one[0])[1] if found else field[0]
 
 
@@ -65,8 +65,12 @@ def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
     ]
 
 
+def unknowns(hypothesis: Hypothesis) -> int:
+    """Shared ones and those of each record."""
+    return len(hypothesis.shared) + hypothesis.starts.size
+
+
 def _plain_bic(data: Data, hypothesis: Hypothesis) -> float:
     samples = sum(record.samples - record.first for record in data.records)
-    return samples * float(np.log(max(hypothesis.cost, 1e-300))) + len(hypothesis.shared) * float(
-        np.log(samples)
-    )
+    fit = samples * float(np.log(max(hypothesis.cost, 1e-300)))
+    return fit + unknowns(hypothesis) * float(np.log(samples))

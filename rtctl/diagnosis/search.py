@@ -26,6 +26,11 @@ BEAM = 3
 """Best sets of one size that are extended to the next."""
 MOST_CHILDREN = 9
 """Mechanisms that a set which has some is extended by."""
+AGAIN = 2
+"""Best sets of one size that are fitted once more from short stretches where none passes."""
+STALLED = (0.8, 0.5, 0.5)
+"""By size: a set that leaves more than this share of what the smaller one left is not extended further."""
+WORTH_TELLING = 0.5
 SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
 EQUIVALENT = 10.0
@@ -57,9 +62,11 @@ def search(
     ids: Sequence[str],
     false_claim_rate: float,
     told: Callable[[str], None] = lambda text: None,
+    kept: Callable[[Search], None] = lambda found: None,
 ) -> Search:
-    """The causes of what `nominal`, fitted, gets wrong."""
+    """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise."""
     at_nominal = examine(nominal, data, ids)
+    kept(Search(at_nominal, at_nominal, at_nominal.p_value > false_claim_rate, (), ()))
     if at_nominal.p_value > false_claim_rate:
         return Search(at_nominal, at_nominal, True, (), ())
     parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
@@ -70,14 +77,23 @@ def search(
             break
         last, (best, parents) = best, _front(data, field, ids, false_claim_rate)
         passes = best.p_value > false_claim_rate
-        if passes and size > 1 and not _needed(data, last, best):
+        if passes and not _needed(data, last, best):
             return Search(at_nominal, last, True, _others(data, tried, last, ids), tuple(tried))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
             return Search(at_nominal, best, True, _others(data, tried, best, ids), tuple(tried))
+        kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
+        if best.hypothesis.cost > STALLED[size - 1] * last.hypothesis.cost:
+            best = best if _worth_telling(last, best) else last
+            break
     return Search(at_nominal, best, False, (), tuple(tried))
+
+
+def _worth_telling(smaller: Examined, larger: Examined) -> bool:
+    """Whether a set that does not explain the data is still to be told: it halves what is left."""
+    return larger.hypothesis.cost < WORTH_TELLING * smaller.hypothesis.cost
 
 
 def _needed(data: Data, smaller: Examined, larger: Examined) -> bool:
@@ -101,7 +117,8 @@ def _front(
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
     if all(one.p_value <= rate for one in examined):
-        again = sorted((fitted_again(data, one) for one in field[:BEAM]), key=lambda one: one.cost)
+        again = [*(fitted_again(data, one) for one in field[:AGAIN]), *field[AGAIN:BEAM]]
+        again.sort(key=lambda one: one.cost)
         known = {id(one.hypothesis): one for one in examined}
         examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
     passing = [one for one in examined if one.p_value > rate]
