@@ -26,11 +26,12 @@ from rtctl.measured.stimulus import stimulus_of
 from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.models.vo2 import read_model
 from rtctl.recording import write_parquet
 from rtctl.wiring import build_simulation
 
 FloatArray = NDArray[np.float64]
-KINDS = ("oscillator",)
+KINDS = ("oscillator", "vo2")
 """Of models that a file describes well enough to be simulated."""
 
 
@@ -90,23 +91,26 @@ class Comparison(NamedTuple):
 def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
     """The model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
-    if kind == "vo2":
-        raise InputError(f'{path}: kind "vo2" cannot be simulated from a file yet; an "oscillator" can')
     if kind in KINDS and dataset.plant != kind:
         raise InputError(
-            f'{path} is a model of an "{kind}", {dataset.path} holds data of a "{dataset.plant}"'
+            f'{path} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}'
         )
     if kind != dataset.plant:
         raise InputError(
             f'{path}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, KINDS)}'
         )
     try:
-        return build_simulation(read_oscillator_model(path), dataset.units, str(path))
+        model = read_model(path) if kind == "vo2" else read_oscillator_model(path)
+        return build_simulation(model, dataset.units, str(path))
     except InputError as error:
         if "not compatible" not in str(error):
             raise
         units = ", ".join(f"{name} in {unit}" for name, unit in dataset.units.items())
         raise InputError(f"{error}\n(the data in {dataset.path} have {units})") from None
+
+
+def _named(kind: str) -> str:
+    return f'a{"n" if kind == "oscillator" else ""} "{kind}"'
 
 
 def compare_dataset(

@@ -32,7 +32,18 @@ IntArray = NDArray[np.int64]
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
     """`function`, compiled at its first call for the types of its arguments and kept on disk."""
-    compiled: Any = numba.njit(cache=True, fastmath=False, error_model="numpy", forceinline=True)(function)
+    return _compiled(function)
+
+
+def background_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """A kernel of whole records, during which other threads run; for single samples that costs more than it gives."""
+    return _compiled(function, nogil=True)
+
+
+def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T]:
+    compiled: Any = numba.njit(
+        cache=True, fastmath=False, error_model="numpy", forceinline=True, nogil=nogil
+    )(function)
     if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
         return function
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.

@@ -14,6 +14,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.clock import MonotonicClock, SimulatedClock
 from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
+from rtctl.models.vo2 import Vo2Model
 from rtctl.plants import support_of
 from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario
 
@@ -130,10 +131,13 @@ def build_clock(scenario: Scenario) -> Clock:
     return SimulatedClock() if scenario.clock.mode == "lockstep" else MonotonicClock()
 
 
-def build_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> Simulation:
+def build_simulation(model: ModelFile | Vo2Model, units: Mapping[str, str], source: str) -> Simulation:
     """`model` bound to a dataset's `units`. Raises InputError that names `source`, its file."""
     from plant_sim.oscillator.model import oscillator_simulation
+    from rtctl.simulations.vo2 import vo2_simulation
 
+    if isinstance(model, Vo2Model):
+        return vo2_simulation(model, units, source)
     known = {"oscillator": oscillator_simulation}
     if model.kind not in known:
         raise InputError(
@@ -153,8 +157,9 @@ def serve_plant(name: str, seed: int | None, *, rtu_path: Path | None, tcp: str 
 def mechanism_ids(kind: str) -> tuple[str, ...]:
     """Ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
     from plant_sim.oscillator.mechanisms import MECHANISMS
+    from rtctl.simulations.vo2 import MECHANISMS as OF_VO2
 
-    known = {"oscillator": tuple(MECHANISMS)}
+    known = {"oscillator": tuple(MECHANISMS), "vo2": tuple(OF_VO2)}
     if kind not in known:
         raise InputError(f'a model of kind "{kind}" has no mechanisms to choose from{nearest(kind, known)}')
     return known[kind]

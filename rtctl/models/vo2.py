@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.model_file import MechanismTable, Value
 from rtctl.border.quantities import parse_quantity, read_toml
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.preisach import PreisachModel
 from rtctl.models.span import Span
+from rtctl.models.vo2_extensions import corrections_of, extension_tables, mechanisms_of
 
 FloatArray = NDArray[np.float64]
 NOMINAL_TIME_CONSTANT_S = 1.8e-3
@@ -73,6 +75,10 @@ class Vo2Model:
     """-ln R -> deflection: the paper's second baseline."""
     quality: Mapping[str, FitQuality] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
+    corrections: Mapping[str, Value] = field(default_factory=dict)
+    """Gains and offsets of its signals that a re-fit has found; none of a model that is only identified."""
+    mechanisms: tuple[MechanismTable, ...] = ()
+    """Extensions by their ids; estimators and tuning know nothing of them."""
 
     def with_provenance(self, **entries: str) -> Vo2Model:
         """The same model, knowing where it comes from."""
@@ -115,6 +121,8 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
         span: Span = getattr(model, name)
         parameters[f"{name}_low"] = {"value": span.low, "unit": unit}
         parameters[f"{name}_high"] = {"value": span.high, "unit": unit}
+    corrections, mechanisms = extension_tables(model.corrections, model.mechanisms)
+    parameters |= corrections
     return {
         "model": {
             "kind": "vo2",
@@ -124,6 +132,7 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
             "quality": {name: quality._asdict() for name, quality in model.quality.items()},
             "hysteresis": {name: getattr(model, name).to_table() for name in _HYSTERESIS},
         }
+        | ({"mechanisms": mechanisms} if mechanisms else {})
     }
 
 
@@ -192,6 +201,8 @@ def _from_tables(model: dict[str, Any]) -> Vo2Model:
         deflection_error=_positive(parameters, "deflection_error", "um"),
         quality=_quality_of(_table(model, "quality")),
         provenance={key: str(value) for key, value in _table(model, "provenance").items()},
+        corrections=corrections_of(parameters),
+        mechanisms=mechanisms_of(model),
         **hysteresis,
     )
 

@@ -158,7 +158,7 @@ def test_a_run_away_of_a_hundred_decades_is_drawn_as_far_as_it_means_anything(
     ("old", "new", "words"),
     [
         ('"mm/s^2/V"', '"mm/s^2/N"', ["model.parameters.drive_gain", "not compatible", "drive in V"]),
-        ('kind = "oscillator"', 'kind = "vo2"', ['kind "vo2" cannot be simulated from a file yet']),
+        ('kind = "oscillator"', 'kind = "vo2"', ['is a model of a "vo2"', 'holds data of an "oscillator"']),
         ('kind = "oscillator"', 'kind = "osclator"', ['model.kind', "'osclator'", "oscillator"]),
         ("damping =", "dampin =", ["model.parameters.dampin", 'did you mean "damping"?']),
         ("[model.parameters]", '[[model.mechanisms]]\nid = "friction.colomb"\n[model.parameters]',

@@ -1,0 +1,48 @@
+"""The identified read-outs along a path of temperatures that visits more than the samples.
+
+Only turning points and samples move the relays: between them a Preisach model forgets the way, so what a temperature
+does within a sample period costs nothing where it rises or falls all along.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, cooled_stack, preisach_step
+from rtctl.kernels import FloatArray, background_kernel
+
+
+class ReadOut(NamedTuple):
+    """y and the part of it that the relays make, one value every `every` instants."""
+
+    y: FloatArray
+    relays: FloatArray
+
+
+@background_kernel
+def read_path(
+    state: FloatArray, seen: FloatArray, v: FloatArray, every: int, params: PreisachParams
+) -> ReadOut:
+    """Relays follow `seen` [v unit], the rest of the read-out `v` (both (instants,)); advances `state` in place."""
+    count = (v.size - 1) // every + 1
+    y, relays = np.empty(count), np.empty(count)
+    top = 1 + MAX_EXTREMA
+    low, high = params.grid[0], params.grid[-1]
+    for k in range(v.size):
+        if k % every != 0 and (seen[k] - seen[k - 1]) * (seen[k + 1] - seen[k]) >= 0.0:
+            continue
+        value = preisach_step(state, seen[k], params).y
+        if k % every == 0:
+            if seen[k] != v[k]:
+                a, b = min(max(seen[k], low), high), min(max(v[k], low), high)
+                value += (b - a) * (params.c1 + params.c2 * (a + b))
+            y[k // every] = value
+            relays[k // every] = params.sign * state[top + int(state[0])]
+    return ReadOut(y, relays)
+
+
+def follow(seen: FloatArray, v: FloatArray, every: int, params: PreisachParams) -> ReadOut:
+    """`read_path` from the branch that a full cooling leaves."""
+    return read_path(cooled_stack(params.grid), seen, v, every, params)

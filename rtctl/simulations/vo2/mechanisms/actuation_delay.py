@@ -1,0 +1,18 @@
+"""`actuation.delay`: i(t - delay)."""
+
+from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Commanded, Values, Vo2Mechanism, coefficient
+
+
+def late(commanded: Commanded, p: Values) -> Commanded:
+    """The current `delay` [s] later."""
+    return commanded._replace(delay_s=commanded.delay_s + p["delay"])
+
+
+MECHANISM = Vo2Mechanism(
+    id="actuation.delay",
+    statement="The current acts {delay} late.",
+    parameters=(
+        coefficient("delay", "s", "from the command to the heater", TYPICAL_TIME_S, low=0.0, high=10.0),
+    ),
+    command=late,
+)

@@ -1,0 +1,23 @@
+"""`sensor.lag`: y with time_constant y' = R - y is read instead of R."""
+
+from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mechanism, coefficient
+from rtctl.simulations.vo2.relaxation import lag
+
+
+def lagging(read: Read, p: Values) -> Read:
+    """A first-order follower of the resistance, settled on the first; R is linear between instants."""
+    return read._replace(resistance=lag(read.resistance, read.steps_s, p["time_constant"]))
+
+
+MECHANISM = Vo2Mechanism(
+    id="sensor.lag",
+    statement="The resistance reading lags with a time constant of {time_constant}.",
+    parameters=(
+        coefficient(
+            "time_constant", "s", "of the reading behind the film", TYPICAL_TIME_S, low=0.0, high=10.0
+        ),
+    ),
+    instrument=lagging,
+    resolves_s=lambda p: 0.25 * TYPICAL_TIME_S,
+    stage=2,
+)

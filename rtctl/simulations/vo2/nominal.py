@@ -1,0 +1,83 @@
+"""What a re-fit of the nominal model may move: the heating's time constant, gain and offset of every signal.
+
+Gains turn about the middle of the range at identification, so that gain and offset are told apart:
+x' = x + (gain - 1) (x - middle) + offset, x a current [mA], -ln R, or a deflection [um].
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.border.mechanisms import Parameter
+from rtctl.border.simulation import FreeParameter
+from rtctl.models.span import Span
+from rtctl.models.vo2 import Vo2Model
+from rtctl.simulations.vo2.mechanism import FloatArray, Values
+
+TIME_CONSTANT = Parameter(
+    name="time_constant", unit="s", meaning="of the heating", scale=lambda s: 1e-3, low=1e-6, high=1.0
+)
+
+
+def _gain(of: str) -> Parameter:
+    return Parameter(
+        name=f"{of}_gain", unit="dimensionless", meaning=f"of the {of} about the middle of its range",
+        scale=lambda s: 0.1, neutral=1.0, default=1.0, low=0.2, high=5.0,
+    )  # fmt: skip
+
+
+def _offset(of: str, unit: str, scale: float, what: str = "") -> Parameter:
+    return Parameter(
+        name=f"{of}_offset",
+        unit=unit,
+        meaning=f"added to the {what or of}",
+        scale=lambda s: scale,
+        default=0.0,
+    )
+
+
+NOMINAL_PARAMETERS = (
+    TIME_CONSTANT,
+    _gain("current"),
+    _offset("current", "mA", 0.1),
+    _gain("resistance"),
+    _offset("resistance", "dimensionless", 0.1, "logarithm of the resistance"),
+    _gain("deflection"),
+    _offset("deflection", "um", 1.0),
+)
+CORRECTIONS = {declared.name: declared for declared in NOMINAL_PARAMETERS[1:]}
+
+
+def nominal_parameters(model: Vo2Model) -> list[FreeParameter]:
+    """Of an identified model, with the corrections that its file has."""
+    found = []
+    for declared in NOMINAL_PARAMETERS:
+        value, fixed = model.time_constant_s, False
+        if declared is not TIME_CONSTANT:
+            given = model.corrections.get(declared.name)
+            value = given.to(declared.unit) if given else float(declared.default or 0.0)
+            fixed = given.fixed if given else False
+        found.append(
+            FreeParameter(
+                declared.name, declared.unit, value, declared.low, declared.high, fixed, declared, ""
+            )
+        )
+    return found
+
+
+def corrected(x: FloatArray, signal: str, middle: float, values: Values, sign: float = 1.0) -> FloatArray:
+    """x' of one signal; `x` itself where there is nothing to correct. `sign` -1: x is minus what the offset is of."""
+    gain, offset = values[f"{signal}_gain"], values[f"{signal}_offset"]
+    if gain == 1.0 and offset == 0.0:
+        return x
+    return x + (gain - 1.0) * (x - middle) + sign * offset
+
+
+def middle(span: Span) -> float:
+    """Of a range."""
+    return 0.5 * (span.low + span.high)
+
+
+def middle_reading(span: Span) -> float:
+    """Of -ln R over a range of resistances."""
+    return -0.5 * (math.log(span.low) + math.log(span.high))

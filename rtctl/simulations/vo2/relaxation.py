@@ -1,0 +1,57 @@
+"""tau s' = P(t) - s over one step, exact for P quadratic over it; the last bits are those of `thermal.heat`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.kernels import FloatArray, background_kernel, kernel
+
+
+@kernel
+def relax(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
+    """s after h [s], P given at start, middle and end. tau = 0: follows P at its end."""
+    decay = math.exp(-h / tau)
+    to_middle, to_end = middle - start, end - start
+    b, c = 4.0 * to_middle - to_end, 2.0 * to_end - 4.0 * to_middle
+    if b == 0.0 and c == 0.0:
+        return start + (s - start) * decay
+    r = tau / h  # particular solution A + B x + c x^2 over x = t / h in 0 .. 1
+    B = b - 2.0 * r * c
+    A = start - r * B
+    return A + B + c + (s - A) * decay
+
+
+@kernel
+def at(nodes: FloatArray, row: int, x: float) -> float:
+    """The quadratic through the nodes of a piece at x in 0 .. 1."""
+    to_middle, to_end = nodes[row, 1] - nodes[row, 0], nodes[row, 2] - nodes[row, 0]
+    return float(nodes[row, 0] + x * (4.0 * to_middle - to_end + x * (2.0 * to_end - 4.0 * to_middle)))
+
+
+@background_kernel
+def heat_pieces(nodes: FloatArray, durations: FloatArray, substeps: int, tau: float) -> FloatArray:
+    """Surrogate s [mA^2] at the ends of all substeps (pieces * substeps + 1,), at rest in the first current."""
+    s = nodes[0, 0] * nodes[0, 0]
+    path = np.empty(nodes.shape[0] * substeps + 1)
+    path[0] = s
+    for row in range(nodes.shape[0]):
+        h = durations[row % durations.size] / substeps
+        for j in range(substeps):
+            first, middle = at(nodes, row, j / substeps), at(nodes, row, (j + 0.5) / substeps)
+            last = at(nodes, row, (j + 1.0) / substeps)
+            s = relax(s, first * first, middle * middle, last * last, h, tau)
+            path[row * substeps + j + 1] = s
+    return path
+
+
+@background_kernel
+def lag(values: FloatArray, steps: FloatArray, tau: float) -> FloatArray:
+    """y with tau y' = values - y, settled on the first; values linear between instants `steps` (a pattern) apart."""
+    y = np.empty_like(values)
+    y[0] = values[0]
+    for k in range(1, values.size):
+        middle = 0.5 * (values[k - 1] + values[k])
+        y[k] = relax(y[k - 1], values[k - 1], middle, values[k], steps[(k - 1) % steps.size], tau)
+    return y

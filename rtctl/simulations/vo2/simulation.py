@@ -1,0 +1,229 @@
+"""An identified VO2 model as `rtctl.border.simulation.Simulation`: current -> heat -> film and beam -> readings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.models.vo2 import Vo2Model
+from rtctl.simulations.vo2.current import pieces_of
+from rtctl.simulations.vo2.film import ReadOut, follow
+from rtctl.simulations.vo2.heat import heat_balance
+from rtctl.simulations.vo2.mechanism import Balance, Commanded, Pieces, Read, Values, Vo2Mechanism, Warm
+from rtctl.simulations.vo2.mechanisms import MECHANISMS
+from rtctl.simulations.vo2.nominal import corrected, middle, middle_reading
+from rtctl.simulations.vo2.relaxation import heat_pieces
+
+FloatArray = NDArray[np.float64]
+STEPS_PER_TIME_CONSTANT = 8.0
+MOST_SUBSTEPS = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vo2Simulation:
+    """Nominal parameters first, then each mechanism's, in their order in the file. Units: mA, ohm, um."""
+
+    model: Vo2Model
+    parameters: tuple[FreeParameter, ...]
+    mechanisms: tuple[Vo2Mechanism, ...]
+    kind: str = "vo2"
+    outputs: tuple[str, ...] = ("resistance", "deflection")
+    state: tuple[str, ...] = ()
+
+    def predict(
+        self,
+        stimulus: Stimulus,
+        values: FloatArray,
+        initial: FloatArray | None = None,
+        steps_per_period: float | None = None,
+        refine: int = 1,
+    ) -> Prediction:
+        """See `Simulation.predict`; a record starts on the branch that a full cooling leaves, at the first current's
+        steady state. `steps_per_period`: of the heating's time constant.
+        """
+        values = np.atleast_2d(np.asarray(values, dtype=np.float64))
+        shape = (len(values), stimulus.samples)
+        resistance, deflection = np.empty(shape), np.empty(shape)
+        steps = steps_per_period or STEPS_PER_TIME_CONSTANT
+        for lanes in self._sharing_a_temperature(values, stimulus.period_s, steps, refine):
+            history = self._history(stimulus, values[lanes[0]], steps, refine)
+            for lane in lanes:
+                resistance[lane], deflection[lane] = self._readings(history, values[lane])
+        bad = ~(np.isfinite(resistance) & np.isfinite(deflection))
+        diverged = np.where(bad.any(axis=1), bad.argmax(axis=1), -1).astype(np.int64)
+        return Prediction({"resistance": resistance, "deflection": deflection}, diverged)
+
+    def with_values(self, values: FloatArray) -> Vo2Simulation:
+        """The same model with `values` (parameters,) as its own."""
+        moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
+        return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
+
+    def extended(self, mechanisms: tuple[str, ...]) -> Vo2Simulation:
+        """The same with these mechanisms at neutral; shapes at their defaults or scales."""
+        added = tuple(MECHANISMS[name] for name in mechanisms)
+        more = [one for mechanism in added for one in neutral_parameters(mechanism)]
+        return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
+
+    def _sharing_a_temperature(
+        self, values: FloatArray, period_s: float, steps: float, refine: int
+    ) -> list[list[int]]:
+        """Groups of lanes whose film has the same temperatures at the same instants."""
+        acting = {mechanism.id for mechanism in self.mechanisms if mechanism.acts_on_temperature} | {""}
+        columns = [
+            k
+            for k, one in enumerate(self.parameters)
+            if one.mechanism in acting and not one.name.startswith(("resistance_", "deflection_"))
+        ]
+        groups: dict[tuple[float, ...], list[int]] = {}
+        for lane, own in enumerate(values):
+            key = (*own[columns].tolist(), *self._grid(own, period_s, steps, refine))
+            groups.setdefault(key, []).append(lane)
+        return list(groups.values())
+
+    def _grid(self, values: FloatArray, period_s: float, steps: float, refine: int) -> tuple[int, bool]:
+        """Substeps of a piece, and whether readings are needed at each."""
+        active = self._active(values)
+        balance = self._balance(active, values)
+        finest = [one.resolves_s(self._of(one, values)) for one in active if one.resolves_s is not None]
+        if balance.is_plain and not finest:
+            return 1, False
+        longest_s = min([balance.time_constant_s / steps, *finest])
+        wanted = refine * math.ceil(min(period_s / longest_s, MOST_SUBSTEPS))
+        return wanted, bool(finest)
+
+    def _history(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Read:
+        """What film and beam give before anything that differs between lanes of a group."""
+        active = self._active(values)
+        substeps, between = self._grid(values, stimulus.period_s, steps, refine)
+        pieces = self._pieces(stimulus, active, values)
+        steps_s = np.repeat(pieces.durations_s / substeps, substeps)
+        warm = self._warm(pieces, substeps, steps_s, active, values)
+        v = np.sqrt(np.maximum(warm.power, 0.0))
+        seen = v if warm.lagging is warm.power else np.sqrt(np.maximum(warm.lagging, 0.0))
+        every = 1 if between else len(steps_s)
+        film: ReadOut = follow(seen, v, every, self.model.resistance_preisach.params)
+        beam: ReadOut = follow(seen, v, every, self.model.deflection_preisach.params)
+        return Read(
+            reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
+            resistance=film.y, surrogate=v[::every], current=_just_before(pieces, substeps)[::every],
+            time_s=warm.time_s[::every],
+            steps_s=steps_s if between else np.array([stimulus.period_s]), span=self.model.current,
+        )  # fmt: skip
+
+    def _pieces(self, stimulus: Stimulus, active: Sequence[Vo2Mechanism], values: FloatArray) -> Pieces:
+        commanded = Commanded(
+            np.ascontiguousarray(stimulus.inputs["current"], dtype=np.float64),
+            stimulus.period_s,
+            stimulus.holds.get("current", "linear"),
+        )
+        for mechanism in active:
+            if mechanism.command is not None:
+                commanded = mechanism.command(commanded, self._of(mechanism, values))
+        pieces = pieces_of(commanded)
+        for mechanism in active:
+            if mechanism.pieces is not None:
+                pieces = mechanism.pieces(pieces, self._of(mechanism, values))
+        nodes = corrected(pieces.nodes, "current", middle(self.model.current), self._nominal(values))
+        return pieces._replace(nodes=nodes)
+
+    def _warm(
+        self,
+        pieces: Pieces,
+        substeps: int,
+        steps_s: FloatArray,
+        active: Sequence[Vo2Mechanism],
+        values: FloatArray,
+    ) -> Warm:
+        balance = self._balance(active, values)
+        if balance.is_plain:
+            power = heat_pieces(pieces.nodes, pieces.durations_s, substeps, balance.time_constant_s)
+            lagging = power
+        else:
+            power, lagging = heat_balance(pieces, substeps, balance, self.model)
+        within = np.concatenate(([0.0], np.cumsum(steps_s)[:-1]))
+        periods = (len(power) - 1) // len(steps_s)
+        starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)
+        time_s = (starts[:, None] + within).reshape(-1)[: len(power)]
+        warm = Warm(power, lagging, np.asarray(time_s, np.float64))
+        for mechanism in active:
+            if mechanism.warm is not None:
+                warm = mechanism.warm(warm, self._of(mechanism, values))
+        return warm
+
+    def _readings(self, history: Read, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Resistance and deflection (samples,) of one lane."""
+        active, nominal = self._active(values), self._nominal(values)
+        read = history
+        for mechanism in active:
+            if mechanism.film is not None:
+                read = mechanism.film(read, self._of(mechanism, values))
+        reading = corrected(
+            read.reading, "resistance", middle_reading(self.model.resistance), nominal, sign=-1.0
+        )
+        deflection = corrected(read.deflection, "deflection", middle(self.model.deflection), nominal)
+        with np.errstate(over="ignore", invalid="ignore"):
+            read = read._replace(resistance=np.exp(-reading), deflection=deflection)
+            for mechanism in active:
+                if mechanism.instrument is not None:
+                    read = mechanism.instrument(read, self._of(mechanism, values))
+        every = len(read.steps_s)
+        return read.resistance[::every], read.deflection[::every]
+
+    def _balance(self, active: Sequence[Vo2Mechanism], values: FloatArray) -> Balance:
+        balance = Balance(self._nominal(values)["time_constant"])
+        for mechanism in active:
+            if mechanism.balance is not None:
+                balance = mechanism.balance(balance, self._of(mechanism, values))
+        return balance
+
+    def _active(self, values: FloatArray) -> list[Vo2Mechanism]:
+        """Mechanisms away from neutral, in the order in which they act: a neutral one is not there, to the last bit."""
+        moved = {
+            one.mechanism
+            for one, value in zip(self.parameters, values.tolist(), strict=True)
+            if one.declared.neutral is not None and value != one.declared.neutral
+        }
+        return sorted((one for one in self.mechanisms if one.id in moved), key=lambda one: one.stage)
+
+    def _nominal(self, values: FloatArray) -> Values:
+        pairs = zip(self.parameters, values.tolist(), strict=True)
+        return {one.name: value for one, value in pairs if not one.mechanism}
+
+    def _of(self, mechanism: Vo2Mechanism, values: FloatArray) -> Mapping[str, float]:
+        pairs = zip(self.parameters, values.tolist(), strict=True)
+        return {one.declared.name: value for one, value in pairs if one.mechanism == mechanism.id}
+
+
+def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
+    """Of a mechanism that does nothing yet."""
+    found = []
+    for declared in mechanism.parameters:
+        value = declared.neutral
+        if value is None:
+            value = 1.0 if declared.default is None else declared.default
+        found.append(
+            FreeParameter(
+                f"{mechanism.id}.{declared.name}", declared.unit, value, declared.low, declared.high, False,
+                declared, mechanism.id,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _just_before(pieces: Pieces, substeps: int) -> FloatArray:
+    """The current that flows just before each instant (instants,) [mA]."""
+    ends = np.empty(len(pieces.nodes) * substeps + 1)
+    ends[0] = pieces.nodes[0, 0]
+    x = np.arange(1, substeps + 1) / substeps
+    start, to_middle, to_end = (
+        pieces.nodes[:, :1],
+        pieces.nodes[:, 1:2] - pieces.nodes[:, :1],
+        pieces.nodes[:, 2:] - pieces.nodes[:, :1],
+    )
+    ends[1:] = (start + x * (4.0 * to_middle - to_end + x * (2.0 * to_end - 4.0 * to_middle))).reshape(-1)
+    return ends
