@@ -17,7 +17,7 @@ from rtctl.diagnosis.approach import fitted_nominal
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.extended_model import extended_model
 from rtctl.diagnosis.gain import Gain, gain
-from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
@@ -141,16 +141,17 @@ def _searched(
 ) -> tuple[Search, str]:
     """The search, or what is known without it and why there is no more."""
     tried: list[str] = []
+    known: list[Search] = []
 
     def noted(text: str) -> None:
         told(text)
         tried.append(text)
 
     try:
-        return search(data, nominal, ids, rate, noted), ""
+        return search(data, nominal, ids, rate, noted, known.append), ""
     except Stopped:
-        examined = examine(nominal, data, ids)
-        return Search(examined, examined, examined.p_value > rate, (), ()), (
+        so_far = known[-1]
+        return so_far._replace(chosen=so_far.nominal, equivalent=()), (
             f"stopped by the user after {len(tried)} fits: no cause is claimed; residual, place and isolability are of "
             "the re-fitted nominal model"
         )

@@ -119,16 +119,27 @@ def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path
 
     def told(text: str) -> None:
         heard.append(text)
-        if len(heard) == 3:
+        if "do not explain" in text:
             raise Stopped
 
     data, model = answered / "dataset.toml", answered / "model.toml"
     simulation = simulation_for(model, open_dataset(data))
-    found = diagnose(read_dataset(data), read_oscillator_model(model), simulation, FEW.split(","), None, told)
+    found = diagnose(
+        read_dataset(data),
+        read_oscillator_model(model),
+        simulation,
+        ("damping.quadratic", "stiffness.cubic"),
+        None,
+        told,
+    )
     assert found.stopped
     assert (found.verdict, found.causes) == ("unexplained", ())
     assert found.where[0].coordinate == "velocity_sign"
     assert "stopped by the user" in found.warnings[-1]
+    assert {one.hypothesis.mechanisms[0] for one in found.search.tried[0]} == {
+        "damping.quadratic",
+        "stiffness.cubic",
+    }
     assert found.gain is not None
     assert found.gain.before > 10.0 * NOISE_MM
 
