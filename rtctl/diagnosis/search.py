@@ -35,6 +35,8 @@ SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
 EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
+LEVEL = 0.2
+"""Of the rate of false claims, that of the gate: noise that is no autoregression makes its p-values a little small."""
 NEAR = 1.5
 """Times the cost of the best: beyond, no whitening makes a set its equal."""
 NEEDED = 10.0
@@ -65,9 +67,10 @@ def search(
     kept: Callable[[Search], None] = lambda found: None,
 ) -> Search:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise."""
+    level = LEVEL * false_claim_rate
     at_nominal = examine(nominal, data, ids)
-    kept(Search(at_nominal, at_nominal, at_nominal.p_value > false_claim_rate, (), ()))
-    if at_nominal.p_value > false_claim_rate:
+    kept(Search(at_nominal, at_nominal, at_nominal.p_value > level, (), ()))
+    if at_nominal.p_value > level:
         return Search(at_nominal, at_nominal, True, (), ())
     parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
     for size in range(1, LARGEST_SET + 1):
@@ -75,8 +78,8 @@ def search(
         field = race(data, runners, told)
         if not field:
             break
-        last, (best, parents) = best, _front(data, field, ids, false_claim_rate)
-        passes = best.p_value > false_claim_rate
+        last, (best, parents) = best, _front(data, field, ids, level)
+        passes = best.p_value > level
         if passes and not _needed(data, last, best):
             return Search(at_nominal, last, True, _others(data, tried, last, ids), tuple(tried))
         field = [*(one.hypothesis for one in parents), *field]
