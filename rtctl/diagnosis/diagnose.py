@@ -166,7 +166,7 @@ def _answer(
     verdict = verdict_of(found, noise_cost)
     causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
     best = found.chosen if causes else found.nominal
-    where = places(found.nominal)
+    where = places(found.nominal) if verdict != "adequate" else []
     units = dict(dataset.units)
     gap = verdict in ("unexplained", "partly_explained")
     return Diagnosis(

@@ -10,8 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rtctl.border.simulation import Prediction, Simulation
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.gain import free_run
 from rtctl.diagnosis.hypothesis import Hypothesis
 from rtctl.identification.fit_record import FitRecord
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
@@ -75,7 +76,7 @@ def before_after(found: Diagnosis) -> list[BeforeAfter]:
 
 
 def _one(record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis) -> BeforeAfter:
-    old, new = _free_run(before, record), _free_run(after, record)
+    old, new = free_run(before, record), free_run(after, record)
     scored = slice(record.first, None)
     return BeforeAfter(
         record=record.name, unit=found.units["displacement"], rate=found.data.scales.rate,
@@ -84,10 +85,6 @@ def _one(record: FitRecord, before: Simulation, after: Simulation, found: Diagno
         before=old.outputs["displacement"][0][scored], after=new.outputs["displacement"][0][scored],
         velocity=new.outputs["velocity"][0][scored],
     )  # fmt: skip
-
-
-def _free_run(simulation: Simulation, record: FitRecord) -> Prediction:
-    return simulation.predict(record.stimulus, np.array([p.value for p in simulation.parameters]))
 
 
 def _of_the_motion(found: Diagnosis) -> list[Picture]:

@@ -23,8 +23,8 @@ from rtctl.diagnosis.sections import (
 from rtctl.measured.dataset import Dataset
 
 CAPTIONS = {
-    "stretch": "Free runs from each record's first sample, no measured output fed in. Errors within the grey band are "
-    "noise; {whose}.",
+    "stretch": "Free runs from each record's start (two fitted numbers: a first sample is noisy), no measured output "
+    "fed in. Errors within the grey band are noise; {whose}.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over displacement and velocity. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",

@@ -139,9 +139,13 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
 
 
 def _centre_grid(axes: Axes) -> None:
+    """Zero of both axes where the motion goes there: a beam in one of its wells does not."""
+    limits = axes.get_xlim(), axes.get_ylim()
     axes.grid(False)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     axes.axvline(0.0, color=GREY, linewidth=0.6)
+    axes.set_xlim(limits[0])
+    axes.set_ylim(limits[1])
 
 
 def _cell_means(

@@ -1,0 +1,46 @@
+"""The error on test records is the model's: neither the noise of a first sample nor a fit's luck counts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.gain import free_run_error, gain
+from rtctl.identification.fit_record import FitRecord
+
+
+def record_of(seed: int, wrong_start_mm: float = 0.0) -> FitRecord:
+    """Of the device with friction; its first reading is wrong by so much."""
+    drive = noise_drive(seed)
+    reading = measured(device(FRICTION), drive)
+    reading[0] += wrong_start_mm
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+        initial={"displacement": float(reading[0])},
+    )  # fmt: skip
+    return FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
+
+
+def test_a_wrong_first_reading_does_not_count_against_the_true_model() -> None:
+    error = free_run_error(device(FRICTION), record_of(4, wrong_start_mm=0.2), "displacement")
+    assert float(np.sqrt(np.mean(error**2))) == pytest.approx(NOISE_MM, rel=0.1)
+
+
+def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
+    found = gain(device(), device(FRICTION), [record_of(5), record_of(6)], "mm", NOISE_MM, 126.0)
+    assert found is not None
+    assert found.ratio == pytest.approx(found.before / found.after)
+    assert found.ratio_low < found.ratio < found.ratio_high
+    assert found.after == pytest.approx(NOISE_MM, rel=0.1)
+
+
+def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infinite_error() -> None:
+    assert gain(device(), device(FRICTION), [], "mm", NOISE_MM, 126.0) is None
+    wild = device(
+        {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
+    )
+    assert math.isinf(float(np.mean(free_run_error(wild, record_of(4), "displacement") ** 2)))
