@@ -13,20 +13,37 @@ from typing import Any
 from .options import Options
 from .oscillator import generate_oscillator
 from .truth import OUTSIDE, Effect, Noise, Quantity, RecordTruth, Truth
+from .vo2 import Vo2Options, Vo2Truth, generate_vo2
 
-__all__ = ["OUTSIDE", "Effect", "Noise", "Options", "Quantity", "RecordTruth", "Truth", "generate"]
+__all__ = [
+    "OUTSIDE",
+    "Effect",
+    "Noise",
+    "Options",
+    "Quantity",
+    "RecordTruth",
+    "Truth",
+    "Vo2Options",
+    "Vo2Truth",
+    "generate",
+]
 
-PLANTS: dict[str, Callable[[int, Path, Options], Truth]] = {"oscillator": generate_oscillator}
-"""One line a plant. A vo2 goes here: vo2.py with its own device, effects and `generate_vo2`; files.py, noise.py and
-sizing.py serve it too."""
+PLANTS: dict[str, tuple[type, Callable[[int, Path, Any], Any]]] = {
+    "oscillator": (Options, generate_oscillator),
+    "vo2": (Vo2Options, generate_vo2),
+}
+"""One line a plant: what it may be told, and who draws its cases."""
 
 
-def generate(seed: int, folder: Path, plant: str = "oscillator", **overrides: Any) -> Truth:
-    """Write dataset.toml, model.toml and data files of this seed into `folder`; the truth is only returned.
+def generate(seed: int, folder: Path, plant: str = "oscillator", **overrides: Any) -> Any:
+    """Write dataset.toml, model.toml (oscillator only; a vo2's comes from `rtctl identify`) and data files of this
+    seed into `folder`; the truth (a Truth, of a vo2 a Vo2Truth) is only returned.
 
-    `overrides` are the fields of Options. Raises ValueError for an unknown plant or effect, TypeError for an unknown
+    `overrides` are the fields of Options, of a vo2 of Vo2Options.
+    Raises ValueError for an unknown plant or effect, TypeError for an unknown
     override, RuntimeError where no draw of this seed makes the wanted effect.
     """
     if plant not in PLANTS:
         raise ValueError(f"no plant {plant!r}; there are {', '.join(PLANTS)}")
-    return PLANTS[plant](seed, Path(folder), Options(**overrides))
+    options, draw = PLANTS[plant]
+    return draw(seed, Path(folder), options(**overrides))
