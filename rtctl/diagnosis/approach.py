@@ -16,12 +16,14 @@ from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, rms, se
 from rtctl.identification.levenberg_marquardt import minimise
 from rtctl.identification.multiple_shooting import cut
 from rtctl.identification.segments import SegmentCost
+from rtctl.identification.sensitivity import Sensitivity
 from rtctl.identification.weak_form import half_width
 
 FloatArray = NDArray[np.float64]
 PERIODS = (4.0, 16.0, 64.0)
 """Lengths of the stretches, one after the other."""
 ITERATIONS = 8
+JUDGED_PERIODS = 1.0
 
 
 def approached(data: Data, simulation: Simulation, still: frozenset[str] = frozenset()) -> list[Simulation]:
@@ -53,6 +55,37 @@ def approached(data: Data, simulation: Simulation, still: frozenset[str] = froze
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
             found.append(simulation)
     return found
+
+
+def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
+    """Cost of the fitted set over short stretches, each from a state of its own: what does not rest on a long memory.
+
+    A body without a spring drifts, and whatever is slow fits the drift of a free run; within a stretch there is none.
+    """
+    simulation = hypothesis.simulation
+    apart = hypothesis.sensitivity.of_record.tolist()
+    sensitivity = Sensitivity.of(simulation, data.records, apart, scales=data.scales, of_record=apart)
+    own = [simulation.parameters[k].value for k in apart]
+    length_s, width_s = (
+        JUDGED_PERIODS * 2.0 * np.pi / data.scales.rate,
+        half_width(data.records, data.scales.rate),
+    )
+    cost = SegmentCost(
+        sensitivity=sensitivity,
+        segments=[
+            piece._replace(joined=False, start=np.append(piece.start, own))
+            for record in data.records
+            for piece in cut(record, simulation, length_s, width_s)
+        ],
+        sigma=np.array([rms(data.records, name) for name in sensitivity.outputs]),
+        executor=data.executor,
+        steps_per_period=data.steps_per_period,
+    )
+    nothing = np.empty(0)
+    reached = minimise(
+        cost.equations, cost.start(nothing), nothing, nothing, iterations=ITERATIONS, tolerance=1e-3
+    )
+    return np.inf if reached is None else reached.equations.cost
 
 
 def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:

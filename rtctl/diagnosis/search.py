@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.approach import fitted_again
+from rtctl.diagnosis.approach import fitted_again, over_stretches
 from rtctl.diagnosis.directions import ALL, Direction
 from rtctl.diagnosis.gate import Examined, examine, start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
@@ -26,6 +26,8 @@ BEAM = 3
 """Best sets of one size that are extended to the next."""
 MOST_CHILDREN = 9
 """Mechanisms that a set which has some is extended by."""
+CLOSE = 1.5
+"""Times the lowest cost: among these a misfit's size alone says little."""
 AGAIN = 2
 """Best sets of one size that are fitted once more from short stretches where none passes."""
 STALLED = (0.8, 0.5, 0.5)
@@ -121,11 +123,20 @@ def _front(
     examined = [examine(one, data, ids) for one in front]
     if all(one.p_value <= rate for one in examined):
         again = [*(fitted_again(data, one) for one in field[:AGAIN]), *field[AGAIN:BEAM]]
-        again.sort(key=lambda one: one.cost)
+        again = _by_stretches(data, sorted(again, key=lambda one: one.cost))
         known = {id(one.hypothesis): one for one in examined}
         examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
     passing = [one for one in examined if one.p_value > rate]
     return max(passing, key=lambda one: one.p_value) if passing else examined[0], examined
+
+
+def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """`field` by cost, but those as good as the first in the order of what they leave within short stretches."""
+    close = [one for one in field if one.cost < CLOSE * field[0].cost]
+    if len(close) > 1:
+        left = {id(one): over_stretches(data, one) for one in close}
+        close.sort(key=lambda one: left[id(one)])
+    return [*close, *field[len(close) :]]
 
 
 def _runners(parent: Examined) -> list[Runner]:
