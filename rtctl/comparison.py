@@ -93,7 +93,7 @@ def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
     kind = model_kind(path)
     if kind in KINDS and dataset.plant != kind:
         raise InputError(
-            f'{path} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}'
+            f"{path} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}"
         )
     if kind != dataset.plant:
         raise InputError(

@@ -23,14 +23,19 @@ class ReadOut(NamedTuple):
 
 @background_kernel
 def read_path(
-    state: FloatArray, seen: FloatArray, v: FloatArray, every: int, params: PreisachParams
+    state: FloatArray, seen: FloatArray, peaks: FloatArray, v: FloatArray, every: int, params: PreisachParams
 ) -> ReadOut:
-    """Relays follow `seen` [v unit], the rest of the read-out `v` (both (instants,)); advances `state` in place."""
+    """Relays follow `seen` by way of `peaks`, the rest of the read-out `v` (all (instants,), v unit).
+
+    Advances `state` in place.
+    """
     count = (v.size - 1) // every + 1
     y, relays = np.empty(count), np.empty(count)
     top = 1 + MAX_EXTREMA
     low, high = params.grid[0], params.grid[-1]
     for k in range(v.size):
+        if peaks[k] != seen[k]:
+            preisach_step(state, peaks[k], params)
         if k % every != 0 and (seen[k] - seen[k - 1]) * (seen[k + 1] - seen[k]) >= 0.0:
             continue
         value = preisach_step(state, seen[k], params).y
@@ -43,6 +48,6 @@ def read_path(
     return ReadOut(y, relays)
 
 
-def follow(seen: FloatArray, v: FloatArray, every: int, params: PreisachParams) -> ReadOut:
+def follow(seen: FloatArray, peaks: FloatArray, v: FloatArray, every: int, params: PreisachParams) -> ReadOut:
     """`read_path` from the branch that a full cooling leaves."""
-    return read_path(cooled_stack(params.grid), seen, v, every, params)
+    return read_path(cooled_stack(params.grid), seen, peaks, v, every, params)

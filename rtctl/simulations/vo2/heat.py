@@ -3,32 +3,47 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.everett import everett_falling_slope, everett_rising_slope
-from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, cooled_stack, preisach_step
+from rtctl.hysteresis.everett import everett
+from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, preisach_step
 from rtctl.kernels import FloatArray, background_kernel, kernel
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.mechanism import Balance, Pieces
-from rtctl.simulations.vo2.relaxation import at, relax
+from rtctl.simulations.vo2.relaxation import at, relax, turn
 
-LEAST_POWER = 1e-6  # mA^2, under the root
+LEAST_CHANGE = 1e-9  # mA^2, below which a step says nothing of a capacity
 LEAST_CAPACITY = 0.1  # of the film's own, left by a self-heating that runs away
+ITERATIONS = 3
 BISECTIONS = 60
+
+
+class Powers(NamedTuple):
+    """Of the heater at start, quarter, middle and end of a substep [mA^2]."""
+
+    start: float
+    quarter: float
+    middle: float
+    end: float
+
+
+class Step(NamedTuple):
+    """T_1, T_2, T at the end of a substep and T in its middle [mA^2], its capacity, the heat stored [mA^2]."""
+
+    main: float
+    second: float
+    T: float
+    half: float
+    capacity: float
+    stored: float
 
 
 @kernel
 def surrogate_power(T: float, b: Balance) -> float:
     """s [mA^2] that the identified loops know by a temperature T [mA^2]."""
     return T * (1.0 + b.loss_known * T) / (1.0 + b.tcr_known * T)
-
-
-@kernel
-def surrogate_slope(T: float, b: Balance) -> float:
-    """ds / dT."""
-    below = 1.0 + b.tcr_known * T
-    return (1.0 + 2.0 * b.loss_known * T + b.tcr_known * b.loss_known * T * T) / (below * below)
 
 
 @kernel
@@ -39,57 +54,45 @@ def steady_temperature(power: float, b: Balance) -> float:
 
 
 @kernel
-def relay_slope(state: FloatArray, rising: bool, p: PreisachParams) -> float:
-    """Of the relays' mass over v, if v now rises or falls."""
-    top = int(state[0])
-    v = float(state[1 + top])
+def relays_at(state: FloatArray, v: float, p: PreisachParams) -> float:
+    """What the relays would make at v, from a memory that is left as it is; see `move_input`."""
+    v = min(max(v, p.grid[0]), p.grid[-1])
+    top, levels = int(state[0]), 1 + MAX_EXTREMA
+    if v == state[1 + top]:
+        return float(state[levels + top])
+    rising = v > state[1 + top]
+    if rising != (top % 2 == 1):
+        top += 1
     if rising:
-        before = float(state[top]) if top % 2 == 1 else v
-        return everett_rising_slope(v, before, p.grid, p.nodes)
-    before = float(state[top]) if top % 2 == 0 and top > 0 else v
-    return everett_falling_slope(before, v, p.grid, p.nodes)
+        while top >= 3 and v >= state[top - 1]:
+            top -= 2
+        return float(state[levels + top - 1]) + everett(v, state[top], p.grid, p.nodes)
+    while top >= 2 and v <= state[top - 1]:
+        top -= 2
+    if top == 0:
+        return 0.0
+    return float(state[levels + top - 1]) - everett(state[top], v, p.grid, p.nodes)
 
 
 @kernel
-def resistance_share(state: FloatArray, cold: float, p: PreisachParams) -> float:
-    """R over the cold film's."""
-    top = int(state[0])
-    v = float(state[1 + top])
-    return math.exp(cold - p.c - p.sign * float(state[1 + MAX_EXTREMA + top]) - v * (p.c1 + p.c2 * v))
+def resistance_share(film: FloatArray, v: float, cold: float, p: PreisachParams) -> float:
+    """R at v over the cold film's."""
+    v = min(max(v, p.grid[0]), p.grid[-1])
+    return math.exp(cold - p.c - p.sign * relays_at(film, v, p) - v * (p.c1 + p.c2 * v))
 
 
 @kernel
 def stored(
-    beam: FloatArray, film: FloatArray, cold: float, b: Balance, d: PreisachParams, r: PreisachParams
-) -> float:
-    """Heat [mA^2] that the phase holds beyond T, and what self-heating the loops know already."""
+    T: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance, d: PreisachParams, r: PreisachParams
+) -> float:  # fmt: skip
+    """Heat [mA^2] that the phase holds beyond T, and what of self-heating the loops know already."""
+    v = math.sqrt(max(surrogate_power(T, b), 0.0))
     heat = 0.0
     if b.latent != 0.0:
-        heat = b.latent * float(beam[1 + MAX_EXTREMA + int(beam[0])]) / d.nodes[-1, 0]
-    if b.self_heating != 0.0:
-        heat += b.self_heating_known * resistance_share(film, cold, r)
+        heat = b.latent * relays_at(beam, v, d) / d.nodes[-1, 0]
+    if b.self_heating_known != 0.0:
+        heat += b.self_heating_known * resistance_share(film, v, cold, r)
     return heat
-
-
-@kernel
-def stored_slope(
-    beam: FloatArray,
-    film: FloatArray,
-    rising: bool,
-    cold: float,
-    b: Balance,
-    d: PreisachParams,
-    r: PreisachParams,
-) -> float:
-    """d stored / dv, if v now rises or falls."""
-    slope = 0.0
-    if b.latent != 0.0:
-        slope = b.latent * relay_slope(beam, rising, d) / d.nodes[-1, 0]
-    if b.self_heating != 0.0:
-        v = float(film[1 + int(film[0])])
-        own = r.sign * relay_slope(film, rising, r) + r.c1 + 2.0 * r.c2 * v
-        slope -= b.self_heating_known * resistance_share(film, cold, r) * own
-    return slope
 
 
 @kernel
@@ -97,14 +100,16 @@ def extra_heat(T: float, power: float, film: FloatArray, cold: float, b: Balance
     """What heats and cools beyond power - T [mA^2]."""
     extra = (b.tcr * power - b.loss * T) * T
     if b.self_heating != b.self_heating_known:
-        extra += (b.self_heating - b.self_heating_known) * resistance_share(film, cold, r)
+        v = math.sqrt(max(surrogate_power(T, b), 0.0))
+        extra += (b.self_heating - b.self_heating_known) * resistance_share(film, v, cold, r)
     return extra
 
 
 @kernel
 def settle_film(T: float, b: Balance, params: PreisachParams) -> FloatArray:
     """The state at T after a full cooling."""
-    state = cooled_stack(params.grid)
+    state = np.zeros(1 + 2 * MAX_EXTREMA)  # `cooled_stack`, which is no kernel
+    state[1] = params.grid[0]
     preisach_step(state, math.sqrt(max(surrogate_power(T, b), 0.0)), params)
     return state
 
@@ -125,67 +130,77 @@ def first_temperature(power: float, cold: float, b: Balance, r: PreisachParams) 
     return T
 
 
+@kernel
+def advance(
+    step: Step, power: Powers, h: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance,
+    d: PreisachParams, r: PreisachParams,
+) -> Step:  # fmt: skip
+    """One substep of h [s]; moves no relays."""
+    kept, tau, slow = 1.0 - b.share, b.time_constant_s * step.capacity, b.second_time_constant_s
+    p0, pq, pm, p1 = power
+    e = extra_heat(step.T, p0, film, cold, b, r)
+    half = kept * relax(step.main, p0 + e, pq + e, pm + e, 0.5 * h, tau)
+    half += b.share * relax(step.second, p0 + e, pq + e, pm + e, 0.5 * h, slow)
+    e = extra_heat(half, pm, film, cold, b, r)
+    main = relax(step.main, p0 + e, pm + e, p1 + e, h, tau)
+    second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
+    capacity, stored_heat = step.capacity, step.stored
+    if b.latent != 0.0 or b.self_heating_known != 0.0:
+        for _ in range(ITERATIONS):
+            stored_heat = stored(kept * main + b.share * second, beam, film, cold, b, d, r)
+            if abs(main - step.main) > LEAST_CHANGE:
+                capacity = max(1.0 + (stored_heat - step.stored) / (main - step.main), LEAST_CAPACITY)
+            main = relax(step.main, p0 + e, pm + e, p1 + e, h, b.time_constant_s * capacity)
+        stored_heat = stored(kept * main + b.share * second, beam, film, cold, b, d, r)
+    return Step(main, second, kept * main + b.share * second, half, capacity, stored_heat)
+
+
 @background_kernel
 def balance_pieces(
     nodes: FloatArray, durations: FloatArray, substeps: int, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Surrogate and what the relays see of it [mA^2] at the ends of all substeps (pieces * substeps + 1,).
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """Surrogate, what the relays see of it, and where that turned before, [mA^2] at the ends of all substeps.
 
-    P = i^2, T = (1 - share) T_1 + share T_2, Q the heat that the phase has stored:
+    All of shape (pieces * substeps + 1,), from rest in the first current. P = i^2, T = (1 - share) T_1 + share T_2, Q
+    the heat that the phase has stored:
     tau (T_1 + Q)' = P (1 + tcr T) - loss T^2 + self_heating R / R_cold - T_1, and so T_2 with its own time constant
     without Q. `cold` is -ln of the cold film's resistance, `d` and `r` are the read-outs of deflection and -ln R.
-    A step takes the capacity 1 + dQ/dT_1 of its first moment; the next one gets the heat by which Q came out otherwise.
+    A step's capacity 1 + dQ / dT_1 is that between its ends, by iteration.
     """
     T = first_temperature(nodes[0, 0] * nodes[0, 0], cold, b, r)
     beam, film = settle_film(T, b, d), settle_film(T, b, r)
-    phase = b.latent != 0.0 or b.self_heating != 0.0
-    main, second, carry, Q = T, T, 0.0, stored(beam, film, cold, b, d, r)
-    s = surrogate_power(T, b)
-    lagged = s
-    power, lagging = np.empty(nodes.shape[0] * substeps + 1), np.empty(nodes.shape[0] * substeps + 1)
-    power[0] = lagging[0] = s
-    for step in range(nodes.shape[0] * substeps):
-        row, j = step // substeps, step % substeps
+    step = Step(T, T, T, T, 1.0, stored(T, beam, film, cold, b, d, r))
+    s = lagged = surrogate_power(T, b)
+    size = nodes.shape[0] * substeps + 1
+    power, lagging, peaks = np.empty(size), np.empty(size), np.empty(size)
+    power[0] = lagging[0] = peaks[0] = s
+    for k in range(1, size):
+        row, x, dx = (k - 1) // substeps, ((k - 1) % substeps) / substeps, 1.0 / substeps
         h = durations[row % durations.size] / substeps
-        p0 = at(nodes, row, j / substeps) ** 2
-        pq = at(nodes, row, (j + 0.25) / substeps) ** 2
-        pm = at(nodes, row, (j + 0.5) / substeps) ** 2
-        p1 = at(nodes, row, (j + 1.0) / substeps) ** 2
-        e = extra_heat(T, p0, film, cold, b, r)
-        half = (1.0 - b.share) * relax(main, p0 + e, pq + e, pm + e, 0.5 * h, b.time_constant_s)
-        half += b.share * relax(second, p0 + e, pq + e, pm + e, 0.5 * h, b.second_time_constant_s)
-        e = extra_heat(half, pm, film, cold, b, r)
-        moved = relax(main, p0 + e, pm + e, p1 + e, h, b.time_constant_s)
-        second = relax(second, p0 + e, pm + e, p1 + e, h, b.second_time_constant_s)
-        capacity = 1.0
-        if phase:
-            dv = (1.0 - b.share) * surrogate_slope(T, b) / (2.0 * math.sqrt(max(s, LEAST_POWER)))
-            slope = stored_slope(beam, film, moved + carry > main, cold, b, d, r) * dv
-            capacity = max(1.0 + slope, LEAST_CAPACITY)
-            wanted = relax(main, p0 + e, pm + e, p1 + e, h, b.time_constant_s * capacity) - main
-            moved = main + wanted + carry / capacity
-            carry += capacity * wanted - (moved - main)
-        main = moved
-        T = (1.0 - b.share) * main + b.share * second
-        before, s = s, surrogate_power(T, b)
-        if phase:
-            v = math.sqrt(max(s, 0.0))
-            preisach_step(beam, v, d)
-            preisach_step(film, v, r)
-            held, Q = Q, stored(beam, film, cold, b, d, r)
-            carry -= Q - held
-        lagged = relax(lagged, before, 0.5 * (before + s), s, h, b.lag_s)
-        power[step + 1], lagging[step + 1] = s, lagged
-    return power, lagging
+        heater = Powers(
+            at(nodes, row, x) ** 2, at(nodes, row, x + 0.25 * dx) ** 2,
+            at(nodes, row, x + 0.5 * dx) ** 2, at(nodes, row, x + dx) ** 2,
+        )  # fmt: skip
+        step = advance(step, heater, h, beam, film, cold, b, d, r)
+        before, middle, s = s, surrogate_power(step.half, b), surrogate_power(step.T, b)
+        if b.latent != 0.0:
+            preisach_step(beam, math.sqrt(max(s, 0.0)), d)
+        if b.self_heating != 0.0:
+            preisach_step(film, math.sqrt(max(s, 0.0)), r)
+        peak = turn(lagged, before, middle, s, h, b.lag_s)
+        lagged = relax(lagged, before, middle, s, h, b.lag_s)
+        power[k], lagging[k] = s, lagged
+        peaks[k] = lagged if math.isnan(peak) else peak
+    return power, lagging, peaks
 
 
 def heat_balance(
     pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model
-) -> tuple[FloatArray, FloatArray]:
-    """`balance_pieces` with the model's read-outs; the second path is the first where relays do not lag."""
-    power, lagging = balance_pieces(
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """`balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
+    power, lagging, peaks = balance_pieces(
         pieces.nodes, pieces.durations_s, substeps, -math.log(model.resistance.high),
         balance, model.deflection_preisach.params, model.resistance_preisach.params,
     )  # fmt: skip
-    return power, lagging if balance.lag_s != 0.0 else power
+    return (power, lagging, peaks) if balance.lag_s != 0.0 else (power, power, power)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.mechanisms import Mechanism, Parameter
+from rtctl.border.mechanisms import Mechanism, Parameter, Scales
 from rtctl.models.span import Span
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S
 
@@ -82,6 +82,8 @@ class Warm(NamedTuple):
     """Surrogate (instants,) [mA^2]."""
     lagging: FloatArray
     """What the relays see (instants,) [mA^2]."""
+    peaks: FloatArray
+    """Where that turned since the instant before (instants,) [mA^2]; its own value where it did not."""
     time_s: FloatArray
     """(instants,) since the first sample."""
 
@@ -132,9 +134,12 @@ class Vo2Mechanism(Mechanism):
         return any(act is not None for act in (self.command, self.pieces, self.balance, self.warm))
 
 
-def coefficient(name: str, unit: str, meaning: str, scale: float, **more: Any) -> Parameter:
-    """A parameter that switches its mechanism off at zero; `scale` is of VO2 actuators, whatever the records."""
-    return Parameter(name=name, unit=unit, meaning=meaning, scale=lambda s: scale, neutral=0.0, **more)
+def coefficient(
+    name: str, unit: str, meaning: str, scale: float | Callable[[Scales], float], **more: Any
+) -> Parameter:
+    """A parameter that switches its mechanism off at zero; a number as `scale` is of all VO2 actuators."""
+    of_records = scale if callable(scale) else lambda s: scale
+    return Parameter(name=name, unit=unit, meaning=meaning, scale=of_records, neutral=0.0, **more)
 
 
 def shape(name: str, unit: str, meaning: str, scale: float, **more: Any) -> Parameter:

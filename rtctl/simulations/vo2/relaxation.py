@@ -8,6 +8,8 @@ import numpy as np
 
 from rtctl.kernels import FloatArray, background_kernel, kernel
 
+TURN_ITERATIONS = 3
+
 
 @kernel
 def relax(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
@@ -21,6 +23,26 @@ def relax(s: float, start: float, middle: float, end: float, h: float, tau: floa
     B = b - 2.0 * r * c
     A = start - r * B
     return A + B + c + (s - A) * decay
+
+
+@kernel
+def turn(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
+    """The extremum of s within the step of `relax`, NaN without one: where s meets P.
+
+    By iteration with the slope of P there; a follower that is much faster than a step turns at its very beginning.
+    """
+    to_middle, to_end = middle - start, end - start
+    b, c = 4.0 * to_middle - to_end, 2.0 * to_end - 4.0 * to_middle
+    x = 0.0
+    for _ in range(TURN_ITERATIONS):
+        behind = (b + c * x) * tau / h
+        left = behind / (s - start + behind)
+        if not 0.0 < left < 1.0:
+            return math.nan
+        x = -math.log(left) * tau / h
+        if x >= 1.0:
+            return math.nan
+    return start + x * (b + c * x)
 
 
 @kernel

@@ -104,10 +104,12 @@ class Vo2Simulation:
         steps_s = np.repeat(pieces.durations_s / substeps, substeps)
         warm = self._warm(pieces, substeps, steps_s, active, values)
         v = np.sqrt(np.maximum(warm.power, 0.0))
-        seen = v if warm.lagging is warm.power else np.sqrt(np.maximum(warm.lagging, 0.0))
+        seen = peaks = v
+        if warm.lagging is not warm.power:
+            seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
         every = 1 if between else len(steps_s)
-        film: ReadOut = follow(seen, v, every, self.model.resistance_preisach.params)
-        beam: ReadOut = follow(seen, v, every, self.model.deflection_preisach.params)
+        film: ReadOut = follow(seen, peaks, v, every, self.model.resistance_preisach.params)
+        beam: ReadOut = follow(seen, peaks, v, every, self.model.deflection_preisach.params)
         return Read(
             reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
             resistance=film.y, surrogate=v[::every], current=_just_before(pieces, substeps)[::every],
@@ -142,14 +144,14 @@ class Vo2Simulation:
         balance = self._balance(active, values)
         if balance.is_plain:
             power = heat_pieces(pieces.nodes, pieces.durations_s, substeps, balance.time_constant_s)
-            lagging = power
+            lagging = peaks = power
         else:
-            power, lagging = heat_balance(pieces, substeps, balance, self.model)
+            power, lagging, peaks = heat_balance(pieces, substeps, balance, self.model)
         within = np.concatenate(([0.0], np.cumsum(steps_s)[:-1]))
         periods = (len(power) - 1) // len(steps_s)
         starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)
         time_s = (starts[:, None] + within).reshape(-1)[: len(power)]
-        warm = Warm(power, lagging, np.asarray(time_s, np.float64))
+        warm = Warm(power, lagging, peaks, np.asarray(time_s, np.float64))
         for mechanism in active:
             if mechanism.warm is not None:
                 warm = mechanism.warm(warm, self._of(mechanism, values))

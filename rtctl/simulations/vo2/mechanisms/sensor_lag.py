@@ -18,6 +18,6 @@ MECHANISM = Vo2Mechanism(
         ),
     ),
     instrument=lagging,
-    resolves_s=lambda p: 0.25 * TYPICAL_TIME_S,
-    stage=2,
+    resolves_s=lambda p: 0.0625 * TYPICAL_TIME_S,
+    stage=3,
 )

@@ -1,0 +1,55 @@
+"""`actuation.deadband`: the heater's current y stays where it is until the command i is `width` away.
+
+Then y = i - behind width sign(i - y): behind = 1 is a backlash, 0 a driver that takes the whole change at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.kernels import FloatArray, background_kernel
+from rtctl.simulations.vo2.mechanism import (
+    TYPICAL_CURRENT_MA,
+    Pieces,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+    shape,
+)
+
+
+@background_kernel
+def held_back(commands: FloatArray, width: float, behind: float) -> FloatArray:
+    """y (n,) for commands (n,) [mA]; the first was reached from below."""
+    y = np.empty_like(commands)
+    held = commands[0] - behind * width
+    for k in range(commands.size):
+        away = commands[k] - held
+        if away > width:
+            held = commands[k] - behind * width
+        elif away < -width:
+            held = commands[k] + behind * width
+        y[k] = held
+    return y
+
+
+def dead(pieces: Pieces, p: Values) -> Pieces:
+    """Small changes of the current have no effect."""
+    nodes = held_back(pieces.nodes.reshape(-1), p["width"], p["behind"])
+    return pieces._replace(nodes=nodes.reshape(pieces.nodes.shape))
+
+
+MECHANISM = Vo2Mechanism(
+    id="actuation.deadband",
+    statement="Changes of the current by less than {width} have no effect.",
+    parameters=(
+        coefficient(
+            "width", "mA", "half of the dead band", 0.1 * TYPICAL_CURRENT_MA, low=0.0, high=10.0
+        ),
+        shape(
+            "behind", "dimensionless", "share of the width by which the current stays behind a larger change", 1.0,
+            default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0),
+        ),
+    ),
+    pieces=dead,
+)  # fmt: skip

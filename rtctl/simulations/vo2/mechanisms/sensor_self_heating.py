@@ -1,0 +1,28 @@
+"""`sensor.self_heating`: the sensing current heats the film by heat R / R_cold, beside the heater."""
+
+from rtctl.simulations.vo2.mechanism import (
+    TYPICAL_POWER_MA2,
+    Balance,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+    known,
+)
+
+
+def heating(balance: Balance, p: Values) -> Balance:
+    """Heat of the sensing current, which falls as the film becomes a metal."""
+    return balance._replace(self_heating=p["heat"], self_heating_known=p["known"] * p["heat"])
+
+
+MECHANISM = Vo2Mechanism(
+    id="sensor.self_heating",
+    statement="The sensing current heats the film, by {heat} while it is cold and less as its resistance falls.",
+    parameters=(
+        coefficient(
+            "heat", "mA^2", "of the cold film, as surrogate power", 0.1 * TYPICAL_POWER_MA2, low=0.0, high=1e3
+        ),
+        known(),
+    ),
+    balance=heating,
+)  # fmt: skip

@@ -1,0 +1,31 @@
+"""`thermal.nonlinear_loss`: the heat that flows off is T (1 + loss T), T the temperature in mA^2 of a linear loss.
+
+With all of its steady effect known to the loops it makes hot films faster: tau falls by 1 + 2 loss T.
+"""
+
+from rtctl.simulations.vo2.mechanism import (
+    TYPICAL_POWER_MA2,
+    Balance,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+    known,
+)
+
+
+def growing(balance: Balance, p: Values) -> Balance:
+    """A conductance that grows with temperature."""
+    return balance._replace(loss=p["loss"], loss_known=p["known"] * p["loss"])
+
+
+MECHANISM = Vo2Mechanism(
+    id="thermal.nonlinear_loss",
+    statement="The thermal conductance grows with temperature, by {loss} (radiation, air).",
+    parameters=(
+        coefficient(
+            "loss", "1/mA^2", "relative growth with the surrogate's power", 1.0 / TYPICAL_POWER_MA2, low=0.0, high=1.0
+        ),
+        known(),
+    ),
+    balance=growing,
+)  # fmt: skip

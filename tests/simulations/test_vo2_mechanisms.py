@@ -1,0 +1,240 @@
+"""Each mechanism against its sentence, written out a second time; the whole registry for what all must hold."""
+
+from __future__ import annotations
+
+import string
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+from vo2_dense_oracle import STEPS, dense
+from vo2_model_cases import PERIOD_S, predict, simulation, stimulus, telegraph
+
+from rtctl.border.mechanisms import Scales
+from rtctl.border.quantities import convert
+from rtctl.simulations.vo2 import MECHANISMS
+from rtctl.wiring import mechanism_ids
+
+SIZES = Scales(
+    displacement=30.0, velocity=600.0, acceleration=1e4, drive=6.0, rate=20.0, duration=0.6, period=1e-3
+)
+FORMATS = (
+    "thermal.second_time_constant thermal.nonlinear_loss thermal.latent_heat thermal.ambient_drift heater.tcr "
+    "actuation.delay actuation.deadband structure.resonance hysteresis.rate_dependence hysteresis.creep "
+    "hysteresis.shape sensor.self_heating sensor.lag sensor.ageing sensor.crosstalk"
+)
+CURRENT = telegraph(120, seed=4)
+
+
+def of_size(made, size):
+    """Values with every amplitude at `size` times its scale and every shape at its default or scale."""
+    values = []
+    for one in made.parameters:
+        declared = one.declared
+        if not one.mechanism:
+            values.append(one.value)
+        elif declared.is_shape:
+            values.append(declared.scale(SIZES) if declared.default is None else declared.default)
+        else:
+            values.append(size * declared.scale(SIZES))
+    return np.array(values)
+
+
+def check_sampled(found, expected, nominal, share):
+    """The difference to the oracle is a small share of what the mechanism does, and that is not small."""
+    effect = np.std(expected - nominal)
+    assert effect > 1e-3 * np.std(nominal)
+    assert np.std(found - expected) < share * effect
+
+
+@pytest.mark.parametrize(
+    ("identity", "values", "oracle"),
+    [
+        ("thermal__second_time_constant", {"share": 0.3, "time_constant": 8e-3}, {"share": 0.3, "slow_s": 8e-3}),
+        ("thermal__nonlinear_loss", {"loss": 0.01}, {"loss": 0.01}),
+        ("thermal__nonlinear_loss", {"loss": 0.002, "known": 0.0}, {"loss": 0.002, "known": 0.0}),
+        ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
+        ("thermal__ambient_drift", {"rate": 20.0}, {"drift": 20.0}),
+        ("heater__tcr", {"tcr": 0.004}, {"tcr": 0.004}),
+        ("heater__tcr", {"tcr": 0.002, "known": 0.0}, {"tcr": 0.002, "known": 0.0}),
+        ("actuation__delay", {"delay": 0.3e-3}, {"late": int(0.3 * STEPS)}),
+        ("actuation__delay", {"delay": 2.5e-3}, {"late": int(2.5 * STEPS)}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3}, {"lag_s": 0.7e-3}),
+        ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
+        ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
+    ],
+)  # fmt: skip
+def test_heat_is_that_of_the_sentence_in_tiny_steps(identity, values, oracle):
+    made = simulation(**{identity: values})
+    nominal = predict(simulation(), stimulus(CURRENT))
+    resistance, deflection = predict(made, stimulus(CURRENT))
+    expected = dense(CURRENT, **oracle)
+    check_sampled(deflection, expected.deflection[::STEPS], nominal[1], 0.02)
+    check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(nominal[0]), 0.02)
+
+
+def test_steady_effects_that_the_loops_know_leave_slow_currents_alone():
+    slow = np.repeat([4.0, 6.0, 7.5, 8.2, 6.5, 5.0], 60)
+    nominal = predict(simulation(), stimulus(slow))[1][59::60]
+    for identity, values in {
+        "thermal__nonlinear_loss": {"loss": 0.01}, "heater__tcr": {"tcr": 0.004}, "sensor__self_heating": {"heat": 5.0},
+        "thermal__latent_heat": {"heat": 20.0}, "sensor__crosstalk": {"leak": 300.0},
+    }.items():  # fmt: skip
+        found = predict(simulation(**{identity: values}), stimulus(slow))[1][59::60]
+        assert found == pytest.approx(nominal, abs=1e-5), identity
+
+
+def test_a_deadband_is_a_backlash_or_ignores_small_changes():
+    made = simulation(actuation__deadband={"width": 0.3, "behind": 0.0})
+    held = np.empty_like(CURRENT)
+    held[0] = CURRENT[0]
+    for k in range(1, len(CURRENT)):
+        held[k] = CURRENT[k] if abs(CURRENT[k] - held[k - 1]) > 0.3 else held[k - 1]
+    assert (predict(made, stimulus(CURRENT))[1] == predict(simulation(), stimulus(held))[1]).all()
+    played = np.empty_like(CURRENT)
+    played[0] = CURRENT[0] - 0.3
+    for k in range(1, len(CURRENT)):
+        played[k] = min(max(played[k - 1], CURRENT[k] - 0.3), CURRENT[k] + 0.3)
+    found = predict(simulation(actuation__deadband={"width": 0.3}), stimulus(CURRENT))[1]
+    assert found == pytest.approx(predict(simulation(), stimulus(played))[1], abs=1e-9)
+
+
+def fine_time(values):
+    return np.arange(len(values)) * PERIOD_S / STEPS
+
+
+def followed(values, numerator, denominator):
+    """A linear filter, settled on the first value, at the samples."""
+    y = lsim((numerator, denominator), values - values[0], fine_time(values))[1]
+    return (y + values[0])[::STEPS]
+
+
+def test_a_resonance_is_a_second_order_response_to_the_deflection():
+    made = simulation(structure__resonance={"participation": 0.8, "frequency": 130.0, "damping_ratio": 0.05})
+    d = dense(CURRENT).deflection
+    w = 2.0 * np.pi * 130.0
+    expected = 0.2 * d[::STEPS] + 0.8 * followed(d, [w * w], [1.0, 0.1 * w, w * w])
+    check_sampled(predict(made, stimulus(CURRENT))[1], expected, d[::STEPS], 0.02)
+
+
+def test_a_sensor_lags_the_resistance():
+    made = simulation(sensor__lag={"time_constant": 1.2e-3})
+    resistance = np.exp(-dense(CURRENT).reading)
+    expected = followed(resistance, [1.0], [1.2e-3, 1.0])
+    check_sampled(predict(made, stimulus(CURRENT))[0], expected, resistance[::STEPS], 0.02)
+
+
+def test_creep_goes_on_by_its_rate_a_decade():
+    made = simulation(hysteresis__creep={"rate": 0.04})
+    found = dense(CURRENT)
+    for name, value, relays, got in (
+        ("deflection", found.deflection, found.deflection_relays, predict(made, stimulus(CURRENT))[1]),
+        ("reading", found.reading, found.reading_relays, -np.log(predict(made, stimulus(CURRENT))[0])),
+    ):
+        sampled = relays[::STEPS]
+        expected = value[::STEPS].copy()
+        for time_constant in (0.01, 0.1, 1.0, 10.0):
+            y = lsim(([1.0], [time_constant, 1.0]), sampled - sampled[0], PERIOD_S * np.arange(len(sampled)))[
+                1
+            ]
+            expected += 0.04 * (y + sampled[0] - sampled)
+        assert got == pytest.approx(expected, abs=1e-6 * np.ptp(value)), name
+    step = np.repeat([4.0, 8.0], [10, 20_000])
+    after = predict(made, stimulus(step, period_s=1e-2))[1][10:]
+    decades = np.diff(after[[3, 30, 300, 3000]])
+    total = predict(simulation(), stimulus(step, period_s=1e-2))[1][-1] - after[0]
+    assert decades == pytest.approx(0.04 * decades.sum() / (0.04 * 3), rel=0.25), (
+        "even in the logarithm of time"
+    )
+    assert total > 0.0
+
+
+def test_shape_corrects_each_loop_and_knows_the_branch():
+    sweep = np.concatenate((np.linspace(3.7, 8.5, 4000), np.linspace(8.5, 3.7, 4000)))
+    made = simulation(
+        hysteresis__shape={"deflection_first": 1.0, "deflection_side": 0.5, "resistance_second": 0.1}
+    )
+    nominal, found = (predict(one, stimulus(sweep)) for one in (simulation(), made))
+    x = (np.sqrt(np.interp(np.arange(8000) - 1.8, np.arange(8000), sweep**2)) - 3.7) / 4.8
+    side = np.where(np.arange(8000) < 4000, 1.0, -1.0)
+    away = np.r_[200:3900, 4400:7800]  # from the reversal, where the branch changes
+    expected = ((1.0 + 0.5 * side) * np.sin(np.pi * x))[away]
+    assert (found[1] - nominal[1])[away] == pytest.approx(expected, abs=4e-3)
+    logarithm = np.log(found[0] / nominal[0])[away]
+    assert logarithm == pytest.approx(0.1 * np.sin(2 * np.pi * x)[away], abs=2e-3)
+
+
+def test_ageing_grows_by_the_same_fraction_and_crosstalk_follows_the_current():
+    plain = predict(simulation(), stimulus(CURRENT))[0]
+    aged = predict(simulation(sensor__ageing={"rate": 0.3}), stimulus(CURRENT))[0]
+    assert aged == pytest.approx(plain * np.exp(0.3 * PERIOD_S * np.arange(len(plain))), rel=1e-12)
+    leaking = predict(simulation(sensor__crosstalk={"leak": 50.0, "known": 0.0}), stimulus(CURRENT))[0]
+    before = np.concatenate((CURRENT[:1], CURRENT[:-1]))  # a reading is taken before its row's current acts
+    assert leaking == pytest.approx(plain + 50.0 * before, rel=1e-12)
+    known = predict(simulation(sensor__crosstalk={"leak": 50.0}), stimulus(CURRENT))[0]
+    v = dense(CURRENT).v[::STEPS]
+    assert known == pytest.approx(plain + 50.0 * (before - v), rel=1e-9)
+
+
+def test_every_mechanism_of_the_formats_is_there_in_its_order():
+    assert list(MECHANISMS) == FORMATS.split() == list(mechanism_ids("vo2"))
+
+
+@pytest.mark.parametrize("identity", list(MECHANISMS))
+def test_units_scales_and_sentences_hold(identity):
+    mechanism = MECHANISMS[identity]
+    names = {parameter.name for parameter in mechanism.parameters}
+    used = {name for _, name, _, _ in string.Formatter().parse(mechanism.statement) if name}
+    assert used <= names
+    assert used & {one.name for one in mechanism.amplitudes}
+    for parameter in mechanism.parameters:
+        assert convert(1.0, parameter.unit, parameter.unit) == 1.0
+        scale = parameter.scale(SIZES)
+        assert np.isfinite(scale)
+        assert scale > 0.0
+        inside = [x for x in (parameter.neutral, parameter.default, scale * 0.1) if x is not None]
+        assert all(parameter.low <= x <= parameter.high for x in inside), parameter.name
+
+
+@pytest.mark.parametrize("identity", list(MECHANISMS))
+def test_its_derivative_at_neutral_is_neither_zero_nor_infinite(identity):
+    made, given = simulation().extended((identity,)), stimulus(telegraph(400))
+    base = made.predict(given, of_size(made, 0.0)).outputs
+    slopes = []
+    for size in (1e-5, 1e-3):
+        found = made.predict(given, of_size(made, size)).outputs
+        slopes.append(
+            (np.concatenate([np.log(found["resistance"][0] / base["resistance"][0]),
+                             (found["deflection"][0] - base["deflection"][0]) / 30.0])) / size
+        )  # fmt: skip
+    assert np.sqrt(np.mean(slopes[1] ** 2)) > 0.005, "seen at a hundredth of its scale at 40 dB"
+    assert np.std(slopes[0] - slopes[1]) < 0.05 * np.std(slopes[1])
+
+
+@pytest.mark.parametrize("identity", list(MECHANISMS))
+def test_lanes_are_what_each_would_be_alone(identity):
+    made, given = simulation().extended((identity,)), stimulus(telegraph(200))
+    lanes = np.array([of_size(made, size) for size in (0.0, 0.05, 0.1, 0.05)])
+    lanes[3, 5] = 1.01  # gain of the deflection
+    together = made.predict(given, lanes).outputs
+    for k, own in enumerate(lanes):
+        alone = made.predict(given, own).outputs
+        assert all((together[name][k] == alone[name][0]).all() for name in alone)
+
+
+def test_all_mechanisms_together_run_and_refining_changes_little():
+    made = simulation().extended(tuple(MECHANISMS))
+    given, values = stimulus(telegraph(300)), of_size(made, 0.03)
+    coarse, fine = (made.predict(given, values, refine=refine) for refine in (1, 4))
+    assert (coarse.diverged_at == -1).all()
+    width = np.ptp(fine.outputs["deflection"])
+    assert np.std(coarse.outputs["deflection"] - fine.outputs["deflection"]) < 2e-3 * width
+
+
+def test_a_lane_that_leaves_the_numbers_is_told():
+    made = simulation().extended(("sensor.ageing",))
+    values = of_size(made, 0.0)
+    values[-1] = 1e5
+    found = made.predict(stimulus(np.full(40, 5.0)), np.array([of_size(made, 0.0), values]))
+    room = np.log(np.finfo(float).max / found.outputs["resistance"][1, 0])
+    assert found.diverged_at.tolist() == [-1, int(np.ceil(room / (1e5 * PERIOD_S)))]

@@ -1,0 +1,96 @@
+"""The heated film once more, in tiny explicit steps, straight from the sentences of the mechanisms."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from vo2_model_cases import PERIOD_S, TAU_S, small_model
+
+from rtctl.hysteresis.preisach import PreisachModel, preisach_step
+
+STEPS = 400
+"""In a sample period."""
+R_COLD = 130e3
+
+
+class Film:
+    """A read-out that is stepped; `relays` is the part of its output that has memory."""
+
+    def __init__(self, model: PreisachModel) -> None:
+        self.model, self.state = model, model.initial_state(0.0)
+        self.y = self.relays = 0.0
+
+    def at(self, seen: float, v: float) -> float:
+        model = self.model
+        self.relays = (
+            preisach_step(self.state, seen, model.params).y - model.c - seen * (model.c1 + model.c2 * seen)
+        )
+        self.y = model.c + self.relays + v * (model.c1 + model.c2 * v)
+        return self.y
+
+
+class Dense(NamedTuple):
+    """Every tiny step (samples * STEPS - STEPS + 1,): -ln R, deflection, v [mA], relays of both read-outs."""
+
+    reading: np.ndarray
+    deflection: np.ndarray
+    v: np.ndarray
+    reading_relays: np.ndarray
+    deflection_relays: np.ndarray
+
+
+def dense(
+    current: np.ndarray,
+    *,
+    tcr: float = 0.0,
+    loss: float = 0.0,
+    share: float = 0.0,
+    slow_s: float = 1.0,
+    latent: float = 0.0,
+    own: float = 0.0,
+    known: float = 1.0,
+    lag_s: float = 0.0,
+    drift: float = 0.0,
+    late: int = 0,
+) -> Dense:
+    """A held current (samples,); `late` in tiny steps."""
+    model, dt = small_model(), PERIOD_S / STEPS
+    film, beam = Film(model.resistance_preisach), Film(model.deflection_preisach)
+    mass = float(model.deflection_preisach.mu.sum())
+    held = np.repeat(current[:-1], STEPS)
+    held = np.concatenate((np.full(late, current[0]), held))[: len(held)]
+    p = current[0] ** 2
+
+    def cold_share(s: float) -> float:
+        return float(np.exp(-Film(model.resistance_preisach).at(np.sqrt(s), np.sqrt(s)))) / R_COLD
+
+    def gained(x: float) -> float:
+        extra = (1 - known) * own * cold_share(x) if own and known < 1 else 0.0
+        return float(p * (1 + tcr * x) - x - loss * x * x + extra)
+
+    T = float(brentq(gained, 0.0, 500.0))
+    main = second = T
+    lagged = None
+    stored, rows = None, []
+    fast, slow = np.exp(-dt / TAU_S), np.exp(-dt / slow_s)
+    for k in range(len(held) + 1):
+        s = T * (1 + known * loss * T) / (1 + known * tcr * T)
+        lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
+        v, seen = np.sqrt(s + drift * k * dt), np.sqrt(lagged + drift * k * dt)
+        film.at(seen, v)
+        beam.at(seen, v)
+        rows.append((film.y, beam.y, v, film.relays, beam.relays))
+        if k == len(held):
+            break
+        share_of_cold = np.exp(-film.y) / R_COLD
+        now = latent * beam.relays / mass + known * own * share_of_cold
+        released = 0.0 if stored is None else now - stored
+        stored = now
+        p = held[k] ** 2
+        target = p * (1 + tcr * T) - loss * T * T + (1 - known) * own * share_of_cold
+        main = target + (main - target) * fast - released
+        second = target + (second - target) * slow
+        T = (1 - share) * main + share * second
+    return Dense(*(np.array(column) for column in zip(*rows, strict=True)))
