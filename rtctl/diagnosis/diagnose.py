@@ -186,7 +186,9 @@ def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
         return [found.chosen.hypothesis, *found.equivalent][:RIVALS] if found.equivalent else []
     if verdict == "adequate" or not found.tried:
         return []
-    return [one.hypothesis for one in found.tried[0][:RIVALS]]
+    return [
+        one.hypothesis for one in found.tried[0][:2]
+    ]  # a third is often no more than the nominal model again
 
 
 def _signal_rms(records: Sequence[FitRecord]) -> float:

@@ -106,7 +106,8 @@ def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
     for k in range(LAGS):
         for series in (y, y**2, y**3, np.broadcast_to(u, y.shape), np.broadcast_to(u**3, y.shape)):
             late = np.zeros_like(y)
-            late[:, k * lag :] = series[:, : y.shape[1] - k * lag]
+            if k * lag < y.shape[1]:
+                late[:, k * lag :] = series[:, : y.shape[1] - k * lag]
             made.append(late)
     return np.array(made)
 
