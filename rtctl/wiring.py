@@ -95,6 +95,11 @@ def model_of(scenario: Scenario, folder: Path, given: Path | None) -> Any:
     return support_of(scenario.scenario.plant).read_model(given or folder / str(named))
 
 
+def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
+    """What of the model's file the loop does not use."""
+    return support_of(scenario.scenario.plant).unused(model)
+
+
 def build_estimator(scenario: Scenario, model: Any) -> Estimator:
     """The estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
     kind, plant = scenario.estimator.kind, scenario.scenario.plant

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of, track, write_run
-    from rtctl.wiring import build_driver, model_of
+    from rtctl.wiring import build_driver, model_of, unused_extensions
 
     path = find_scenario(args.scenario)
     scenario, tables = load_scenario(path, args.overrides)
@@ -45,6 +45,9 @@ def run(args: argparse.Namespace) -> int:
             say("no --model given: identifying the device first", quiet=quiet)
             model = identify_first(scenario, driver, folder, stop_requested, quiet=quiet)
             driver = build_driver(scenario, path.parent)
+        unused = unused_extensions(scenario, model)
+        if unused:
+            say(f"not used by estimator and tuning, only by simulations: {', '.join(unused)}", quiet=quiet)
         result, outcome = track(scenario, model, driver, stop_requested)
     write_run(folder, scenario, tables, result)
     if args.json:

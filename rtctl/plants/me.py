@@ -33,6 +33,10 @@ class MeSupport:
         """Of the device on which the model was identified."""
         return model.identity
 
+    def unused(self, model: ResonatorModel) -> tuple[str, ...]:
+        """Nothing here: the tuning names what it has not considered."""
+        return ()
+
     def output_range(self, scenario: Scenario, model: ResonatorModel) -> Span:
         """Amplitudes [um] from none to what the highest allowed current holds."""
         return Span(0.0, scenario.limits.high / model.holding_current(1.0))

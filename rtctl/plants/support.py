@@ -42,6 +42,10 @@ class PlantSupport(Protocol[ModelT]):
         """Of the device on which the model was identified; "" where nobody knows."""
         ...
 
+    def unused(self, model: ModelT) -> tuple[str, ...]:
+        """What of the model's file neither estimators nor tuning use: ids of mechanisms, names of parameters."""
+        ...
+
     def output_range(self, scenario: Scenario, model: ModelT) -> Span:
         """Of the controlled output [its unit]: what setpoints may ask for, and what percents refer to."""
         ...

@@ -34,6 +34,10 @@ class Vo2Support:
         """Of the device on which the model was identified."""
         return model.identity
 
+    def unused(self, model: Vo2Model) -> tuple[str, ...]:
+        """What a diagnosis has added: they use the identified loops and time constant as they are."""
+        return (*(mechanism.id for mechanism in model.mechanisms), *model.corrections)
+
     def output_range(self, scenario: Scenario, model: Vo2Model) -> Span:
         """Deflections that were seen at identification [um]."""
         return model.deflection
