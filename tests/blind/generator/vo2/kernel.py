@@ -16,9 +16,8 @@ TOLERANCE_K = 1e-6
 
 
 @njit(cache=True)
-def cumulative(x: float, skew: float) -> float:
+def cumulative(x: float, skew: float, median: float) -> float:
     """Skewed logistic distribution function, 1 / (1 + e^-x)^skew with its median moved to 0."""
-    median = -np.log(2.0 ** (1.0 / skew) - 1.0)
     return (1.0 + np.exp(-(x + median))) ** (-skew)
 
 
@@ -26,10 +25,11 @@ def cumulative(x: float, skew: float) -> float:
 def fraction(T: float, plays: FloatArray, grains: Grains, widening: float) -> float:
     """Metallic fraction if temperature went straight to T; commits nothing."""
     phi = 0.0
+    median = -np.log(2.0 ** (1.0 / grains.skew) - 1.0)
     for j in range(plays.size):
         r = grains.half_width[j] * widening
         p = min(max(plays[j], T - r), T + r)
-        phi += grains.weight[j] * cumulative((p - grains.centre[j]) / grains.spread[j], grains.skew)
+        phi += grains.weight[j] * cumulative((p - grains.centre[j]) / grains.spread[j], grains.skew, median)
     return phi
 
 
@@ -144,9 +144,10 @@ def run(
     read = 0.0
     first = True
     omega = 2.0 * np.pi * p.resonance
+    dynamic = p.creep > 0.0 or p.sensor_tau > 0.0 or omega > 0.0
     for k in range(n):
         for s in range(substeps + 1):
-            if s > 0 or k == 0:
+            if s == substeps or (k == 0 and s == 0) or (s > 0 and dynamic):
                 phi_e = fraction(T_seen, pe, electric, w)
                 phi_s = fraction(T_seen, ps, structural, w)
                 if p.creep > 0.0 and not twin:
