@@ -22,6 +22,8 @@ def serve(plant: Plant, *, rtu_path: Path | None = None, tcp: str | None = None)
 
     `rtu_path`: where the serial port appears; `tcp`: HOST:PORT, port 0 for a free one. Raises InputError.
     """
+    plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
+    plant.reset()
     asyncio.run(_serve_until_signal(SimulatedDevice(plant), rtu_path, tcp))
 
 

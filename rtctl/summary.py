@@ -97,7 +97,7 @@ def _levels(
     rows = level_rows(signals, scenario.profile, holds, lambda means: plant.predict(model, means))
     off = [abs(row["off_backbone_hz"]) for row in rows if "off_backbone_hz" in row]
     if off:
-        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else math.inf
+        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else None  # no instrument
     return rows, measured
 
 

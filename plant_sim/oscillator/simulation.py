@@ -12,7 +12,7 @@ from plant_sim.oscillator.equation import Equation
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.node_cache import cached
-from plant_sim.oscillator.steps import Plan
+from plant_sim.oscillator.steps import Plan, check_work
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
 FloatArray = NDArray[np.float64]
@@ -105,6 +105,7 @@ class OscillatorSimulation:
                 stimulus.period_s, reach, hold, steps_per_period, drive=largest, duration_s=duration_s
             )
             wanted = wanted._replace(substeps=wanted.substeps * refine)
+            check_work(wanted.substeps, stimulus.samples)
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
                 break
             how = wanted

@@ -19,6 +19,8 @@ STEPS_PER_PERIOD = 256.0
 LARGEST_DAMPING_STEP = 0.5
 """damping h: RK4 is stable to 2.78, and accurate to 1e-3 here."""
 MOST_SUBSTEPS = 100_000
+MOST_STEPS = 40_000_000
+"""Of one record: 24 bytes each for the drive alone."""
 ENERGY_SWING = 1e-6
 SWING_COEFFICIENT = 0.4
 LEAST_KICKS = 12.0
@@ -58,6 +60,15 @@ def plan(
         if SPLITTING_COST * by_splitting < by_rk4:
             return Plan(math.ceil(by_splitting - 1e-9), True)
     return Plan(by_rk4, False)
+
+
+def check_work(substeps: int, samples: int) -> None:
+    """Raise ValueError where a record's steps would fill the memory: a parameter is absurd, then."""
+    if substeps * samples > MOST_STEPS:
+        raise ValueError(
+            f"{samples} samples of {substeps} steps each, as the model's fastest pole needs, are more than a record "
+            f"may take ({MOST_STEPS:.0e}); check the units of its parameters"
+        )
 
 
 def splitting_steps(share: float, *, parabolic: bool) -> float:

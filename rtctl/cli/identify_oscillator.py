@@ -41,7 +41,7 @@ def run_oscillator(args: argparse.Namespace) -> int:
         print(json.dumps(finite({"model": str(args.out), **summary_of(found, dataset)}), indent=2))
     elif not args.quiet:
         print_fit(found, dataset, args.out)
-    return 0
+    return 0 if found.trusted else 1
 
 
 def provenance_of(found: OscillatorFit, dataset: Dataset, args: argparse.Namespace) -> dict[str, Any]:
@@ -57,6 +57,7 @@ def provenance_of(found: OscillatorFit, dataset: Dataset, args: argparse.Namespa
         "sha256": {name: _sha256(folder / name) for name in [dataset.path.name, *files]},
         "command": f"{command} --starts {args.starts} --seed {args.seed}",
         "version": __version__,
+        "trusted": found.trusted,
         "method": found.fit.method,
         "reason": found.reason,
         "residual_rms": {
@@ -72,6 +73,7 @@ def summary_of(found: OscillatorFit, dataset: Dataset) -> dict[str, Any]:
     """For scripts."""
     fit = found.fit
     return {
+        "trusted": found.trusted,
         "method": fit.method,
         "reason": found.reason,
         "status": str(fit.status),

@@ -16,6 +16,8 @@ from collections.abc import Sequence
 from rtctl.interfaces import Estimate, EstimateStatus
 
 MEMORY = 100
+LEAST_KNOWN = 4
+"""Second differences that say more of the noise than the first reading, which may be a ringing resonator's."""
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
 
 
@@ -26,7 +28,7 @@ class LockInEstimator:
 
     def __init__(self) -> None:
         self._amplitudes = (0.0, 0.0)  # the last one, and the one before
-        self._variance = 0.0
+        self._variance = self._learnt = 0.0
         self._samples = 0
         self._phase_deg = 0.0
 
@@ -35,7 +37,7 @@ class LockInEstimator:
         amplitude = math.hypot(*sensed)
         self._amplitudes = (amplitude, amplitude)
         self._variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
-        self._samples = 1
+        self._samples, self._learnt = 1, 0.0
         self._phase_deg = math.degrees(math.atan2(sensed[1], sensed[0]))
         return self._estimate(amplitude)
 
@@ -48,8 +50,11 @@ class LockInEstimator:
         last, before = self._amplitudes
         difference = amplitude - 2.0 * last + before
         self._samples += 1
-        weight = 1.0 / min(self._samples, MEMORY)
-        self._variance += weight * (difference * difference / 6.0 - self._variance)
+        known = self._samples - 2  # second differences so far
+        if known > 0:
+            self._learnt += (difference * difference / 6.0 - self._learnt) / min(known, MEMORY)
+        if known >= LEAST_KNOWN:
+            self._variance = self._learnt
         self._amplitudes = (amplitude, last)
         self._phase_deg = math.degrees(math.atan2(quadrature, in_phase))
         return self._estimate(amplitude)

@@ -23,7 +23,7 @@ class Status(StrEnum):
     """Why it ended, as advice."""
 
     CONVERGED = "converged"
-    ITERATIONS = "stopped before it converged: allow more iterations"
+    ITERATIONS = "stopped before it converged: start nearer (--model), or the data hardly determine it"
     STUCK = "no step lowers the cost: the start is on the edge of divergence or the model has a kink there"
     DIVERGED = "the model diverges at the start: give other start values"
 

@@ -29,6 +29,11 @@ LEAVES_THE_DATA = 0.3
 """Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
 CONSTANT_RESIDUAL = 0.7
 """Mean over RMS: half of the power."""
+NOT_TRUSTED = (
+    f"this fit leaves more than {100.0 * LEAVES_THE_DATA:.0f} % of the motion: do not use it. Check that drive and "
+    "displacement are not swapped and belong together, the sample rate, and the units; give a start model (--model) "
+    "with better values or with what the equation lacks"
+)
 FloatArray = NDArray[np.float64]
 Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
@@ -55,6 +60,8 @@ class OscillatorFit:
     warnings: tuple[str, ...]
     records: tuple[FitRecord, ...]
     """That were fitted."""
+    trusted: bool = True
+    """Whether the fit follows the data at all; if not, errors of its parameters would mean nothing."""
 
 
 def identify_oscillator(
@@ -80,12 +87,14 @@ def identify_oscillator(
     told("start values", 0.0)
     starts = start_values(simulation, records, options.starts, options.seed, trust_own=model is not None)
     fit, reason = _fitted(simulation, records, starts.values, options, told)
+    trusted = _share_left(fit, records, without_mean=True) <= LEAVES_THE_DATA
     return OscillatorFit(
-        model=_written(start, fit),
+        model=_written(start, fit, with_errors=trusted),
+        trusted=trusted,
         fit=fit,
         weak=starts.weak,
         reason=reason,
-        warnings=_warnings(fit),
+        warnings=(*(() if trusted else (NOT_TRUSTED,)), *_warnings(fit)),
         records=records,
     )
 
@@ -110,28 +119,27 @@ def _fitted(
     left = _share_left(free_run, records)
     if left <= LEAVES_THE_DATA:
         return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
-    if not _bistable(free_run.simulation) and not _bistable(simulation.with_values(starts[0])):
-        return free_run, f"free runs leave {100.0 * left:.2g} % of the motion unexplained"
     short = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
     follows = _share_left(short, records)
     if follows < 0.5 * left:
         return short, (
-            f"two wells: free runs end in the wrong one ({100.0 * left:.2g} % of the motion unexplained), segments of "
-            f"a period follow it to {100.0 * follows:.2g} %"
+            f"free runs leave {100.0 * left:.2g} % of the motion unexplained (another well, or a start too far off), "
+            f"segments of a period follow it to {100.0 * follows:.2g} %"
         )
     return free_run, f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)"
 
 
-def _share_left(fit: Fit, records: tuple[FitRecord, ...]) -> float:
-    """RMS residual of the displacement in parts of its motion about the mean."""
+def _share_left(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
+    """RMS residual of the displacement in parts of its motion about the mean.
+
+    `without_mean`: of each record, for a constant has a simple cause, which is told.
+    """
     output = next(iter(fit.rms))
-    return fit.rms[output] / float(
-        np.std(np.concatenate([one.measured[output][one.first :] for one in records]))
-    )
-
-
-def _bistable(simulation: Simulation) -> bool:
-    return any(one.name == "stiffness" and one.value < 0.0 for one in simulation.parameters)
+    motion = float(np.std(np.concatenate([one.measured[output][one.first :] for one in records])))
+    if not without_mean:
+        return fit.rms[output] / motion
+    left = [outputs[output] - np.mean(outputs[output]) for outputs in fit.residuals.values()]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2))) / motion
 
 
 def _usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
@@ -170,7 +178,7 @@ def _plain(unit: str) -> str:
     return unit
 
 
-def _written(start: ModelFile, fit: Fit) -> ModelFile:
+def _written(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
     """`start` with the fitted values, errors and 95 % intervals, in its own units."""
     numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
     parameters = {one.name: one for one in fit.simulation.parameters}
@@ -179,7 +187,7 @@ def _written(start: ModelFile, fit: Fit) -> ModelFile:
         if name not in numbers:
             return old
         value, error = numbers[name]
-        return _value(old, parameters[name], float(value), float(error))
+        return _value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
 
     return ModelFile(
         model=ModelTable(

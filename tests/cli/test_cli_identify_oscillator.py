@@ -122,6 +122,24 @@ def test_a_constant_that_is_left_over_is_named(simulation: Simulation, tmp_path:
     assert any("sensor.offset" in text and "too low" in text for text in warnings)
 
 
+def test_columns_that_do_not_belong_together_give_no_model_to_trust(
+    simulation: Simulation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    draw = np.random.default_rng(78)
+    drive, other = (np.convolve(draw.standard_normal(3000), np.hanning(21), mode="same") for _ in range(2))
+    manifest = write_dataset(
+        tmp_path / "mixed", name="mixed", plant="oscillator",
+        records=[Record(name="r0", period_s=1e-3, signals={"drive": drive, "displacement": other})],
+        units={"drive": "m/s^2", "displacement": "mm"}, holds={"drive": "linear"},
+    )  # fmt: skip
+    out = tmp_path / "model.toml"
+    assert identify(manifest, out, "--no-plot") == 1
+    assert "do not use it" in capsys.readouterr().out
+    file = tomllib.loads(out.read_text())
+    assert file["provenance"]["trusted"] is False
+    assert not any("low" in value for value in file["model"]["parameters"].values())
+
+
 def test_a_model_that_was_written_simulates(manifest: Path, tmp_path: Path) -> None:
     start, out = tmp_path / "start.toml", tmp_path / "model.toml"
     start.write_text(START)
