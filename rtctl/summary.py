@@ -96,8 +96,8 @@ def _levels(
         return [], measured
     rows = level_rows(signals, scenario.profile, holds, lambda means: plant.predict(model, means))
     off = [abs(row["off_backbone_hz"]) for row in rows if "off_backbone_hz" in row]
-    if off:
-        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else None  # no instrument
+    if off and np.isfinite(output).any():  # else there is no instrument, and nothing to hold it to
+        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else math.inf
     return rows, measured
 
 

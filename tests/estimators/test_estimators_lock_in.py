@@ -55,6 +55,13 @@ def test_the_first_reading_is_taken_for_noise() -> None:
     assert estimate.confidence == pytest.approx(5e-4 / math.sqrt(2.0))
 
 
+def test_a_resonator_that_still_rings_is_not_taken_for_noise_for_long() -> None:
+    z = -0.5j * np.exp(-0.01 * np.arange(12))
+    claimed = [estimate.confidence for estimate in run(z)]
+    assert claimed[0] > 0.3
+    assert claimed[6] < 1e-3
+
+
 def test_a_reading_that_is_no_number_holds_the_last_one_and_is_flagged() -> None:
     estimator = LockInEstimator()
     estimator.start((0.0, 7500.0), (0.0, -0.3))
