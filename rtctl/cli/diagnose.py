@@ -31,17 +31,17 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.comparison import simulation_for
     from rtctl.diagnosis.diagnose import DiagnosisOptions, diagnose
     from rtctl.diagnosis.files import write_diagnosis
+    from rtctl.diagnosis.subjects import SUBJECTS
     from rtctl.measured import open_dataset, read_dataset
     from rtctl.metrics import finite
-    from rtctl.models.oscillator import read_oscillator_model
     from rtctl.wiring import mechanism_ids
 
     if not 0.0 < args.false_claims < 0.5:
         raise InputError(f"--false-claims {args.false_claims:g} must be above 0 and below 0.5, such as 0.05")
     folder = output_folder(args.out)
     simulation = simulation_for(args.model, open_dataset(args.dataset))
-    dataset, model = read_dataset(args.dataset), read_oscillator_model(args.model)
-    ids = _chosen(args.mechanisms, mechanism_ids(model.kind))
+    dataset, model = read_dataset(args.dataset), SUBJECTS[simulation.kind].read_model(args.model)
+    ids = _chosen(args.mechanisms, mechanism_ids(simulation.kind))
     options = DiagnosisOptions(false_claim_rate=args.false_claims)
     with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as told:
         found = diagnose(dataset, model, simulation, ids, options, told)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, rms, sensitivity_of
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, sensitivity_of
 from rtctl.identification.levenberg_marquardt import minimise
 from rtctl.identification.multiple_shooting import cut
 from rtctl.identification.segments import SegmentCost
@@ -28,7 +28,9 @@ JUDGED_PERIODS = 1.0
 
 def approached(data: Data, simulation: Simulation, still: frozenset[str] = frozenset()) -> list[Simulation]:
     """`simulation` after each length of stretches; those over which it diverges are left out."""
-    found = []
+    found: list[Simulation] = []
+    if not simulation.state:
+        return found
     width_s = half_width(data.records, data.scales.rate)
     for periods in PERIODS:
         length_s = periods * 2.0 * np.pi / data.scales.rate
@@ -41,7 +43,7 @@ def approached(data: Data, simulation: Simulation, still: frozenset[str] = froze
                 for record in data.records
                 for piece in cut(record, simulation, length_s, width_s)
             ],
-            sigma=np.array([rms(data.records, name) for name in sensitivity.outputs]),
+            sigma=np.array([data.size(name) for name in sensitivity.outputs]),
             executor=data.executor,
             steps_per_period=data.steps_per_period,
         )
@@ -63,6 +65,8 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
     A body without a spring drifts, and whatever is slow fits the drift of a free run; within a stretch there is none.
     """
     simulation = hypothesis.simulation
+    if not simulation.state:
+        return hypothesis.cost
     apart = hypothesis.sensitivity.of_record.tolist()
     sensitivity = Sensitivity.of(simulation, data.records, apart, scales=data.scales, of_record=apart)
     own = [simulation.parameters[k].value for k in apart]
@@ -77,7 +81,7 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
             for record in data.records
             for piece in cut(record, simulation, length_s, width_s)
         ],
-        sigma=np.array([rms(data.records, name) for name in sensitivity.outputs]),
+        sigma=np.array([data.size(name) for name in sensitivity.outputs]),
         executor=data.executor,
         steps_per_period=data.steps_per_period,
     )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError
+from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.identification.fit_record import FitRecord, fit_record
 from rtctl.measured.dataset import Dataset, Record
 
@@ -23,7 +26,9 @@ FOREIGN_SHARE = 0.6
 """Of the signal's RMS that a re-fitted model of the same device would not leave."""
 
 
-def split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
+def split(
+    dataset: Dataset, subject: Subject
+) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
     """Records to fit, records to test on, warnings; where none is marked, the last is held out, and that is said."""
     usable = [record for record in dataset.records if record.samples - record.ignore_first >= LEAST_SAMPLES]
     warnings = [
@@ -32,7 +37,7 @@ def split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...
         for record in dataset.records
         if record not in usable
     ]
-    usable, still = _moving(usable)
+    usable, still = _moving(usable, subject)
     warnings += still
     fit = [record for record in usable if record.use != "test"]
     tests = [record for record in usable if record.use == "test"]
@@ -41,7 +46,7 @@ def split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...
             "\n".join(
                 [
                     f'{dataset.path}: no record with use = "fit" can be diagnosed; {LEAST_SAMPLES} samples of a '
-                    "moving displacement are needed",
+                    f"moving {subject.output} are needed",
                     *warnings,
                 ]
             )
@@ -56,20 +61,26 @@ def split(dataset: Dataset) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...
             'one record and none with use = "test": the gain could not be measured; add a record at another amplitude'
         )
     for record in (*fit, *tests):
-        warnings += _clipped(record, dataset.units["displacement"])
-    warnings += _one_tone(fit)
+        for name in subject.clipping_of:
+            warnings += _clipped(record, name, dataset.units[name])
+    warnings += _one_tone(fit, subject.drive)
     holds = dataset.holds
-    return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings
+    first, second = ([_comparable(fit_record(r, holds), subject) for r in ones] for ones in (fit, tests))
+    return tuple(first), tuple(second), warnings
 
 
-def _moving(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
-    """Those with a displacement that moves, and what is wrong with the others."""
-    good, warnings = [], []
+def _comparable(record: FitRecord, subject: Subject) -> FitRecord:
+    return replace(record, measured=subject.readings(record.measured))
+
+
+def _moving(records: Sequence[Record], subject: Subject) -> tuple[list[Record], list[str]]:
+    """Those with an output that moves, and what is wrong with the others."""
+    name, good, warnings = subject.output, list[Record](), list[str]()
     for record in records:
-        if not record.has("displacement"):
-            warnings.append(f"record {record.name} has no displacement and was left out")
-        elif np.ptp(record.signals["displacement"][record.ignore_first :]) == 0.0:
-            warnings.append(f"record {record.name}: the displacement is one constant number; it was left out")
+        if not record.has(name):
+            warnings.append(f"record {record.name} has no {name} and was left out")
+        elif np.ptp(record.signals[name][record.ignore_first :]) == 0.0:
+            warnings.append(f"record {record.name}: the {name} is one constant number; it was left out")
         else:
             good.append(record)
     return good, warnings
@@ -87,29 +98,29 @@ def short(records: Sequence[FitRecord], rate: float) -> list[str]:
     ]
 
 
-def foreign(
-    records: Sequence[FitRecord], cost: float, sigma: float, output: str = "displacement"
-) -> list[str]:
-    """Warning where the re-fitted nominal model leaves most of the signal; `cost`: half the squares over `sigma`^2."""
-    signals = [record.measured[output][record.first :] for record in records]
-    samples = sum(len(signal) for signal in signals)
-    power = sum(float(np.sum((signal - signal.mean()) ** 2)) for signal in signals)
-    left = np.sqrt(2.0 * cost / samples) * sigma
-    share = left / np.sqrt(power / samples)
+def foreign(data: Data, outputs: Sequence[str], cost: float) -> list[str]:
+    """Warning where the re-fitted nominal model, at this cost of a fit, leaves most of the signal."""
+    output = data.subject.output
+    power = 0.0
+    for record in data.records:
+        for name in outputs:
+            signal = record.measured[name][record.first :] / data.size(name)
+            power += float(np.sum((signal - signal.mean()) ** 2))
+        share = float(np.sqrt(2.0 * cost / max(power, 1e-300)))
     if not share > FOREIGN_SHARE:
         return []
     return [
-        f"the nominal model, re-fitted, leaves {share:.0%} of the displacement's RMS: is it a model of this device, "
+        f"the nominal model, re-fitted, leaves {share:.0%} of the {output}'s RMS: is it a model of this device, "
         "are the units and signs right? A cause named on this basis is doubtful; try rtctl identify first"
     ]
 
 
-def _clipped(record: Record, unit: str) -> list[str]:
+def _clipped(record: Record, output: str, unit: str) -> list[str]:
     """Readings that pile up at exactly the largest or smallest value."""
     found = []
     for name, values in (
-        ("largest", record.signals["displacement"]),
-        ("smallest", -record.signals["displacement"]),
+        ("largest", record.signals[output]),
+        ("smallest", -record.signals[output]),
     ):
         levels, counts = np.unique(values, return_counts=True)
         beside = counts[-4:-1].max() if len(counts) > 1 else 0
@@ -123,11 +134,11 @@ def _clipped(record: Record, unit: str) -> list[str]:
     return found
 
 
-def _one_tone(records: Sequence[Record]) -> list[str]:
+def _one_tone(records: Sequence[Record], name: str) -> list[str]:
     """Drives that are all the same single line."""
     lines = []
     for record in records:
-        drive = record.signals["drive"] - record.signals["drive"].mean()
+        drive = record.signals[name] - record.signals[name].mean()
         power = np.abs(np.fft.rfft(drive * np.hanning(len(drive)))) ** 2
         top = int(np.argmax(power))
         total = float(power.sum())

@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.errors import RunError
-from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import Cause, as_json, causes_of
 from rtctl.diagnosis.approach import fitted_nominal
 from rtctl.diagnosis.checks import foreign, short, split
-from rtctl.diagnosis.extended_model import extended_model
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
@@ -24,6 +22,8 @@ from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search, search
 from rtctl.diagnosis.shape import Shape, residual_shape
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
@@ -59,13 +59,14 @@ class Diagnosis:
     search: Search
     data: Data
     tests: tuple[FitRecord, ...]
-    before: ModelFile
-    model: ModelFile
-    """Extended; without provenance."""
+    before: Simulation
+    """As the model's file has it."""
+    model: Any
+    """Extended, of the subject's kind; without provenance."""
     units: Mapping[str, str]
     isolability: Isolability
     noise_rms: float
-    """Of the displacement, in its unit."""
+    """Of the subject's output, in its unit."""
     next_experiment: NextExperiment | None = None
     shape: Shape | None = None
     """Of the missing force, where nothing explains it."""
@@ -99,7 +100,7 @@ class Diagnosis:
 
 def diagnose(
     dataset: Dataset,
-    model: ModelFile,
+    model: Any,
     simulation: Simulation,
     ids: Sequence[str],
     options: DiagnosisOptions | None = None,
@@ -110,20 +111,22 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
-    fit, tests, warnings = split(dataset)
+    subject = SUBJECTS[simulation.kind]
+    fit, tests, warnings = split(dataset, subject)
     with threads(options.threads) as executor:
         data = Data(
-            records=fit, scales=scales_of(fit), executor=executor if len(fit) > 1 else None,
+            subject=subject, records=fit, scales=scales_of(fit, subject.output, subject.drive),
+            executor=executor if len(fit) > 1 else None,
             steps_per_period=STEPS_PER_PERIOD,
         )  # fmt: skip
         told("the nominal model")
-        nominal = _nominal(data, simulation)
+        nominal = _nominal(data, subject.comparable(simulation))
         warnings += short(fit, data.scales.rate)
-        warnings += foreign(fit, nominal.cost, _signal_rms(fit))
+        warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
         found, stopped = _searched(data, nominal, ids, options.false_claim_rate, told)
         if stopped:
             warnings.append(stopped)
-        return _answer(dataset, model, data, tests, found, warnings, bool(stopped))
+        return _answer(dataset, model, simulation, data, tests, found, warnings, bool(stopped))
 
 
 def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
@@ -158,22 +161,23 @@ def _searched(
 
 
 def _answer(
-    dataset: Dataset, model: ModelFile, data: Data, tests: tuple[FitRecord, ...], found: Search,
+    dataset: Dataset, model: Any, before: Simulation, data: Data, tests: tuple[FitRecord, ...], found: Search,
     warnings: list[str], stopped: bool,
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
-    noise_cost, noise_rms = _noise_cost(found.chosen), _noise_rms(found.chosen)
+    noise_cost, noise_rms = _noise_cost(found.chosen), _noise_rms(found.chosen, data.subject)
     verdict = verdict_of(found, noise_cost)
     causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
     best = found.chosen if causes else found.nominal
     where = places(found.nominal) if verdict != "adequate" else []
-    units = dict(dataset.units)
+    units, output = dict(dataset.units), data.subject.output
     gap = verdict in ("unexplained", "partly_explained")
     return Diagnosis(
-        verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=model,
-        gain=gain(found.nominal.hypothesis.simulation, best.hypothesis.simulation, tests, units["displacement"],
+        verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
+        gain=gain(found.nominal.hypothesis.simulation, best.hypothesis.simulation, tests, output, units[output],
                   noise_rms, data.scales.rate),
-        model=extended_model(model, best, {}), units=units, isolability=isolability(found.nominal), noise_rms=noise_rms,
+        model=data.subject.extended_model(model, best), units=units, isolability=isolability(found.nominal),
+        noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
@@ -191,17 +195,12 @@ def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
     ]  # a third is often no more than the nominal model again
 
 
-def _signal_rms(records: Sequence[FitRecord]) -> float:
-    """The unit of a fit's cost: RMS of the displacement about zero."""
-    return float(
-        np.sqrt(np.mean(np.concatenate([r.measured["displacement"][r.first :] for r in records]) ** 2))
-    )
-
-
-def _noise_rms(examined: Examined) -> float:
-    """RMS of the displacement's noise by its model, in units."""
-    length = 4096
-    return float(np.sqrt(np.mean(examined.noise[0].power(length))))
+def _noise_rms(examined: Examined, subject: Subject) -> float:
+    """RMS of the noise of the subject's output by its model, in units."""
+    length, outputs = 4096, examined.hypothesis.sensitivity.outputs
+    if subject.output not in outputs:
+        return float("nan")
+    return float(np.sqrt(np.mean(examined.noise[outputs.index(subject.output)].power(length))))
 
 
 def _noise_cost(examined: Examined) -> float:

@@ -15,7 +15,6 @@ from rtctl.diagnosis.next_experiment import NextExperiment
 from rtctl.diagnosis.report import report_page
 from rtctl.measured.dataset import Dataset
 from rtctl.metrics import write_json
-from rtctl.models.oscillator import write_oscillator_model
 
 NAMES = ("diagnosis.json", "report.html", "model-extended.toml", "next-experiment.toml")
 HEAD = """# {statement}
@@ -30,8 +29,7 @@ def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, model: Pat
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
     provenance = provenance_of(found, dataset, model, command)
-    extended = found.model.model_copy(update={"provenance": provenance})
-    write_oscillator_model(folder / "model-extended.toml", extended)
+    found.data.subject.write_model(folder / "model-extended.toml", found.model, provenance)
     if found.next_experiment is not None:
         _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))
     _write_text(folder / "report.html", report_page(found, dataset, provenance))

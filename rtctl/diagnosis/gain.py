@@ -40,12 +40,12 @@ def gain(
     before: Simulation,
     after: Simulation,
     records: Sequence[FitRecord],
+    output: str,
     unit: str,
     noise_floor: float,
     rate: float,
 ) -> Gain | None:
     """Free runs of both models over `records`; `rate` [1/s] of the motion sets the blocks. None without records."""
-    output = "displacement"
     if not records:
         return None
     old = [free_run_error(before, record, output) for record in records]
@@ -65,11 +65,13 @@ def free_run_error(simulation: Simulation, record: FitRecord, output: str) -> Fl
     return error
 
 
-def free_run(simulation: Simulation, record: FitRecord, output: str = "displacement") -> Prediction:
+def free_run(simulation: Simulation, record: FitRecord, output: str) -> Prediction:
     """Of one lane. Its start is fitted to the record, two numbers: the first sample is noisy, and a lightly damped
     device rings with that noise for a long time. By Gauss-Newton; the record's own start where that is no better.
     """
     values = np.array([parameter.value for parameter in simulation.parameters])
+    if not simulation.state:
+        return simulation.predict(record.stimulus, values)
     start = np.array([record.stimulus.initial.get(name, 0.0) for name in simulation.state])
     peak = float(np.abs(record.measured[output]).max()) or 1.0
     steps = NUDGE * peak * np.array([1.0, 1.0 / (10.0 * record.period_s)])[: len(start)]

@@ -18,8 +18,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.directions import (
     Direction,
     catalogue_directions,
-    generic_directions,
-    generic_slopes,
+    force_directions,
     mechanism_slopes,
 )
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
@@ -64,14 +63,14 @@ def examine(
     others = tuple(identity for identity in ids if identity not in hypothesis.mechanisms)
     lines = hypothesis.linearise(data)
     named = catalogue_directions(hypothesis.simulation, others, data, [line.residual for line in lines])
-    directions = [*named, *generic_directions()]
+    directions = [*named, *force_directions(data)]
     rows = [_rows(hypothesis, data, named, index, base) for index, base in enumerate(lines)]
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
     projected = project(rows, models)
     tests = _tests(projected, directions)
-    if noise is None and not _quantised(data, models):
+    if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
@@ -81,7 +80,7 @@ def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index:
     for identity in dict.fromkeys(direction.mechanism for direction in named):
         own = [direction for direction in named if direction.mechanism == identity]
         slopes.append(mechanism_slopes(hypothesis, own, data, index))
-    slopes.append(generic_slopes(hypothesis, data, index))
+    slopes.append(data.subject.slopes(hypothesis, data, index))
     slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
     return Rows(
         residual=base.residual,  # type: ignore[attr-defined]
@@ -99,9 +98,10 @@ def _measured(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
 def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
     """Reading and drive, and their powers, at lags of a quarter period: (directions, outputs, n)."""
     record = data.records[index]
-    y = simulated / np.sqrt(np.mean(simulated**2, axis=1, keepdims=True) + 1e-300)
-    u = record.stimulus.inputs["drive"][record.first :] / (data.scales.drive or 1.0)
-    lag = max(1, round(np.pi / 2.0 / data.scales.rate / record.period_s))
+    y = simulated - simulated.mean(axis=1, keepdims=True) if data.subject.about_mean else simulated
+    y = y / np.sqrt(np.mean(y**2, axis=1, keepdims=True) + 1e-300)
+    u = record.stimulus.inputs[data.subject.drive][record.first :] / (data.scales.drive or 1.0)
+    lag = max(1, round(data.subject.lag_s(data.scales) / record.period_s))
     made = []
     for k in range(LAGS):
         for series in (y, y**2, y**3, np.broadcast_to(u, y.shape), np.broadcast_to(u**3, y.shape)):
@@ -138,7 +138,7 @@ def _quantised(data: Data, noise: Sequence[NoiseModel]) -> bool:
     spread = float(np.sqrt(noise[0].power(4096).mean()))
     steps = []
     for record in data.records:
-        levels = np.unique(record.measured["displacement"])
+        levels = np.unique(record.measured[data.subject.output])
         if len(levels) > 2:
             steps.append(float(np.median(np.diff(levels))))
     return bool(steps) and min(steps) > COARSE * spread
@@ -152,7 +152,7 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Te
     sizes, amplitudes = [], []
     for index, left in enumerate(leftover(rows, noise)):
         record = data.records[index]
-        motion = record.measured["displacement"][record.first :]
+        motion = record.measured[data.subject.output][record.first :]
         count = len(motion) // block
         if count < 4:
             continue

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.levenberg_marquardt import Unknowns, minimise
 from rtctl.identification.segments import Segment, SegmentCost
@@ -28,10 +29,16 @@ MOST_SCALES = 5.0
 class Data:
     """The records that a diagnosis fits, how large their motion is, and on what it runs."""
 
+    subject: Subject
     records: tuple[FitRecord, ...]
     scales: Scales
     executor: Executor | None = None
     steps_per_period: float | None = None
+
+    def size(self, output: str) -> float:
+        """RMS of a measured output over all scored samples, about its mean where the subject has it so; 1 if zero."""
+        values = np.concatenate([record.measured[output][record.first :] for record in self.records])
+        return float(values.std() if self.subject.about_mean else np.sqrt(np.mean(values**2))) or 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +103,7 @@ def fitted(
 ) -> Hypothesis | None:
     """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
     sensitivity = sensitivity_of(data, simulation, still)
-    sigma = np.array([rms(data.records, name) for name in sensitivity.outputs])
+    sigma = np.array([data.size(name) for name in sensitivity.outputs])
     if starts is None:
         own = [simulation.parameters[k].value for k in sensitivity.of_record]
         starts = np.array(
@@ -201,9 +208,3 @@ def _hypothesis(
         shared=unknowns.shared,
         still=still,
     )
-
-
-def rms(records: Sequence[FitRecord], output: str) -> float:
-    """Of a measured output over all scored samples; 1 where it is zero."""
-    squares = sum(float(r.measured[output][r.first :] @ r.measured[output][r.first :]) for r in records)
-    return float(np.sqrt(squares / sum(r.samples - r.first for r in records))) or 1.0

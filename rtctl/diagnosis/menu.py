@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.quantities import check
 from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.scenario import profile_of, scenario_of
 
 FloatArray = NDArray[np.float64]
@@ -70,8 +71,9 @@ class _Setting(NamedTuple):
 
 def drive_range(data: Data) -> tuple[float, float]:
     """[drive unit] Largest seen, to both sides where the drive has a sign."""
-    low = min(float(record.stimulus.inputs["drive"].min()) for record in data.records)
-    high = max(float(record.stimulus.inputs["drive"].max()) for record in data.records)
+    drive = data.subject.drive
+    low = min(float(record.stimulus.inputs[drive].min()) for record in data.records)
+    high = max(float(record.stimulus.inputs[drive].max()) for record in data.records)
     if low < 0.0:
         return -max(-low, high), max(-low, high)
     return low, high
@@ -88,11 +90,11 @@ def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
     frequency = data.scales.rate / (2.0 * np.pi)
     made = []
     for level in LEVELS:
-        at = f"at {level:.0%} of {high:.4g} {units['drive']}"
+        at = f"at {level:.0%} of {high:.4g} {units[data.subject.drive]}"
         setting = _Setting(level, frequency, samples * period_s, period_s, at)
         for statement, table in _tables(setting):
-            scenario = _scenario(table, units, low, high, period_us)
-            profile = profile_of("oscillator", units["drive"], units["displacement"])
+            scenario = _scenario(data.subject, table, units, low, high, period_us)
+            profile = profile_of(data.subject.kind, units.get("drive"), units.get("displacement"))
             checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
             levels = checked.excitation[0].build(low, high, period_s)
             made.append(Input(statement, scenario, levels, period_s))
@@ -143,14 +145,23 @@ def _levels(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _scenario(
-    excitation: Mapping[str, Any], units: Mapping[str, str], low: float, high: float, period_us: int
+    subject: Subject,
+    excitation: Mapping[str, Any],
+    units: Mapping[str, str],
+    low: float,
+    high: float,
+    period_us: int,
 ) -> dict[str, Any]:
     """As `rtctl acquire` takes it."""
-    unit = units["drive"]
+    unit = units[subject.drive]
+    own = (
+        {"drive_unit": units["drive"], "displacement_unit": units["displacement"]}
+        if subject.drive == "drive"
+        else {}
+    )
     return {
         "scenario": {
-            "title": "next experiment", "plant": "oscillator", "drive_unit": unit,
-            "displacement_unit": units["displacement"], "period": f"{period_us} us",
+            "title": "next experiment", "plant": subject.kind, **own, "period": f"{period_us} us",
         },
         "driver": {"kind": "inprocess", "device": "model-extended.toml"},
         "limits": {

@@ -111,12 +111,13 @@ def _least(
 ) -> float:
     """Separation [standard errors] of the pair that is hardest to tell apart; NaN where the device might be hurt."""
     record = _record(entry, candidates[0], data)
-    furthest = FURTHEST * max(float(np.abs(r.measured["displacement"]).max()) for r in data.records)
+    outputs = candidates[0].sensitivity.outputs
+    furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
     runs = []
     for candidate in candidates:
         start = _rest(candidate)
         line = candidate.sensitivity.linearise(record, candidate.shared, start, data.steps_per_period)
-        if line is None or np.abs(line.residual[0]).max() > furthest:
+        if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
             return float("nan")
         table = np.concatenate((line.residual[None], line.shared, line.own))
         white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
@@ -149,7 +150,7 @@ def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:
         for name in candidate.sensitivity.outputs
     }
     stimulus = Stimulus(
-        inputs={"drive": entry.levels}, holds={"drive": "zero"}, period_s=entry.period_s,
+        inputs={data.subject.drive: entry.levels}, holds={data.subject.drive: "zero"}, period_s=entry.period_s,
         initial=dict(zip(candidate.simulation.state, _rest(candidate).tolist(), strict=True)), peak=peak,
     )  # fmt: skip
     return FitRecord(

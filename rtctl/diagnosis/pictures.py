@@ -76,14 +76,18 @@ def before_after(found: Diagnosis) -> list[BeforeAfter]:
 
 
 def _one(record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis) -> BeforeAfter:
-    old, new = free_run(before, record), free_run(after, record)
+    output = found.data.subject.output
+    old, new = free_run(before, record, output), free_run(after, record, output)
+    after_it = new.outputs[output][0]
+    velocity = (
+        new.outputs["velocity"][0] if "velocity" in new.outputs else np.gradient(after_it, record.period_s)
+    )
     scored = slice(record.first, None)
     return BeforeAfter(
-        record=record.name, unit=found.units["displacement"], rate=found.data.scales.rate,
+        record=record.name, output=output, unit=found.units[output], rate=found.data.scales.rate,
         time_s=record.period_s * np.arange(record.samples, dtype=np.float64)[scored],
-        measured=record.measured["displacement"][scored],
-        before=old.outputs["displacement"][0][scored], after=new.outputs["displacement"][0][scored],
-        velocity=new.outputs["velocity"][0][scored],
+        measured=record.measured[output][scored],
+        before=old.outputs[output][0][scored], after=after_it[scored], velocity=velocity[scored],
     )  # fmt: skip
 
 
@@ -115,14 +119,15 @@ def _candidates(found: Diagnosis) -> Figure:
         [frozenset(one.mechanisms) in chosen for _, one in ranking],
         float(np.sqrt(2.0 * found.search.nominal.hypothesis.cost)) * scale,
         found.noise_rms,
-        found.units["displacement"],
+        found.units[found.data.subject.output],
     )
 
 
 def _error_scale(found: Diagnosis) -> float:
     """[unit] of a fit's residual of RMS 1 / sqrt(samples): costs are in squares over the signal's."""
-    readings = np.concatenate([r.measured["displacement"][r.first :] for r in found.data.records])
-    return float(np.sqrt(np.mean(readings**2)) / np.sqrt(len(readings)))
+    outputs = found.search.nominal.hypothesis.sensitivity.outputs
+    samples = len(outputs) * sum(record.samples - record.first for record in found.data.records)
+    return found.data.size(found.data.subject.output) / float(np.sqrt(samples))
 
 
 def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:

@@ -33,10 +33,10 @@ class Rows:
         """[residual, shared, directions] (1 + p + k, outputs n) without their part along the own unknowns."""
         table = np.concatenate((self.residual[None], self.shared, self.directions))
         white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
-        own = np.stack([model.whiten(self.own[:, o]) for o, model in enumerate(noise)], axis=1)
         flat = white.reshape(len(white), -1)
-        if len(own) == 0:
+        if len(self.own) == 0:
             return flat, np.zeros((0, flat.shape[1]))
+        own = np.stack([model.whiten(self.own[:, o]) for o, model in enumerate(noise)], axis=1)
         basis = np.linalg.qr(own.reshape(len(own), -1).T)[0]
         return flat - (flat @ basis) @ basis.T, basis
 
@@ -129,9 +129,8 @@ def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArr
     for row in rows:
         table = np.concatenate((row.shared, row.directions))
         without = row.residual - np.tensordot(weights, table, axes=1)
-        own = row.own.reshape(len(row.own), -1)
-        if len(own):
-            basis = np.linalg.qr(own.T)[0]
+        if len(row.own):
+            basis = np.linalg.qr(row.own.reshape(len(row.own), -1).T)[0]
             flat = without.reshape(-1)
             without = (flat - basis @ (basis.T @ flat)).reshape(without.shape)
         left.append(without)

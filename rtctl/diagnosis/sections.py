@@ -138,10 +138,10 @@ def parameters(found: Diagnosis) -> str:
     """Of the model: as the file has them, re-fitted, and with the causes."""
     nominal = estimates_of(found.search.nominal, "")
     extended = estimates_of(found.best, "") if found.causes else {}
+    given = {one.name: one for one in found.before.parameters}
     rows = []
     for name, one in nominal.items():
-        given = found.before.model.parameters.get(name)
-        file = f"{given.value:.6g} {readable(given.unit)}" if given else "0"
+        file = f"{given[name].value:.6g} {readable(given[name].unit)}"
         row = [escape(name), file, _estimate("", one).removeprefix(" = ")]
         rows.append([*row, _estimate("", extended[name]).removeprefix(" = ")] if name in extended else row)
     headers = ["parameter", "model file", "re-fitted, 95 %"] + (["with the causes, 95 %"] if extended else [])

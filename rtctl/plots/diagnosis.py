@@ -27,6 +27,7 @@ class BeforeAfter:
     """One record, scored samples (n,), in the data's units; NaN from where a model diverged."""
 
     record: str
+    output: str
     unit: str
     time_s: FloatArray
     measured: FloatArray
@@ -77,7 +78,7 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
             axes.set_ylabel(f"error [{unit}]")
             axes.legend(**ABOVE)
         whole.axvspan(time[0], time[-1], color=GREEN, alpha=0.15, linewidth=0.0)
-        motion.set_ylabel(f"displacement [{unit}]")
+        motion.set_ylabel(f"{shown.output} [{unit}]")
         motion.legend(**ABOVE)
         error.set_xlabel(f"time [s]: record {shown.record}, where today's model is worst")
         whole.set_xlabel("time [s]: all of the record; the stretch above is shaded")
@@ -130,9 +131,9 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
         for axes, (means, x, y), (_, title) in zip(row, maps, panels, strict=True):
             drawn = axes.pcolormesh(x, y, means.T, cmap="PuOr", vmin=-limit, vmax=limit, rasterized=True)
             axes.set_title(title)
-            axes.set_xlabel(f"displacement [{unit}]")
+            axes.set_xlabel(f"{records[0].output} [{unit}]")
             _centre_grid(axes)
-        row[0].set_ylabel(f"velocity [{unit}/s]")
+        row[0].set_ylabel(f"rate of the {records[0].output} [{unit}/s]")
         bar = figure.colorbar(drawn, ax=row.tolist(), extend="both")
         bar.set_label(f"mean error [{unit}]")
         return figure

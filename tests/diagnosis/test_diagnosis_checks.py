@@ -11,7 +11,10 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.diagnosis.checks import foreign, short, split
+from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
 
 PLANT = device()
@@ -23,7 +26,7 @@ def record(seed: int, use: str = "fit", samples: int = 600) -> tuple[np.ndarray,
 
 
 def warnings_of(folder: Path, *records: tuple[np.ndarray, np.ndarray, str]) -> list[str]:
-    return split(read_dataset(write_case(folder, list(records))))[2]
+    return split(read_dataset(write_case(folder, list(records))), OSCILLATOR)[2]
 
 
 def test_good_data_raise_no_warning(tmp_path: Path) -> None:
@@ -31,14 +34,14 @@ def test_good_data_raise_no_warning(tmp_path: Path) -> None:
 
 
 def test_without_test_records_the_last_is_held_out_and_that_is_said(tmp_path: Path) -> None:
-    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1), record(2)])))
+    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1), record(2)])), OSCILLATOR)
     assert [one.name for one in fit] == ["r0"]
     assert [one.name for one in tests] == ["r1"]
     assert "r1 was held out" in warnings[0]
 
 
 def test_one_record_alone_is_fitted_and_has_no_gain(tmp_path: Path) -> None:
-    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1)])))
+    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1)])), OSCILLATOR)
     assert (len(fit), tests) == (1, ())
     assert "the gain could not be measured" in warnings[0]
 
@@ -52,7 +55,7 @@ def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None
     drive, _, _ = record(1)
     case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
     with pytest.raises(InputError, match=r"no record with use(.|\n)*100 scored(.|\n)*one constant number"):
-        split(read_dataset(case))
+        split(read_dataset(case), OSCILLATOR)
 
 
 def test_a_clipped_sensor_is_said_with_its_rail_and_a_quantised_one_is_not(tmp_path: Path) -> None:
@@ -78,7 +81,7 @@ def test_one_repeated_tone_is_said_and_two_levels_of_it_are_not(tmp_path: Path) 
 
 
 def _fit_record(folder: Path) -> FitRecord:
-    return split(read_dataset(write_case(folder, [record(1)])))[0][0]
+    return split(read_dataset(write_case(folder, [record(1)])), OSCILLATOR)[0][0]
 
 
 def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
@@ -92,8 +95,10 @@ def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
 def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
-    assert foreign([one], 0.5 * 0.5**2 * power, 1.0) == []
-    (warning,) = foreign([one], 0.5 * 0.8**2 * power, 1.0)
+    data = Data(subject=OSCILLATOR, records=(one,), scales=scales_of([one]))
+    whole = power / data.size("displacement") ** 2
+    assert foreign(data, ("displacement",), 0.5 * 0.5**2 * whole) == []
+    (warning,) = foreign(data, ("displacement",), 0.5 * 0.8**2 * whole)
     assert "leaves 80% of" in warning
 
 

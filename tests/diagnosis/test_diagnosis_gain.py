@@ -31,7 +31,9 @@ def test_a_wrong_first_reading_does_not_count_against_the_true_model() -> None:
 
 
 def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
-    found = gain(device(), device(FRICTION), [record_of(5), record_of(6)], "mm", NOISE_MM, 126.0)
+    found = gain(
+        device(), device(FRICTION), [record_of(5), record_of(6)], "displacement", "mm", NOISE_MM, 126.0
+    )
     assert found is not None
     assert found.ratio == pytest.approx(found.before / found.after)
     assert found.ratio_low < found.ratio < found.ratio_high
@@ -39,7 +41,7 @@ def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
 
 
 def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infinite_error() -> None:
-    assert gain(device(), device(FRICTION), [], "mm", NOISE_MM, 126.0) is None
+    assert gain(device(), device(FRICTION), [], "displacement", "mm", NOISE_MM, 126.0) is None
     wild = device(
         {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
     )

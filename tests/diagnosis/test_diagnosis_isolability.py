@@ -14,6 +14,7 @@ from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, fitted
 from rtctl.diagnosis.isolability import isolability
 from rtctl.diagnosis.shape import residual_shape
+from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 
@@ -39,7 +40,7 @@ def examined() -> tuple[Data, Examined]:
             initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
         )  # fmt: skip
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
-    data = Data(records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
+    data = Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
     nominal = fitted(data, device(), ())
     assert nominal is not None
     return data, examine(nominal, data, IDS)

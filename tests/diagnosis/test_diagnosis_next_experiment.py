@@ -16,6 +16,7 @@ from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.menu import drive_range, menu
 from rtctl.diagnosis.next_experiment import NextExperiment, Scored, next_experiment, separation
+from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 from rtctl.identification.scales import scales_of
@@ -52,7 +53,7 @@ def candidate(data: Data, identity: str) -> Hypothesis:
 def ambiguous() -> tuple[Data, tuple[Hypothesis, ...], NextExperiment]:
     """Weak friction under band noise of one level, its rivals, and what is proposed."""
     records = (record_of(noise_drive(1), "linear"),)
-    data = Data(records=records, scales=scales_of(records), steps_per_period=64.0)
+    data = Data(subject=OSCILLATOR, records=records, scales=scales_of(records), steps_per_period=64.0)
     rivals = tuple(candidate(data, identity) for identity in RIVALS)
     proposed = next_experiment(rivals, data, NOISE, UNITS)
     assert proposed is not None
@@ -61,7 +62,7 @@ def ambiguous() -> tuple[Data, tuple[Hypothesis, ...], NextExperiment]:
 
 def evidence(records: tuple[FitRecord, ...]) -> float:
     """Squares over the noise by which the rival is worse once both are re-fitted to `records`."""
-    data = Data(records=records, scales=ambiguous()[0].scales, steps_per_period=64.0)
+    data = Data(subject=OSCILLATOR, records=records, scales=ambiguous()[0].scales, steps_per_period=64.0)
     true, rival = (candidate(data, identity) for identity in RIVALS)
     readings = np.concatenate([r.measured["displacement"][r.first :] for r in records])
     return 2.0 * (rival.cost - true.cost) * float(np.mean(readings**2)) / NOISE_MM**2

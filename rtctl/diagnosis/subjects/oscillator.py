@@ -1,0 +1,131 @@
+"""An oscillator: forces of no name act where the drive does, phi(z, v, u, t) along the simulated motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.mechanisms import Scales
+from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.subjects.steps import STEPS, tame
+from rtctl.diagnosis.subjects.subject import Force, Signals, Subject
+from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.gate import Examined
+    from rtctl.diagnosis.hypothesis import Data, Hypothesis
+
+FloatArray = NDArray[np.float64]
+
+GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
+    ("z^2", "displacement", lambda z, v, u, t: z**2),
+    ("z^3", "displacement", lambda z, v, u, t: z**3),
+    ("z^5", "displacement", lambda z, v, u, t: z**5),
+    ("|z|", "displacement", lambda z, v, u, t: np.abs(z)),
+    ("sign z", "displacement", lambda z, v, u, t: np.tanh(10.0 * z)),
+    ("v |v|", "velocity", lambda z, v, u, t: v * np.abs(v)),
+    ("v^3", "velocity", lambda z, v, u, t: v**3),
+    ("v^2", "velocity", lambda z, v, u, t: v**2),
+    ("sign v", "velocity_sign", lambda z, v, u, t: np.tanh(20.0 * v)),
+    ("z^2 v", "amplitude", lambda z, v, u, t: z**2 * v),
+    ("z v", "state", lambda z, v, u, t: z * v),
+    ("v^2 z", "amplitude", lambda z, v, u, t: v**2 * z),
+    ("1", "drive", lambda z, v, u, t: np.ones_like(z)),
+    ("u^2", "drive", lambda z, v, u, t: u**2),
+    ("u^3", "drive", lambda z, v, u, t: u**3),
+    ("du", "drive_rate", lambda z, v, u, t: np.gradient(u)),
+    ("u z", "drive", lambda z, v, u, t: u * z),
+    ("u v", "drive", lambda z, v, u, t: u * v),
+    ("t z", "time", lambda z, v, u, t: t * z),
+    ("t v", "time", lambda z, v, u, t: t * v),
+    ("t u", "time", lambda z, v, u, t: t * u),
+    ("t", "time", lambda z, v, u, t: t),
+)
+
+
+def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+    """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
+    record = data.records[index]
+    values = hypothesis.values_of(index)
+    start = np.atleast_2d(hypothesis.start(index))
+    base = hypothesis.simulation.predict(record.stimulus, values, start, data.steps_per_period)
+    scales, u = data.scales, record.stimulus.inputs["drive"]
+    z = base.outputs["displacement"][0] / scales.displacement
+    v = base.outputs["velocity"][0] / scales.velocity
+    t = np.linspace(-1.0, 1.0, record.samples)
+    outputs = hypothesis.sensitivity.outputs
+    found = np.zeros((len(GENERIC), len(outputs), record.samples - record.first))
+    for k, (_, _, force) in enumerate(GENERIC):
+        phi = force(z, v, u / (scales.drive or 1.0), t)
+        for step in STEPS:
+            stimulus = replace(record.stimulus, inputs={"drive": u + step * (scales.drive or 1.0) * phi})
+            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            moved = np.array([(run.outputs[n] - base.outputs[n])[:, record.first :] for n in outputs])
+            if tame(moved.swapaxes(0, 1), data, outputs)[0]:
+                found[k] = moved[:, 0] / step
+                break
+    return found
+
+
+def extended_model(start: ModelFile, examined: Examined) -> ModelFile:
+    """`start` with the values and mechanisms of `examined`; a parameter that was not fitted stays as it was."""
+    from rtctl.diagnosis.answer import Estimate, estimates_of
+
+    def value(estimate: Estimate) -> Value:
+        return Value(value=estimate.value, unit=estimate.unit, low=estimate.low, high=estimate.high)
+
+    nominal = estimates_of(examined, "")
+    parameters = {
+        name: value(nominal[name]) if name in nominal else given
+        for name, given in start.model.parameters.items()
+    }
+    tables = {table.id: table for table in start.model.mechanisms}
+    for mechanism in examined.hypothesis.simulation.mechanisms:
+        estimates = estimates_of(examined, mechanism.id)
+        kept = tables[mechanism.id].parameters if mechanism.id in tables else {}
+        values = kept | {name: value(estimate) for name, estimate in estimates.items()}
+        tables[mechanism.id] = MechanismTable(id=mechanism.id, parameters=values)
+    return ModelFile(
+        model=ModelTable(kind=start.kind, parameters=parameters, mechanisms=tuple(tables.values()))
+    )
+
+
+def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
+    write_oscillator_model(path, model.model_copy(update={"provenance": provenance}))
+
+
+def _as_it_is(simulation: Simulation) -> Simulation:
+    return simulation
+
+
+def _readings(signals: Signals) -> dict[str, FloatArray]:
+    return dict(signals)
+
+
+def _quarter_period(scales: Scales) -> float:
+    return 0.5 * np.pi / scales.rate
+
+
+OSCILLATOR = Subject(
+    kind="oscillator",
+    drive="drive",
+    output="displacement",
+    clipping_of=("displacement",),
+    about_mean=False,
+    forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
+    slopes=slopes,
+    lag_s=_quarter_period,
+    grows_with_motion=True,
+    comparable=_as_it_is,
+    readings=_readings,
+    inner=_as_it_is,
+    read_model=read_oscillator_model,
+    extended_model=extended_model,
+    write_model=_write,
+)

@@ -1,0 +1,66 @@
+"""What the diagnosis has to know of a kind of plant beyond its `Simulation`: its signals, forces of no name, files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.mechanisms import Scales
+from rtctl.border.simulation import Simulation
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.gate import Examined
+    from rtctl.diagnosis.hypothesis import Data, Hypothesis
+
+FloatArray = NDArray[np.float64]
+Signals = Mapping[str, FloatArray]
+
+
+class Force(NamedTuple):
+    """One that has no name in the catalogue, and the coordinate along which it lives."""
+
+    name: str
+    coordinate: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """A kind of plant as the diagnosis sees it."""
+
+    kind: str
+    drive: str
+    """Name of the input."""
+    output: str
+    """Of the output that the gain is measured in."""
+    clipping_of: tuple[str, ...]
+    """Outputs that a clipped sensor would be seen in."""
+    about_mean: bool
+    """Whether an output's size is that of its variation; else that of its distance from zero."""
+    forces: tuple[Force, ...]
+    slopes: Callable[[Hypothesis, Data, int], FloatArray]
+    """(forces, outputs, n) of a record: what each force does to the outputs."""
+    lag_s: Callable[[Scales], float]
+    """Between two looks at the past of motion and drive."""
+    grows_with_motion: bool
+    """Whether a residual that grows with the motion cannot be noise."""
+    comparable: Callable[[Simulation], Simulation]
+    """With outputs whose errors are of one size over the whole range."""
+    readings: Callable[[Signals], dict[str, FloatArray]]
+    """Measured outputs in the same form."""
+    inner: Callable[[Simulation], Simulation]
+    """Back from `comparable`."""
+    read_model: Callable[[Path], Any]
+    extended_model: Callable[[Any, Examined], Any]
+    """The model of a file with the values and mechanisms of a fitted hypothesis."""
+    write_model: Callable[[Path, Any, dict[str, Any]], None]
+    """To a file, with its provenance."""
+
+    @property
+    def coordinates(self) -> Sequence[str]:
+        """Along which its forces live, each once."""
+        return tuple(dict.fromkeys(force.coordinate for force in self.forces))

@@ -1,0 +1,226 @@
+"""A VO2 microactuator: forces of no name change the heating current, or are added to a reading.
+
+Along what a forward run of the fitted model visits: current, temperature (heating of the first order), branch, rates,
+slow averages, time. Errors of the resistance are taken in its logarithm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from rtctl.border.mechanisms import Scales
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading
+from rtctl.diagnosis.subjects.steps import STEPS, tame
+from rtctl.diagnosis.subjects.subject import Force, Signals, Subject
+from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
+from rtctl.simulations.vo2.extending import extended_model as with_extensions
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.gate import Examined
+    from rtctl.diagnosis.hypothesis import Data, Hypothesis
+
+FloatArray = NDArray[np.float64]
+SLOW = (5.0, 25.0, 125.0)
+"""Times the heating's time constant: of averages over the past."""
+BRANCH_RADIUS = 0.05
+"""Of the range of temperatures."""
+
+
+class Course(NamedTuple):
+    """What a run visits, each (n,) of order one."""
+
+    current: FloatArray
+    temperature: FloatArray
+    heating: FloatArray
+    """Rate of the temperature."""
+    branch: FloatArray
+    """-1 cooling ... 1 heating."""
+    time: FloatArray
+    period: float
+    """Of a sample, in time constants."""
+    own: FloatArray
+    """The reading that is added to."""
+
+
+def _rate(x: FloatArray) -> FloatArray:
+    size = float(np.std(found)) if len(found := np.gradient(x)) else 1.0
+    return found / (size or 1.0)
+
+
+def _slow(x: FloatArray, factor: float, period: float) -> FloatArray:
+    return low_pass(x, factor / period)
+
+
+ON_CURRENT: tuple[tuple[str, str, Callable[[Course], FloatArray]], ...] = (
+    ("i^2", "current", lambda p: p.current**2),
+    ("i^3", "current", lambda p: p.current**3),
+    ("di", "current_rate", lambda p: _rate(p.current)),
+    ("sign di", "current_rate", lambda p: np.sign(np.gradient(p.current))),
+    ("T", "temperature", lambda p: p.temperature),
+    ("dT", "heating_rate", lambda p: p.heating),
+    ("branch", "branch", lambda p: p.branch),
+    *(
+        (f"mean heat over {factor:g} tau", "past_heat", lambda p, f=factor: _slow(p.temperature, f, p.period))
+        for factor in SLOW
+    ),
+    ("t", "time", lambda p: p.time),
+    ("t^2", "time", lambda p: p.time**2),
+)
+ON_READING: tuple[tuple[str, str, Callable[[Course], FloatArray]], ...] = (
+    ("i", "current", lambda p: p.current),
+    ("di", "current_rate", lambda p: _rate(p.current)),
+    ("dT", "heating_rate", lambda p: p.heating),
+    ("sin T", "temperature", lambda p: np.sin(0.5 * np.pi * (1.0 + p.temperature))),
+    ("sin 2T", "temperature", lambda p: np.sin(np.pi * (1.0 + p.temperature))),
+    ("branch", "branch", lambda p: p.branch),
+    ("branch sin T", "branch", lambda p: p.branch * np.sin(0.5 * np.pi * (1.0 + p.temperature))),
+    ("dy", "reading_rate", lambda p: _rate(p.own)),
+    ("ddy", "reading_rate", lambda p: _rate(np.gradient(p.own))),
+    *(
+        (f"mean over {factor:g} tau", "past_reading", lambda p, f=factor: _slow(p.own, f, p.period))
+        for factor in SLOW
+    ),
+    ("t", "time", lambda p: p.time),
+    ("t^2", "time", lambda p: p.time**2),
+    ("t y", "time", lambda p: p.time * p.own),
+)
+READINGS = (LOG_RESISTANCE, "deflection")
+FORCES = tuple(Force(f"{name} on current", coordinate) for name, coordinate, _ in ON_CURRENT) + tuple(
+    Force(f"{name} on {reading}", coordinate) for reading in READINGS for name, coordinate, _ in ON_READING
+)
+
+
+def low_pass(x: FloatArray, samples: float) -> FloatArray:
+    """Average of x (n,) over the past with a time constant of so many samples, from x[0] at rest."""
+    keep = float(np.exp(-1.0 / max(samples, 1e-9)))
+    found, _ = lfilter([1.0 - keep], [1.0, -keep], x, zi=[keep * x[0]])
+    smooth: FloatArray = found
+    return smooth
+
+
+def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+    """(forces, outputs, n) of record `index`: on the current in parts of its RMS variation, on a reading of its."""
+    record, outputs = data.records[index], hypothesis.sensitivity.outputs
+    values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
+    base = hypothesis.simulation.predict(record.stimulus, values, start, data.steps_per_period)
+    current = record.stimulus.inputs["current"]
+    path = _path(current, hypothesis, record.period_s)
+    found = np.zeros((len(FORCES), len(outputs), record.samples - record.first))
+    swing = float(current.std()) or 1.0
+    for k, (_, _, force) in enumerate(ON_CURRENT):
+        for step in STEPS:
+            moved_current = np.maximum(current + step * swing * force(path), 0.0)
+            stimulus = replace(record.stimulus, inputs={"current": moved_current})
+            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            moved = np.array([(run.outputs[n] - base.outputs[n])[:, record.first :] for n in outputs])
+            if tame(moved.swapaxes(0, 1), data, outputs)[0]:
+                found[k] = moved[:, 0] / step
+                break
+    k = len(ON_CURRENT)
+    for reading in READINGS:
+        for _, _, force in ON_READING:
+            if reading in outputs:
+                own = base.outputs[reading][0]
+                along = path._replace(own=(own - own.mean()) / data.size(reading))
+                found[k, outputs.index(reading)] = data.size(reading) * force(along)[record.first :]
+            k += 1
+    return found
+
+
+def _path(current: FloatArray, hypothesis: Hypothesis, period_s: float) -> Course:
+    tau_s = next(
+        (one.value for one in hypothesis.simulation.parameters if one.name == "time_constant"),
+        NOMINAL_TIME_CONSTANT_S,
+    )
+    period = period_s / tau_s
+    temperature = _to_unit(low_pass(current**2, 1.0 / period))
+    return Course(
+        current=_to_unit(current),
+        temperature=temperature,
+        heating=_rate(temperature),
+        branch=_branch(temperature),
+        time=np.linspace(-1.0, 1.0, len(current)),
+        period=period,
+        own=temperature,
+    )
+
+
+def _to_unit(x: FloatArray) -> FloatArray:
+    """-1 ... 1 over its range."""
+    low, high = float(x.min()), float(x.max())
+    return (2.0 * x - low - high) / ((high - low) or 1.0)
+
+
+def _branch(temperature: FloatArray) -> FloatArray:
+    """Where the temperature stands in a play of BRANCH_RADIUS: -1 at its lower edge ... 1 at the upper one."""
+    from rtctl.simulations.vo2.mechanisms.hysteresis_shape import branch_of
+
+    return branch_of(np.ascontiguousarray(temperature), 2.0 * BRANCH_RADIUS)
+
+
+def extended_model(start: Vo2Model, examined: Examined) -> Vo2Model:
+    """`start` with the values and mechanisms of `examined`, with 95 % intervals."""
+    from rtctl.diagnosis.answer import estimates_of
+
+    simulation = VO2.inner(examined.hypothesis.simulation)
+    intervals = {}
+    for mechanism in ("", *(one.id for one in simulation.mechanisms)):
+        for name, one in estimates_of(examined, mechanism).items():
+            intervals[f"{mechanism}.{name}" if mechanism else name] = (one.low, one.high)
+    return with_extensions(simulation, intervals)  # type: ignore[arg-type]
+
+
+def _write(path: Path, model: Vo2Model, provenance: dict[str, Any]) -> None:
+    write_model(model.with_provenance(**{key: _text(value) for key, value in provenance.items()}), path)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {entry}" for key, entry in value.items())
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _comparable(simulation: Simulation) -> Simulation:
+    return LogReading(plain=simulation)
+
+
+def _inner(simulation: Simulation) -> Simulation:
+    return simulation.plain if isinstance(simulation, LogReading) else simulation
+
+
+def _readings(signals: Signals) -> dict[str, FloatArray]:
+    found = {name: values for name, values in signals.items() if name != "resistance"}
+    if "resistance" in signals:
+        found[LOG_RESISTANCE] = np.log(signals["resistance"])
+    return found
+
+
+def _heating_time(scales: Scales) -> float:
+    return NOMINAL_TIME_CONSTANT_S
+
+
+VO2 = Subject(
+    kind="vo2",
+    drive="current",
+    output="deflection",
+    clipping_of=(),
+    about_mean=True,
+    forces=FORCES,
+    slopes=slopes,
+    lag_s=_heating_time,
+    grows_with_motion=False,
+    comparable=_comparable,
+    readings=_readings,
+    inner=_inner,
+    read_model=read_model,
+    extended_model=extended_model,
+    write_model=_write,
+)
