@@ -25,7 +25,7 @@ from drivers.inprocess import InProcessDriver
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import serve
+from plant_sim.serve import Wires, serve
 from rtctl.border.records import VO2, Driver
 from rtctl.border.registers import COMMAND, ENABLE, READING, READING_COUNT, float32_words
 
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("--serve", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.serve is not None:
-        serve(load_plant(bundled_plant("vo2_a")), rtu_path=arguments.serve, tcp="127.0.0.1:0")
+        serve(load_plant(bundled_plant("vo2_a")), Wires(rtu_path=arguments.serve, tcp="127.0.0.1:0"))
         return
     print(f"{'':24}{'p50 [us]':>10}{'p99 [us]':>10}")
     report("in-process", measure_in_process(arguments.count))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import errno
-import socket
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -15,6 +13,7 @@ from pymodbus.pdu.register_message import (
     WriteMultipleRegistersRequest,
 )
 
+from drivers.line_errors import lost
 from rtctl.border.errors import DriverError, Fault
 
 ILLEGAL_FUNCTION = 1
@@ -27,14 +26,6 @@ _EXCEPTIONS = {
     6: "device busy",
     10: "gateway path unavailable",
     11: "gateway target failed to respond",
-}
-
-_ADVICE = {
-    errno.ENOENT: "no such port; plug the adapter in, or start the device (rtctl serve)",
-    errno.EACCES: 'permission denied; join the group that owns the port (often "dialout")',
-    errno.EAGAIN: "the port is in use by another program; close that first",
-    errno.ECONNREFUSED: "connection refused, nothing listens there; start the device or correct the address",
-    errno.EIO: "the other end of the port is gone; start the device again or replug the adapter",
 }
 
 
@@ -81,7 +72,7 @@ class ModbusLine:
         try:
             self._client.connect()
         except OSError as error:
-            raise self._lost(error) from None
+            raise lost(self.name, error, self._timeout_s) from None
 
     def disconnect(self) -> None:
         """Never raises."""
@@ -123,7 +114,7 @@ class ModbusLine:
             ) from None
         except (ModbusException, OSError) as error:
             self._client.disconnect()
-            raise self._lost(error) from None
+            raise lost(self.name, error, self._timeout_s) from None
         if isinstance(reply, ExceptionResponse) and reply.function_code == function | 0x80:
             raise ExceptionReply(function, reply.exception_code)
         if reply.function_code != function:
@@ -142,14 +133,3 @@ class ModbusLine:
             f"{self.name}: the reply carries {what}: it answers an older request and is not used; "
             f"a timeout above {1e3 * self._timeout_s:g} ms may help",
         )
-
-    def _lost(self, error: Exception) -> DriverError:
-        number = error.errno if isinstance(error, OSError) else None
-        if isinstance(error, TimeoutError):
-            what = f"no connection within {1e3 * self._timeout_s:g} ms; is the address right, the device on?"
-            return DriverError(Fault.NO_ANSWER, f"{self.name}: {what}")
-        if isinstance(error, socket.gaierror):
-            what = "unknown host; correct the address"
-        else:
-            what = _ADVICE.get(number or 0) or f"connection lost ({error}); check cable and device"
-        return DriverError(Fault.CONNECTION_LOST, f"{self.name}: {what}")

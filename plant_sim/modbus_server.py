@@ -10,11 +10,10 @@ answers.
 from __future__ import annotations
 
 import asyncio
-import os
 import struct
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 
 from pymodbus.framer import FramerRTU
 from pymodbus.pdu import DecodePDU
@@ -91,25 +90,6 @@ class TcpConnection(asyncio.Protocol):
                 self.transport.write(_MBAP.pack(transaction, 0, len(reply) + 1, unit) + reply)
             buffer = buffer[end:]
         self._buffer = buffer
-
-
-@asynccontextmanager
-async def serve_rtu(registers: RegisterFile, master: int) -> AsyncIterator[None]:
-    """Answer on the pty whose master is the file descriptor `master`, while the block runs."""
-    loop = asyncio.get_running_loop()
-    device = RtuDevice(registers)
-
-    def answer_what_arrived() -> None:
-        with suppress(BlockingIOError):  # nothing there after all, or nobody reads: a line waits for no one
-            if reply := device.receive(os.read(master, 4096)):
-                os.write(master, reply)
-
-    os.set_blocking(master, False)
-    loop.add_reader(master, answer_what_arrived)
-    try:
-        yield
-    finally:
-        loop.remove_reader(master)
 
 
 @asynccontextmanager

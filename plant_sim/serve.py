@@ -1,4 +1,4 @@
-"""Simulated hardware for whoever connects: a plant on a pty, a TCP port or both, until a signal ends it."""
+"""Simulated hardware for whoever connects: a plant on a pty, a TCP port or several, until a signal ends it."""
 
 from __future__ import annotations
 
@@ -7,44 +7,74 @@ import gc
 import signal
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.modbus_server import UNIT, serve_rtu, serve_tcp
+from plant_sim.modbus_server import UNIT, RtuDevice, serve_tcp
 from plant_sim.plant import Plant
+from plant_sim.pty_server import Answer, serve_pty
 from plant_sim.register_file import RegisterFile
+from plant_sim.serial_server import SerialDevice
 from plant_sim.virtual_port import virtual_port
 from rtctl.border.errors import InputError
 
 
-def serve(plant: Plant, *, rtu_path: Path | None = None, tcp: str | None = None) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wires:
+    """Where a device is served; at least one is given."""
+
+    rtu_path: Path | None = None
+    """Where a serial port with Modbus RTU appears."""
+    serial_path: Path | None = None
+    """Where a serial port with the plain serial protocol appears."""
+    tcp: str | None = None
+    """HOST:PORT of Modbus TCP, port 0 for a free one."""
+    baud: int | None = None
+    """Of the serial ports: bytes take the time of a line of so many bit/s; None: none, as ptys do by themselves."""
+
+    def __post_init__(self) -> None:
+        if self.rtu_path is None and self.serial_path is None and self.tcp is None:
+            raise InputError(
+                "nothing to serve on: give a path for Modbus RTU or the serial protocol, or HOST:PORT for Modbus TCP"
+            )
+        if self.baud is not None and not self.baud > 0:
+            raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
+
+
+def serve(plant: Plant, wires: Wires) -> None:
     """Serve `plant` until SIGINT or SIGTERM; prints one line `ready ...` when clients may connect.
 
-    `rtu_path`: where the serial port appears; `tcp`: HOST:PORT, port 0 for a free one. Raises InputError.
+    Raises InputError.
     """
     plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
     plant.reset()
-    asyncio.run(_serve_until_signal(SimulatedDevice(plant), rtu_path, tcp))
+    asyncio.run(_serve_until_signal(SimulatedDevice(plant), wires))
 
 
 @asynccontextmanager
-async def served(device: SimulatedDevice, rtu_path: Path | None, tcp: str | None) -> AsyncIterator[str]:
+async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
     """Serve while the block runs; yields what is served where, for the `ready` line. Raises InputError."""
-    if rtu_path is None and tcp is None:
-        raise InputError("nothing to serve on: give a path for Modbus RTU or HOST:PORT for Modbus TCP")
     registers = RegisterFile(device)
     ends: list[str] = []
     async with AsyncExitStack() as stack:
-        if rtu_path is not None:
-            master = stack.enter_context(virtual_port(rtu_path))
-            await stack.enter_async_context(serve_rtu(registers, master))
-            ends.append(f"modbus-rtu {rtu_path}")
-        if tcp is not None:
-            host, port = parse_address(tcp)
+
+        async def on_a_port(path: Path, answer: Answer) -> None:
+            master = stack.enter_context(virtual_port(path))
+            await stack.enter_async_context(serve_pty(answer, master, wires.baud))
+
+        if wires.rtu_path is not None:
+            await on_a_port(wires.rtu_path, RtuDevice(registers).receive)
+            ends.append(f"modbus-rtu {wires.rtu_path}")
+        if wires.serial_path is not None:
+            await on_a_port(wires.serial_path, SerialDevice(device).receive)
+            ends.append(f"serial {wires.serial_path}")
+        if wires.tcp is not None:
+            host, port = parse_address(wires.tcp)
             try:
                 port = await stack.enter_async_context(serve_tcp(registers, host, port))
             except OSError as error:
-                raise InputError(f"{tcp}: cannot serve there: {error.strerror or error}") from None
+                raise InputError(f"{wires.tcp}: cannot serve there: {error.strerror or error}") from None
             ends.append(f"modbus-tcp {f'[{host}]' if ':' in host else host}:{port}")
         yield f"{' '.join(ends)} unit {UNIT} identity {device.identity}"
 
@@ -57,12 +87,12 @@ def parse_address(address: str) -> tuple[str, int]:
     return host.removeprefix("[").removesuffix("]"), int(port)
 
 
-async def _serve_until_signal(device: SimulatedDevice, rtu_path: Path | None, tcp: str | None) -> None:
+async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop.set)
-    async with served(device, rtu_path, tcp) as ends:
+    async with served(device, wires) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds
         print(f"ready {ends}", flush=True)
         await stop.wait()

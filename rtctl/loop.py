@@ -2,12 +2,13 @@
 
 In lockstep an exchange carries the command u[k], lets the device live one period with it and brings back the
 reading at the period's end; the next command is computed from that reading. Live, the reading of an exchange is
-from before its command takes effect: one period of delay, which the tuning knows.
+from before its command takes effect: one period of delay, which the tuning knows, and more where answers are pipelined.
 """
 
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ class LoopPlan:
     setpoints: NDArray[np.float64]
     settle_steps: int
     reading_delay: int = 0
-    """1 where a reading comes from before the command of its own exchange (live), 0 in lockstep."""
+    """Commands back to the one that was applied when a reading was taken: 0 in lockstep, 1 live, more pipelined."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +103,8 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
 def _track(
     parts: LoopParts, plan: LoopPlan, reading: Measurement, safe: tuple[float, ...], progress: _Progress
 ) -> None:
-    levels = commanded = safe
+    levels = safe
+    sent = deque((plan.reading_delay + 1) * [safe], maxlen=plan.reading_delay + 1)
     setpoints = [*plan.setpoints.tolist(), plan.setpoints[-1].item()]  # after the last one: the same
     estimate = parts.estimator.start(levels, reading.sensed)
     parts.controller.start(levels, setpoints[0], estimate)
@@ -122,7 +124,8 @@ def _track(
         _refuse_implausible(parts, new, reading)
         reading = new
         elapsed_s = (index - previous_index) * plan.period_s
-        estimate = step_estimator(commanded if plan.reading_delay else levels, reading.sensed, elapsed_s)
+        sent.append(levels)
+        estimate = step_estimator(sent[0], reading.sensed, elapsed_s)
         setpoint, commanded = setpoints[index], levels
         levels, action = _next_levels(parts, setpoint, setpoints[index + 1], estimate, levels, elapsed_s)
         record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *action.terms,

@@ -122,7 +122,17 @@ class ModbusTcp(Checked):
         return address
 
 
-DriverTable = Annotated[InProcess | ModbusRtu | ModbusTcp, Field(discriminator="kind")]
+class Serial(Checked):
+    """[driver] kind = "serial": the plain serial protocol (docs/serial-protocol.md)."""
+
+    kind: Literal["serial"] = "serial"
+    port: str
+    baud: Annotated[int, Field(gt=0)] = 115200
+    pipeline: Annotated[int, Field(ge=0, le=16)] = 0
+    """How many answers may be under way when a command is sent, in live runs: for a wire slower than the period."""
+
+
+DriverTable = Annotated[InProcess | ModbusRtu | ModbusTcp | Serial, Field(discriminator="kind")]
 
 
 class ClockTable(Checked):
@@ -263,6 +273,26 @@ class Scenario(Checked):
         if self.reference is not None and self.scenario.duration_s is None:
             raise ValueError('key "scenario.duration" is missing: a [reference] does not end by itself')
         return self
+
+    @model_validator(mode="after")
+    def _pipelined_live(self) -> Scenario:
+        if isinstance(self.driver, Serial) and self.driver.pipeline and self.clock.mode == "lockstep":
+            raise ValueError(
+                f"driver.pipeline = {self.driver.pipeline} needs clock.mode = live: in lockstep the device waits for "
+                "each command, and a slow wire costs no delay"
+            )
+        return self
+
+    @property
+    def reading_delay(self) -> int:
+        """Periods between a command and the first reading that knows of it, beyond one: what the tuning reckons with.
+
+        Lockstep 0. Live 1: a reading is from before the command of its own exchange takes effect; pipelined so many
+        more as answers are under way.
+        """
+        if self.clock.mode == "lockstep":
+            return 0
+        return 1 + (self.driver.pipeline if isinstance(self.driver, Serial) else 0)
 
 
 def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str, Any]]:

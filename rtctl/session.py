@@ -153,8 +153,7 @@ def _check_identity(scenario: Scenario, identified: str, found: str) -> None:
 def _plan_control(scenario: Scenario, model: Any, reach: Span) -> tuple[FloatArray, Control]:
     if scenario.reference is None:
         return np.concatenate(played_levels(scenario)), Control(_playback(scenario), None)
-    delay = 0 if scenario.clock.mode == "lockstep" else 1
-    control = support_of(scenario.scenario.plant).control(scenario, model, delay)
+    control = support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)
     return setpoints_of(scenario, reach), control
 
 
@@ -210,7 +209,7 @@ def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
         period_s=period_s,
         setpoints=setpoints,
         settle_steps=round(scenario.clock.settle_s / period_s),
-        reading_delay=0 if scenario.clock.mode == "lockstep" else 1,
+        reading_delay=scenario.reading_delay,
     )
 
 

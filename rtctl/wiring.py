@@ -16,7 +16,7 @@ from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plants import support_of
-from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario
+from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
@@ -68,10 +68,17 @@ def _modbus_tcp(table: ModbusTcp, profile: DeviceProfile, folder: Path) -> Drive
     return ModbusTcpDriver(host=host.strip("[]"), port=int(port), unit=table.unit, profile=profile)
 
 
+def _serial(table: Serial, profile: DeviceProfile, folder: Path) -> Driver:
+    from drivers.serial_frames import SerialDriver
+
+    return SerialDriver(port=table.port, baud=table.baud, pipeline=table.pipeline, profile=profile)
+
+
 _DRIVERS: dict[str, Callable[..., Driver]] = {
     "inprocess": _in_process,
     "modbus-rtu": _modbus_rtu,
     "modbus-tcp": _modbus_tcp,
+    "serial": _serial,
 }
 
 
@@ -151,12 +158,21 @@ def build_simulation(model: ModelFile | Vo2Model, units: Mapping[str, str], sour
     return known[model.kind](model, units, source)
 
 
-def serve_plant(name: str, seed: int | None, *, rtu_path: Path | None, tcp: str | None) -> None:
-    """Serve a plant file or bundled plant until interrupted."""
+def serve_plant(
+    name: str,
+    seed: int | None,
+    *,
+    rtu_path: Path | None = None,
+    serial_path: Path | None = None,
+    tcp: str | None = None,
+    baud: int | None = None,
+) -> None:
+    """Serve a plant file or bundled plant until interrupted. Raises InputError."""
     from plant_sim.catalogue import load_plant
-    from plant_sim.serve import serve
+    from plant_sim.serve import Wires, serve
 
-    serve(load_plant(find_plant(name, Path()), seed), rtu_path=rtu_path, tcp=tcp)
+    wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
+    serve(load_plant(find_plant(name, Path()), seed), wires)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import served
+from plant_sim.serve import Wires, served
 from rtctl.border.records import Measurement
 
 
@@ -33,17 +33,16 @@ class Served(NamedTuple):
 
 @contextmanager
 def served_process(device: str, wire: str, folder: Path, seed: int = 7) -> Iterator[Served]:
-    """`rtctl serve` of a bundled device; `wire` is "rtu" or "tcp"."""
-    port = folder / "port"
-    where = ["--modbus-rtu", str(port)] if wire == "rtu" else ["--modbus-tcp", "127.0.0.1:0"]
+    """`rtctl serve` of a bundled device; `wire` is a kind of driver."""
+    where = [f"--{wire}", "127.0.0.1:0" if wire == "modbus-tcp" else str(folder / "port")]
     command = [sys.executable, "-m", "rtctl", "serve", device, *where, "--seed", str(seed)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
         try:
             assert process.stdout is not None
             words = process.stdout.readline().split()
             assert words[0] == "ready", words
-            key = "port" if wire == "rtu" else "address"
-            yield Served(process, settings(f"driver.kind=modbus-{wire}", f"driver.{key}={words[2]}"))
+            key = "address" if wire == "modbus-tcp" else "port"
+            yield Served(process, settings(f"driver.kind={wire}", f"driver.{key}={words[2]}"))
         finally:
             process.kill()
 
@@ -85,7 +84,7 @@ def served_thread(device: SimulatedDevice) -> Iterator[list[str]]:
 
     async def serve() -> None:
         stop = asyncio.Event()
-        async with served(device, None, "127.0.0.1:0") as ends:
+        async with served(device, Wires(tcp="127.0.0.1:0")) as ends:
             ready.put((ends, asyncio.get_running_loop(), stop))
             await stop.wait()
 

@@ -1,4 +1,4 @@
-"""A simulated device on a wire: Modbus RTU on a pty that it makes itself, or Modbus TCP."""
+"""A simulated device on a wire: Modbus RTU or the plain serial protocol on a pty of its own, or Modbus TCP."""
 
 from __future__ import annotations
 
@@ -15,6 +15,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     wire = parser.add_mutually_exclusive_group(required=True)
     wire.add_argument("--modbus-rtu", type=Path, metavar="PATH", help="link to the pty to be made here")
     wire.add_argument("--modbus-tcp", metavar="HOST:PORT", help="port 0: a free one, printed")
+    wire.add_argument("--serial", type=Path, metavar="PATH", help="the same with the plain serial protocol")
+    parser.add_argument(
+        "--baud", type=int, help="of the pty: its bytes take the time of such a line (default: no time)"
+    )
     parser.add_argument("--seed", type=int, help="of the noise (default: the plant file's)")
 
 
@@ -22,5 +26,12 @@ def run(args: argparse.Namespace) -> int:
     """The verb: serves until Ctrl-C or SIGTERM."""
     from rtctl.wiring import serve_plant
 
-    serve_plant(args.plant, args.seed, rtu_path=args.modbus_rtu, tcp=args.modbus_tcp)
+    serve_plant(
+        args.plant,
+        args.seed,
+        rtu_path=args.modbus_rtu,
+        serial_path=args.serial,
+        tcp=args.modbus_tcp,
+        baud=args.baud,
+    )
     return 0

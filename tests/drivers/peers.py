@@ -10,12 +10,11 @@ import threading
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from queue import SimpleQueue
 from typing import Protocol
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import served
+from plant_sim.serve import Wires, served
 
 Script = list[tuple[bytes, bytes]]
 """(expected request, what is sent back); an empty reply is silence."""
@@ -143,13 +142,13 @@ def scripted(end: PtyEnd | TcpEnd, script: Script) -> Iterator[ScriptedPeer]:
 
 
 @contextmanager
-def serving(device: SimulatedDevice, rtu_path: Path | None, tcp: str | None) -> Iterator[str]:
+def serving(device: SimulatedDevice, wires: Wires) -> Iterator[str]:
     """`device` served from a thread; yields the words of the ready line."""
     ready: SimpleQueue[tuple[str, asyncio.AbstractEventLoop, asyncio.Event]] = SimpleQueue()
 
     async def serve() -> None:
         stop = asyncio.Event()
-        async with served(device, rtu_path, tcp) as ends:
+        async with served(device, wires) as ends:
             ready.put((ends, asyncio.get_running_loop(), stop))
             await stop.wait()
 

@@ -16,7 +16,7 @@ import pytest
 from recording_plant import RecordingPlant
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import parse_address, served
+from plant_sim.serve import Wires, parse_address, served
 from plant_sim.virtual_port import virtual_port
 from rtctl.border.errors import InputError
 
@@ -25,9 +25,9 @@ pytestmark = pytest.mark.wire
 SERVE = """
 import sys
 from pathlib import Path
-from plant_sim.serve import serve
+from plant_sim.serve import Wires, serve
 from recording_plant import RecordingPlant
-serve(RecordingPlant(), rtu_path=Path(sys.argv[1]), tcp="127.0.0.1:0")
+serve(RecordingPlant(), Wires(rtu_path=Path(sys.argv[1]), tcp="127.0.0.1:0"))
 """
 
 
@@ -119,7 +119,7 @@ def test_link_that_somebody_else_has_taken_over_is_left_alone(tmp_path: Path) ->
 
 
 async def _start(tcp: str | None) -> str:
-    async with served(SimulatedDevice(RecordingPlant()), None, tcp) as ends:
+    async with served(SimulatedDevice(RecordingPlant()), Wires(tcp=tcp)) as ends:
         if tcp is not None and tcp.endswith(":0"):
             await _start(ends.split()[1])
         return ends

@@ -189,7 +189,12 @@ def meddled(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
 
 @pytest.mark.wire
 @pytest.mark.parametrize(
-    ("wire", "faults"), [("rtu", {"no_answer", "connection_lost"}), ("tcp", {"connection_lost"})]
+    ("wire", "faults"),
+    [
+        ("modbus-rtu", {"no_answer", "connection_lost"}),
+        ("modbus-tcp", {"connection_lost"}),
+        ("serial", {"no_answer", "connection_lost"}),
+    ],
 )
 def test_a_killed_device_ends_the_run(
     wire: str, faults: set[str], model_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -213,7 +218,7 @@ def test_a_killed_device_ends_the_run(
 def test_a_device_that_hangs_finds_the_safe_command_when_it_wakes_up(
     model_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with served_process("vo2_a", "tcp", tmp_path) as there:
+    with served_process("vo2_a", "modbus-tcp", tmp_path) as there:
         meddled(monkeypatch, lambda: os.kill(there.process.pid, signal.SIGSTOP))
         assert run(model_file, tmp_path / "out", *there.settings, *settings("clock.timeout=0.2 s")) == 1
         os.kill(there.process.pid, signal.SIGCONT)

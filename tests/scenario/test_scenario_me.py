@@ -65,7 +65,7 @@ def test_the_backbone_is_harmonic_balance_of_the_plants_own_parameters(
 
 
 @pytest.mark.wire
-@pytest.mark.parametrize("wire", ["rtu", "tcp"])
+@pytest.mark.parametrize("wire", ["modbus-rtu", "modbus-tcp", "serial"])
 def test_over_the_wire_and_in_process_agree_to_the_last_bit(wire: str, tmp_path: Path) -> None:
     run("me_backbone", tmp_path / "here", *SHORT, "driver.seed=7")
     with served_process("me_a", wire, tmp_path) as there:
@@ -75,7 +75,7 @@ def test_over_the_wire_and_in_process_agree_to_the_last_bit(wire: str, tmp_path:
     for column, values in here.items():
         np.testing.assert_array_equal(over[column], values, err_msg=column)
     assert here["amplitude"][-1] == pytest.approx(1.0, rel=1e-3)
-    assert summary_of(tmp_path / "there")["driver"] == f"modbus-{wire}"
+    assert summary_of(tmp_path / "there")["driver"] == wire
     levels = summary_of(tmp_path / "there")["levels"]
     assert levels == summary_of(tmp_path / "here")["levels"]
     off = [abs(row["drive_frequency_Hz"] - truth_hz(me_file("me_a"), row["amplitude_um"])) for row in levels]

@@ -1,4 +1,4 @@
-"""The wire changes nothing: a lockstep run over Modbus RTU or TCP is the in-process run, to the last bit."""
+"""The wire changes nothing: a lockstep run over Modbus or serial frames is the in-process run, to the last bit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHORT = {
 }
 
 
-@pytest.mark.parametrize("wire", ["rtu", "tcp"])
+@pytest.mark.parametrize("wire", ["modbus-rtu", "modbus-tcp", "serial"])
 @pytest.mark.parametrize("name", SHORT)
 def test_over_the_wire_and_in_process_agree_to_the_last_bit(
     wire: str, name: str, model_file: Path, tmp_path: Path
@@ -33,7 +33,7 @@ def test_over_the_wire_and_in_process_agree_to_the_last_bit(
     for column, values in here.items():
         np.testing.assert_array_equal(over[column], values, err_msg=column)
     assert len(np.unique(here["resistance"])) > 50, "nothing is compared where nothing moves"
-    assert summary_of(tmp_path / "there")["driver"] == f"modbus-{wire}"
+    assert summary_of(tmp_path / "there")["driver"] == wire
     assert summary_of(tmp_path / "there")["tracking"] == summary_of(tmp_path / "here")["tracking"]
 
 
@@ -41,7 +41,7 @@ def test_acquire_identify_run_on_a_foreign_device_given_only_its_address(
     model_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data, model, out = tmp_path / "data", tmp_path / "model.toml", tmp_path / "out"
-    with served_process("vo2_b", "tcp", tmp_path) as there:
+    with served_process("vo2_b", "modbus-tcp", tmp_path) as there:
         assert main(["acquire", "acquire_vo2", "--out", str(data), "--quiet", *there.settings]) == 0
         quick = ["--plays", "3", "--starts", "1", "--no-plot", "--quiet"]
         assert (
@@ -64,7 +64,7 @@ def test_a_live_run_keeps_every_period_or_counts_it(model_file: Path, tmp_path: 
         "clock.mode=live", "scenario.period=5 ms", "scenario.duration=0.5 s", "clock.timeout=2 s",
         "clock.watchdog=5 s",
     )  # fmt: skip
-    with served_process("vo2_a", "tcp", tmp_path) as there:
+    with served_process("vo2_a", "modbus-tcp", tmp_path) as there:
         run = ["run", "steps", "--model", str(model_file), "--out", str(tmp_path), "--quiet"]
         main([*run, *live, *there.settings])
     summary = summary_of(tmp_path)

@@ -1,0 +1,49 @@
+"""A serial port as a file descriptor that wakes its reader: every byte is read as soon as it has arrived."""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+from contextlib import suppress
+
+import serial
+
+_RECEIVE_BYTES = 4096
+
+
+class SerialPort:
+    """8N1, raw, this program's alone; made open. Every method may raise OSError."""
+
+    def __init__(self, path: str, baud: int, timeout_s: float) -> None:
+        """`baud` [bit/s]; `timeout_s` [s] of a write."""
+        self._port = serial.Serial(path, baud, timeout=0, write_timeout=timeout_s, exclusive=True)
+        with suppress(OSError, ValueError, NotImplementedError):  # FTDI: 1 ms instead of 16
+            self._port.set_low_latency_mode(True)
+        self._fd = self._port.fileno()
+        self._poll = select.poll()
+        self._poll.register(self._fd, select.POLLIN)
+
+    def send(self, data: bytes) -> None:
+        """All of `data`."""
+        try:
+            written = os.write(self._fd, data)
+        except BlockingIOError:
+            written = 0
+        if written != len(data):
+            raise OSError("the port takes no more bytes, nobody reads at its other end")
+
+    def receive(self, deadline_s: float) -> bytes:
+        """What has arrived, as soon as something has; empty at `deadline_s` (monotonic clock)."""
+        remaining_s = deadline_s - time.monotonic()
+        if not self._poll.poll(max(0.0, 1e3 * remaining_s)):
+            return b""
+        data = os.read(self._fd, _RECEIVE_BYTES)
+        if not data:
+            raise OSError("the other end hung up")
+        return data
+
+    def close(self) -> None:
+        """Never raises."""
+        with suppress(OSError):
+            self._port.close()

@@ -1,0 +1,184 @@
+"""Frames of the plain serial protocol: bytes to messages and back, no port and no clock (docs/serial-protocol.md).
+
+    frame   = 00  COBS( type u8 | tag u16 | payload | CRC-16 u16 )  00        little-endian throughout
+    CRC-16  = CCITT: polynomial 0x1021, start 0xFFFF, of type, tag and payload
+
+COBS (Cheshire and Baker, IEEE/ACM Trans. Networking 7, 159, 1999) leaves no zero inside a frame, so that a receiver
+that has lost its place is back at the next zero, whatever came before. Every reply carries the tag of its request:
+a late one is known by it.
+"""
+
+from __future__ import annotations
+
+import struct
+from binascii import crc_hqx
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+from rtctl.border.records import DeviceProfile, Measurement
+
+VERSION = 1
+MAX_BODY = 248
+"""Bytes of type, tag and payload: so short a frame costs one byte of COBS, whatever it holds."""
+
+_HEAD = struct.Struct("<BH")
+_CRC = struct.Struct("<H")
+_SETTINGS = struct.Struct("<BBHI")
+_IDENTITY = struct.Struct("<BBB16s")
+_READING = "<HHIIf"
+_LONGEST = MAX_BODY + _CRC.size + 1
+
+
+class Request(IntEnum):
+    """Types of messages from the host; the reply's is this with bit 7 set, or `ERROR`."""
+
+    COMMAND = 0x01
+    READ = 0x02
+    SETTINGS = 0x03
+    IDENTIFY = 0x04
+
+
+REPLY = 0x80
+ERROR = 0xFF
+
+
+class ErrorCode(IntEnum):
+    """What an `ERROR` reply carries."""
+
+    UNKNOWN_TYPE = 1
+    WRONG_LENGTH = 2
+    ILLEGAL_VALUE = 3
+
+
+class Message(NamedTuple):
+    """One frame's content."""
+
+    type: int
+    tag: int
+    payload: bytes
+
+
+class Settings(NamedTuple):
+    """Payload of SETTINGS, and of its reply: what is in force."""
+
+    enable: int
+    lockstep: int
+    watchdog_ms: int
+    period_us: int
+
+
+class Identity(NamedTuple):
+    """Payload of the reply to IDENTIFY."""
+
+    version: int
+    commands: int
+    sensed: int
+    name: str
+
+
+def frame(kind: int, tag: int, payload: bytes = b"") -> bytes:
+    """The bytes of one message, delimiters included. Raises ValueError on a payload that is too long."""
+    body = _HEAD.pack(kind, tag) + payload
+    if len(body) > MAX_BODY:
+        raise ValueError(f"a message has at most {MAX_BODY} bytes, got {len(body)}")
+    body += _CRC.pack(crc_hqx(body, 0xFFFF))
+    return b"\0" + b"".join([bytes((len(run) + 1,)) + run for run in body.split(b"\0")]) + b"\0"
+
+
+def unframe(stuffed: bytes) -> Message | None:
+    """The message between two delimiters; None where it is damaged."""
+    body = _unstuffed(stuffed)
+    if (
+        body is None
+        or len(body) < _HEAD.size + _CRC.size
+        or crc_hqx(body[:-2], 0xFFFF) != body[-2] | body[-1] << 8
+    ):
+        return None
+    return Message(body[0], body[1] | body[2] << 8, body[3:-2])
+
+
+def _unstuffed(stuffed: bytes) -> bytes | None:
+    runs, at, end = [], 0, len(stuffed)
+    while at < end:
+        after = at + stuffed[at]
+        if after == at or after > end:
+            return None
+        runs.append(stuffed[at + 1 : after])
+        at = after
+    return b"\0".join(runs)
+
+
+class FrameReader:
+    """Bytes as they arrive to whole, sound messages; `damaged` counts what was thrown away."""
+
+    def __init__(self) -> None:
+        self.damaged = 0
+        self._rest = b""
+
+    def feed(self, data: bytes) -> list[Message]:
+        """The messages that `data` completes."""
+        *whole, self._rest = (self._rest + data).split(b"\0")
+        if len(self._rest) > _LONGEST:  # no frame is so long: a babbling line must not fill the memory
+            self._rest = self._rest[:1]  # what is left of it fails its check
+            self.damaged += 1
+        messages = []
+        for stuffed in whole:
+            if stuffed:
+                message = unframe(stuffed)
+                if message is None:
+                    self.damaged += 1
+                else:
+                    messages.append(message)
+        return messages
+
+
+def settings_payload(settings: Settings) -> bytes:
+    """8 bytes."""
+    return _SETTINGS.pack(*settings)
+
+
+def settings_of(payload: bytes) -> Settings | None:
+    """None where the length is wrong."""
+    return Settings(*_SETTINGS.unpack(payload)) if len(payload) == _SETTINGS.size else None
+
+
+def identity_payload(profile: DeviceProfile, name: str) -> bytes:
+    """19 bytes: version, numbers of commands and readings, ASCII name."""
+    raw = name.encode("ascii", "replace")[:16]
+    return _IDENTITY.pack(VERSION, len(profile.commands), len(profile.sensed), raw)
+
+
+def identity_of(payload: bytes) -> Identity | None:
+    """None where the length is wrong."""
+    if len(payload) != _IDENTITY.size:
+        return None
+    version, commands, sensed, raw = _IDENTITY.unpack(payload)
+    return Identity(version, commands, sensed, raw.rstrip(b"\0 ").decode("ascii", "replace"))
+
+
+class Layout:
+    """Payloads whose length depends on the kind of device."""
+
+    def __init__(self, profile: DeviceProfile) -> None:
+        self._levels = struct.Struct(f"<{len(profile.commands)}f")
+        self._reading = struct.Struct(_READING + len(profile.sensed) * "f")
+
+    def command(self, levels: Sequence[float]) -> bytes:
+        """Payload of COMMAND. Raises OverflowError beyond float32, struct.error on another number of levels."""
+        return self._levels.pack(*levels)
+
+    def levels(self, payload: bytes) -> tuple[float, ...] | None:
+        """None where the length is wrong."""
+        return self._levels.unpack(payload) if len(payload) == self._levels.size else None
+
+    def reading(self, m: Measurement) -> bytes:
+        """Payload of the replies to COMMAND and READ."""
+        return self._reading.pack(m.sequence, m.status, m.counter, m.time_us, m.reference, *m.sensed)
+
+    def measurement(self, payload: bytes) -> Measurement | None:
+        """None where the length is wrong."""
+        if len(payload) != self._reading.size:
+            return None
+        sequence, status, counter, time_us, reference, *sensed = self._reading.unpack(payload)
+        return Measurement(tuple(sensed), reference, counter, time_us, sequence, status)
