@@ -107,14 +107,15 @@ class ScriptedPeer:
         self._thread.start()
 
     def _follow(self) -> None:
+        arrived = b""
         for expected, reply in self._script:
-            request = b""
-            while len(request) < len(expected):
+            while len(arrived) < len(expected):
                 ready, _, _ = select.select([self._end, self._stopped], [], [])
                 if self._stopped in ready:
                     return
-                request += self._end.receive()
-            self.asked.append(request)
+                arrived += self._end.receive()
+            self.asked.append(arrived[: len(expected)])
+            arrived = arrived[len(expected) :]  # pipelined: the next request may be here already
             if reply:
                 self._end.send(reply)
 
