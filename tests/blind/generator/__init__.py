@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .more import more
 from .options import Options
 from .oscillator import generate_oscillator
 from .truth import OUTSIDE, Effect, Noise, Quantity, RecordTruth, Truth
@@ -26,6 +27,7 @@ __all__ = [
     "Vo2Options",
     "Vo2Truth",
     "generate",
+    "more",
 ]
 
 PLANTS: dict[str, tuple[type, Callable[[int, Path, Any], Any]]] = {

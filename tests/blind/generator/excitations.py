@@ -20,11 +20,11 @@ def excite(
     """
     u = _KINDS[kind](rng, samples, spp, shift)
     if smooth:
-        u = sosfiltfilt(butter(6, 0.5, output="sos"), u * _fade(samples, spp))
+        u = sosfiltfilt(butter(6, 0.5, output="sos"), u * fade(samples, spp))
     return np.asarray(u)
 
 
-def _fade(samples: int, spp: float) -> FloatArray:
+def fade(samples: int, spp: float) -> FloatArray:
     """A band-limited drive begins and ends at zero, so that its sinc sum needs nothing outside the record."""
     width = max(8, int(2 * spp))
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(width) / width)

@@ -33,7 +33,7 @@ def draw_inputs(rng: np.random.Generator, options: Options, plan: Plan) -> tuple
             continue
         use = "fit" if i < fits else "test"
         kind = str(rng.choice(RICH if i == 0 else (*RICH, *POOR)))
-        samples = int(rng.integers(min(4000, longest), longest + 1))
+        samples = int(rng.integers(min(options.least_samples or 4000, longest), longest + 1))
         shift = 1.0 if use == "fit" else float(rng.choice([0.8, 0.9, 1.15, 1.3]))
         level = float(rng.uniform(0.5, 1.4) if use == "fit" else rng.choice([0.4, 0.7, 1.25, 1.6]))
         smooth = plan.hold == "band-limited"

@@ -25,6 +25,8 @@ class Options:
     """none | hardening | softening | bistable"""
     samples: int | None = None
     """Longest record."""
+    least_samples: int | None = None
+    """Shortest record."""
     fit_records: int | None = None
     test_records: int | None = None
     samples_a_period: float | None = None

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import noise as sensor_noise
 from .device import Device, draw_device, draw_drive_scale
@@ -31,13 +30,48 @@ class RedrawError(Exception):
     """This draw makes no case; the next one of the same seed is tried."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """One case before any file is written; `inputs`, `clean`, `starts`, `measured` by record, repeats included."""
+
+    device: Device
+    nominal: Plan
+    plan: Plan
+    """With all effects."""
+    drive_scale: float
+    inputs: list[Input]
+    slices: bool
+    recipes: list[Recipe]
+    amplitudes: list[float]
+    shares: list[float]
+    share: float
+    miss: float
+    """rms that the re-fitted nominal model misses, in L."""
+    signal: float
+    noise: str
+    noise_rms: float
+    """In L."""
+    snr_dB: float
+    colour: FloatArray
+    clean: list[FloatArray]
+    starts: list[float]
+    measured: list[FloatArray]
+    at_rest: FloatArray
+
+
 def generate_oscillator(seed: int, folder: Path, options: Options) -> Truth:
     """Write the case of this seed; raises RuntimeError where no draw makes the wanted effects."""
+    drawn, rng = draw_oscillator(seed, options)
+    return _written(rng, seed, folder, options, drawn)
+
+
+def draw_oscillator(seed: int, options: Options) -> tuple[Drawn, np.random.Generator]:
+    """The case of this seed, and the random numbers that its files go on with; raises RuntimeError as above."""
     ids = _draw_ids(np.random.default_rng([seed, 0]), options)
     for attempt in range(1, ATTEMPTS + 1):
         rng = np.random.default_rng([seed, attempt])
         try:
-            return _case(rng, seed, folder, options, ids)
+            return _drawn(rng, options, ids), rng
         except (RedrawError, NoSuchSizeError, LeftDeviceError):
             continue
     raise RuntimeError(f"seed {seed}: no case with {ids} in {ATTEMPTS} draws; widen share={options.share}")
@@ -70,7 +104,7 @@ def _place(name: str) -> str:
     return "dissipation" if dissipates else {"input": "drive", "hysteresis": "stiffness"}.get(kind, kind)
 
 
-def _case(rng: np.random.Generator, seed: int, folder: Path, options: Options, ids: tuple[str, ...]) -> Truth:
+def _drawn(rng: np.random.Generator, options: Options, ids: tuple[str, ...]) -> Drawn:
     device = draw_device(rng, options, ids)
     nominal = device.plan()
     inputs, slices = draw_inputs(rng, options, nominal)
@@ -97,23 +131,31 @@ def _case(rng: np.random.Generator, seed: int, folder: Path, options: Options, i
     snr_dB = options.snr_dB or float(rng.uniform(40.0, 60.0))
     rms = signal * 10 ** (-snr_dB / 20)
     kind = options.noise or str(rng.choice(sensor_noise.KINDS, p=[0.4, 0.15, 0.15, 0.15, 0.15]))
-    measured, at_rest = _measure(rng, kind, rms, clean, plan, inputs)
+    colour = sensor_noise.noise_colour(rng, kind)
+    measured, at_rest = _measure(rng, kind, rms, colour, clean, plan, inputs)
+    return Drawn(
+        device=device, nominal=nominal, plan=plan, drive_scale=drive_scale, inputs=inputs, slices=slices,
+        recipes=recipes, amplitudes=amplitudes, shares=shares, share=share, miss=miss, signal=signal, noise=kind,
+        noise_rms=rms, snr_dB=snr_dB, colour=colour, clean=clean, starts=starts, measured=measured, at_rest=at_rest,
+    )  # fmt: skip
 
-    names = _write(
-        rng, folder, f"case {seed}", device, drive_scale, options, inputs, slices, measured, at_rest, starts
-    )
-    true = _parameters(device, nominal, drive_scale)
+
+def _written(rng: np.random.Generator, seed: int, folder: Path, options: Options, drawn: Drawn) -> Truth:
+    device = drawn.device
+    names = _write(rng, folder, f"case {seed}", options, drawn)
+    true = _parameters(device, drawn.nominal, drawn.drive_scale)
     write_model(folder, _mistaken(rng, true, options))
     effects = tuple(
         Effect(
             id=recipe.id,
             variant=recipe.variant,
             parameters={
-                key: device.quantity(*value, drive_scale) for key, value in recipe.sizes(amplitude).items()
+                key: device.quantity(*value, drawn.drive_scale)
+                for key, value in recipe.sizes(amplitude).items()
             },
             share=own,
         )
-        for recipe, amplitude, own in zip(recipes, amplitudes, shares, strict=True)
+        for recipe, amplitude, own in zip(drawn.recipes, drawn.amplitudes, drawn.shares, strict=True)
     )
     return Truth(
         seed=seed,
@@ -125,22 +167,27 @@ def _case(rng: np.random.Generator, seed: int, folder: Path, options: Options, i
         sample_rate_Hz=device.f0_Hz * device.samples_a_period,
         samples_a_period=device.samples_a_period,
         hold=device.manifest_hold,
-        noise=Noise(kind=kind, rms=rms * device.length, snr_db=snr_dB, unit=device.displacement_unit),
+        noise=Noise(
+            kind=drawn.noise,
+            rms=drawn.noise_rms * device.length,
+            snr_db=drawn.snr_dB,
+            unit=device.displacement_unit,
+        ),
         records=tuple(
             RecordTruth(
                 name=name,
                 use=record.use,
                 excitation=record.excitation,
-                drive=record.drive * drive_scale,
+                drive=record.drive * drawn.drive_scale,
                 clean=y * device.length,
                 measured=x * device.length,
             )
-            for name, record, y, x in zip(names, inputs, clean, measured, strict=True)
+            for name, record, y, x in zip(names, drawn.inputs, drawn.clean, drawn.measured, strict=True)
         ),
-        share=share,
-        refitted_share=miss / signal,
-        refitted_miss_over_noise=miss / rms,
-        equivalent=_equivalent(device, ids),
+        share=drawn.share,
+        refitted_share=drawn.miss / drawn.signal,
+        refitted_miss_over_noise=drawn.miss / drawn.noise_rms,
+        equivalent=_equivalent(device, tuple(effect.id for effect in effects)),
     )
 
 
@@ -205,10 +252,15 @@ def _outputs(plan: Plan, inputs: list[Input]) -> tuple[list[FloatArray], list[fl
 
 
 def _measure(
-    rng: np.random.Generator, kind: str, rms: float, clean: list[FloatArray], plan: Plan, inputs: list[Input]
+    rng: np.random.Generator,
+    kind: str,
+    rms: float,
+    colour: FloatArray,
+    clean: list[FloatArray],
+    plan: Plan,
+    inputs: list[Input],
 ) -> tuple[list[FloatArray], FloatArray]:
     """Readings with noise, and the reading at rest between slices."""
-    colour = sensor_noise.noise_colour(rng, kind)
     measured = [sensor_noise.add_noise(rng, y, kind, rms, colour) for y in clean]
     resting = [
         replace(r, drive=np.zeros(GAP), displaced=0.0, file_start=r.file_start + r.drive.size) for r in inputs
@@ -217,25 +269,15 @@ def _measure(
     return measured, sensor_noise.add_noise(rng, at_rest, kind, rms, colour)
 
 
-def _write(
-    rng: np.random.Generator,
-    folder: Path,
-    name: str,
-    device: Device,
-    drive_scale: float,
-    options: Options,
-    inputs: list[Input],
-    slices: bool,
-    measured: list[FloatArray],
-    at_rest: NDArray[np.float64],
-    starts: list[float],
-) -> list[str]:
-    layout = replace(draw_layout(rng, slices, GAP, options.file_format), at_rest=at_rest * device.length)
+def _write(rng: np.random.Generator, folder: Path, name: str, options: Options, drawn: Drawn) -> list[str]:
+    device, inputs = drawn.device, drawn.inputs
+    layout = draw_layout(rng, drawn.slices, GAP, options.file_format)
+    layout = replace(layout, at_rest=drawn.at_rest * device.length)
     ignored = int(rng.integers(20, 200)) if rng.random() < 0.15 else 0
     numbers = [record.number for record in inputs]
     files = [
         RecordFile(
-            drive=record.drive * drive_scale,
+            drive=record.drive * drawn.drive_scale,
             displacement=y * device.length,
             use=record.use,
             repeat="A" if numbers.count(record.number) > 1 else None,
@@ -243,11 +285,11 @@ def _write(
             ignore_first=ignored,
             excitation=record.excitation,
         )
-        for record, y, start in zip(inputs, measured, starts, strict=True)
+        for record, y, start in zip(inputs, drawn.measured, drawn.starts, strict=True)
     ]
     folder.mkdir(parents=True, exist_ok=True)
-    units = {"drive": device.drive_unit, "displacement": device.displacement_unit}
     rate = device.f0_Hz * device.samples_a_period
+    units = {"drive": device.drive_unit, "displacement": device.displacement_unit}
     return write_dataset(folder, name, layout, files, rate, units, device.manifest_hold)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -28,13 +29,42 @@ class RedrawError(Exception):
     """This draw makes no case; the next one of the same seed is tried."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """One case before any file is written; `inputs`, `clean`, `measured` by record, staircases and repeats included."""
+
+    nominal: Plant
+    plant: Plant
+    """With all effects."""
+    identified: Plant
+    """Whose twin a faultless quasi-static identification finds."""
+    rate_Hz: float
+    inputs: list[Input]
+    fits: list[Input]
+    recipes: list[Recipe]
+    amplitudes: list[float]
+    shares: list[float]
+    noises: dict[str, Noise]
+    colours: dict[str, FloatArray]
+    clean: list[Output]
+    measured: list[dict[str, FloatArray]]
+    without: int | None
+    """Record whose file lacks the deflection."""
+
+
 def generate_vo2(seed: int, folder: Path, options: Vo2Options) -> Vo2Truth:
     """Write the case of this seed; raises RuntimeError where no draw makes the wanted effects."""
+    drawn, rng = draw_vo2(seed, options)
+    return _written(rng, seed, folder, options, drawn)
+
+
+def draw_vo2(seed: int, options: Vo2Options) -> tuple[Drawn, np.random.Generator]:
+    """The case of this seed, and the random numbers that its files go on with; raises RuntimeError as above."""
     ids = draw_ids(np.random.default_rng([seed, 0, 2]), options)
     for attempt in range(1, ATTEMPTS + 1):
         rng = np.random.default_rng([seed, attempt, 2])
         try:
-            return _case(rng, seed, folder, options, ids)
+            return _drawn(rng, options, ids), rng
         except (RedrawError, NoSuchSizeError):
             continue
     raise RuntimeError(f"seed {seed}: no case with {ids} in {ATTEMPTS} draws; widen share={options.share}")
@@ -64,9 +94,7 @@ def draw_ids(rng: np.random.Generator, options: Vo2Options) -> tuple[str, ...]:
             return (first, second)
 
 
-def _case(
-    rng: np.random.Generator, seed: int, folder: Path, options: Vo2Options, ids: tuple[str, ...]
-) -> Vo2Truth:
+def _drawn(rng: np.random.Generator, options: Vo2Options, ids: tuple[str, ...]) -> Drawn:
     nominal, lowest = draw_device(rng)
     rate = draw_rate(rng, options)
     driven = draw_inputs(rng, options, nominal, lowest, rate)
@@ -80,12 +108,29 @@ def _case(
     if not all(np.isfinite(o.resistance).all() and np.isfinite(o.deflection).all() for o in clean):
         raise RedrawError
 
-    chosen = [o for o, r in zip(clean, inputs, strict=True) if any(r is fit for fit in fits)]
+    chosen = _of_fits(clean, inputs, fits)
     noises = _draw_noises(rng, options, {name: float(pooled(chosen, name).std()) for name in OUTPUTS})
-    measured = _measure(rng, noises, clean)
-    without = _without_deflection(rng, options, inputs)
-    names = _write(rng, folder, f"case {seed}", options, inputs, measured, without)
-    misses = refitted_misses(identified, fits, chosen) if ids else dict.fromkeys(OUTPUTS, 0.0)
+    colours = {name: sensor_noise.noise_colour(rng, noise.kind) for name, noise in noises.items()}
+    return Drawn(
+        nominal=nominal, plant=plant, identified=identified, rate_Hz=rate, inputs=inputs, fits=fits, recipes=recipes,
+        amplitudes=amplitudes, shares=shares, noises=noises, colours=colours, clean=clean,
+        measured=[measure(rng, noises, colours, output) for output in clean],
+        without=_without_deflection(rng, options, inputs),
+    )  # fmt: skip
+
+
+def _of_fits(clean: list[Output], inputs: list[Input], fits: list[Input]) -> list[Output]:
+    return [o for o, r in zip(clean, inputs, strict=True) if any(r is fit for fit in fits)]
+
+
+def _written(
+    rng: np.random.Generator, seed: int, folder: Path, options: Vo2Options, drawn: Drawn
+) -> Vo2Truth:
+    names = _write(rng, folder, f"case {seed}", options, drawn)
+    fits, noises = drawn.fits, drawn.noises
+    chosen = _of_fits(drawn.clean, drawn.inputs, fits)
+    hidden = bool(drawn.recipes)
+    misses = refitted_misses(drawn.identified, fits, chosen) if hidden else dict.fromkeys(OUTPUTS, 0.0)
     over_noise = [misses[name] / noises[name].rms for name in OUTPUTS]
     return Vo2Truth(
         seed=seed,
@@ -97,10 +142,10 @@ def _case(
                 parameters={k: Quantity(value=v, unit=unit) for k, (v, unit) in recipe.sizes(a).items()},
                 share=share,
             )
-            for recipe, a, share in zip(recipes, amplitudes, shares, strict=True)
+            for recipe, a, share in zip(drawn.recipes, drawn.amplitudes, drawn.shares, strict=True)
         ),
-        parameters=parameters_of(nominal.physics),
-        sample_rate_Hz=rate,
+        parameters=parameters_of(drawn.nominal.physics),
+        sample_rate_Hz=drawn.rate_Hz,
         hold="zero",
         noises=noises,
         records=tuple(
@@ -111,13 +156,13 @@ def _case(
                 sample_rate_Hz=record.rate_Hz,
                 drive=record.current,
                 clean={name: getattr(output, name) for name in OUTPUTS},
-                measured={n: y for n, y in reading.items() if n != "deflection" or i != without},
+                measured={n: y for n, y in reading.items() if n != "deflection" or i != drawn.without},
             )
             for i, (name, record, output, reading) in enumerate(
-                zip(names, inputs, clean, measured, strict=True)
+                zip(names, drawn.inputs, drawn.clean, drawn.measured, strict=True)
             )
         ),
-        share=share_of(plant, identified, fits) if ids else 0.0,
+        share=share_of(drawn.plant, drawn.identified, fits) if hidden else 0.0,
         refitted_share=max(misses[name] / float(pooled(chosen, name).std()) for name in OUTPUTS),
         refitted_miss_over_noise=float(np.sqrt(np.mean(np.square(over_noise)))),
     )
@@ -152,17 +197,14 @@ def _draw_noises(rng: np.random.Generator, options: Vo2Options, signal: dict[str
     return noises
 
 
-def _measure(
-    rng: np.random.Generator, noises: dict[str, Noise], clean: list[Output]
-) -> list[dict[str, FloatArray]]:
-    colours = {name: sensor_noise.noise_colour(rng, noise.kind) for name, noise in noises.items()}
-    return [
-        {
-            name: sensor_noise.add_noise(rng, getattr(output, name), noise.kind, noise.rms, colours[name])
-            for name, noise in noises.items()
-        }
-        for output in clean
-    ]
+def measure(
+    rng: np.random.Generator, noises: dict[str, Noise], colours: dict[str, FloatArray], output: Output
+) -> dict[str, FloatArray]:
+    """Readings of one record with noise."""
+    return {
+        name: sensor_noise.add_noise(rng, getattr(output, name), noise.kind, noise.rms, colours[name])
+        for name, noise in noises.items()
+    }
 
 
 def _without_deflection(rng: np.random.Generator, options: Vo2Options, inputs: list[Input]) -> int | None:
@@ -173,28 +215,20 @@ def _without_deflection(rng: np.random.Generator, options: Vo2Options, inputs: l
     return int(rng.choice(eligible)) if wanted else None
 
 
-def _write(
-    rng: np.random.Generator,
-    folder: Path,
-    name: str,
-    options: Vo2Options,
-    inputs: list[Input],
-    measured: list[dict[str, FloatArray]],
-    without: int | None,
-) -> list[str]:
+def _write(rng: np.random.Generator, folder: Path, name: str, options: Vo2Options, drawn: Drawn) -> list[str]:
     layout = draw_layout(rng, options.file_format)
     ignored = int(rng.integers(5, 30)) if rng.random() < 0.15 else 0
-    numbers = [record.number for record in inputs]
+    numbers = [record.number for record in drawn.inputs]
     files = [
         RecordFile(
             columns={"current": record.current}
-            | {n: y for n, y in reading.items() if n != "deflection" or i != without},
+            | {n: y for n, y in reading.items() if n != "deflection" or i != drawn.without},
             rate_Hz=record.rate_Hz,
             use=record.use,
             repeat="A" if numbers.count(record.number) > 1 else None,
             ignore_first=ignored if record.use != "identify" else 0,
             excitation=record.excitation,
         )
-        for i, (record, reading) in enumerate(zip(inputs, measured, strict=True))
+        for i, (record, reading) in enumerate(zip(drawn.inputs, drawn.measured, strict=True))
     ]
     return write_dataset(folder, name, layout, files)

@@ -1,0 +1,63 @@
+"""One more record of a case is of the same device, by the same sensors, and the manifest has it."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from generator import generate, more
+
+SIZES: dict[str, dict[str, Any]] = {
+    "oscillator": {
+        "samples": 900, "fit_records": 1, "test_records": 1, "samples_a_period": 20.0, "hold": "zero", "noise": "white",
+        "effects": ("drive.lag",), "slices": False,
+    },
+    "vo2": {
+        "samples": 600, "fit_records": 1, "test_records": 1, "identify_records": 1, "sample_rate_Hz": 1000.0,
+        "noise": "white", "effects": ("sensor.lag",), "missing_deflection": False,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("plant", "output"), [("oscillator", "displacement"), ("vo2", "resistance")])
+def test_the_same_drive_moves_the_same_device_by_the_same_noise(
+    plant: str, output: str, tmp_path: Path
+) -> None:
+    truth = generate(100_501, tmp_path, plant=plant, **SIZES[plant])
+    old = next(record for record in truth.records if record.use == "fit")
+    name = more(100_501, tmp_path, old.drive, 1.0 / truth.sample_rate_Hz, plant=plant, **SIZES[plant])
+
+    manifest = tomllib.loads((tmp_path / "dataset.toml").read_text())
+    added = manifest["records"][-1]
+    assert (added["file"], added["use"]) == (name, "fit")
+    assert added["sample_rate_hz"] == pytest.approx(truth.sample_rate_Hz)
+    measured = np.load(tmp_path / name)[manifest["signals"][output].get("column", output)]
+    clean = old.clean[output] if plant == "vo2" else old.clean
+    noise = truth.noises[output] if plant == "vo2" else truth.noise
+    left = measured - clean
+    spread = noise.rms / np.sqrt(2.0 * left.size)
+    assert np.sqrt(np.mean(left**2)) == pytest.approx(noise.rms, abs=4.0 * spread)
+    old_left = (old.measured[output] if plant == "vo2" else old.measured) - clean
+    assert abs(np.corrcoef(left, old_left)[0, 1]) < 4.0 / np.sqrt(left.size)  # noise of its own
+
+
+def test_another_period_is_another_record_of_the_same_device(tmp_path: Path) -> None:
+    """Half the period, each level twice: the same drive of a converter, so the same motion."""
+    truth = generate(100_502, tmp_path, **SIZES["oscillator"] | {"snr_dB": 60.0})
+    old = next(record for record in truth.records if record.use == "fit")
+    twice = np.repeat(old.drive, 2)
+    name = more(
+        100_502, tmp_path, twice, 0.5 / truth.sample_rate_Hz, **SIZES["oscillator"] | {"snr_dB": 60.0}
+    )
+    column = tomllib.loads((tmp_path / "dataset.toml").read_text())["signals"]["displacement"]
+    measured = np.load(tmp_path / name)[column.get("column", "displacement")]
+    assert np.std(measured[::2] - old.clean) < 1.3 * truth.noise.rms
+
+
+@pytest.mark.parametrize("drive", [np.zeros((3, 2)), np.array([1.0]), np.array([0.0, np.nan])])
+def test_a_drive_that_is_none_is_refused(drive: np.ndarray, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="finite levels"):
+        more(1, tmp_path, drive, 1e-3)
