@@ -1,6 +1,6 @@
-"""The blind campaign: seeds A-B on all cores, resumable; its tables as Markdown.
+"""The blind campaign: seeds of oscillators and of VO2 actuators on all cores, resumable; tables and pictures.
 
-python tests/blind/campaign.py --seeds 0-399 --out out/blind
+python tests/blind/campaign.py --oscillator 0-239 --vo2 50000-50119 --ambiguous 90000-90039 --out out/blind
 """
 
 from __future__ import annotations
@@ -9,140 +9,228 @@ import argparse
 import json
 import os
 import sys
+import time
+import traceback
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from campaign_pictures import draw
 from case import dump, run_case
+from details import details
+from figures import figures, known
+from program import Program
+from workers import Limits, results
 
 Line = dict[str, Any]
-MISS_EDGES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, np.inf)
-PROBABILITIES = (0.0, 0.5, 0.9, 0.99, 1.01)
+FULL_SIZE = {"fit_records": 5, "samples": 16_000, "least_samples": 16_000}
+"""That of the target of time: every third oscillator."""
+SHORTER = {"samples": 9_000}
+"""The others: 3 to 5 records of 4,000 to 9,000 samples."""
+FEW: dict[str, Line] = {
+    "oscillator": {"kind": "single", "fit_records": 2, "test_records": 1, "samples": 1200, "snr_dB": 40.0},
+    "vo2": {"kind": "single", "fit_records": 1, "test_records": 1, "samples": 1500, "snr_dB": 40.0},
+}
+"""Data that often leave several names: for the row of the next experiment, and for no other."""
+REPORT_EVERY_S = 60.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run what is missing, then write the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", default="0-399", help="first-last, both included")
+    asked = _parser().parse_args(arguments)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    path, program = asked.out / "cases.jsonl", Program.now()
+    command = "python tests/blind/campaign.py " + " ".join(sys.argv[1:] if arguments is None else arguments)
+    wanted = {_key(task): task for task in tasks(asked)}
+    before = [line for line in read(path) if _key(line) in wanted]
+    done = {_key(line): line for line in before if line["code"] == program.code}
+    other = [line for line in before if line["code"] != program.code and _key(line) not in done]
+    missing = [task for key, task in wanted.items() if key not in done]
+    stopped = False
+    if not asked.tables_only:
+        try:
+            for line in _run(missing, asked, program, path):
+                done[_key(line)] = line
+                if time.monotonic() - _written.get("at", 0.0) > REPORT_EVERY_S:
+                    report(asked.out, done, wanted, other, program, command)
+        except KeyboardInterrupt:
+            stopped = True
+    print(report(asked.out, done, wanted, other, program, command))
+    return 130 if stopped else 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for name, default, text in (
+        ("--oscillator", "0-239", "seeds of oscillators, first-last, both included; `none` for none"),
+        ("--vo2", "50000-50119", "seeds of VO2 actuators"),
+        ("--ambiguous", "none", "seeds of both plants with so few data that several names are left; only for the row "
+         "of the next experiment"),
+    ):  # fmt: skip
+        parser.add_argument(name, default=default, type=seeds, help=text)
     parser.add_argument(
         "--out", type=Path, default=Path("out/blind"), help="folder of cases.jsonl and blind.md"
     )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    asked = parser.parse_args(arguments)
-    first, last = (int(part) for part in asked.seeds.split("-"))
-    asked.out.mkdir(parents=True, exist_ok=True)
-    path = asked.out / "cases.jsonl"
-    done = {line["seed"]: line for line in _read(path)}
-    missing = [seed for seed in range(first, last + 1) if seed not in done]
-    with path.open("a", encoding="utf-8") as file:
-        for count, line in enumerate(_run(missing, asked.workers), 1):
+    parser.add_argument(
+        "--limit", type=float, default=400.0, help="[s] processor time of a case before it is ended"
+    )
+    parser.add_argument("--memory", type=float, default=6.0, help="[GiB] of a worker")
+    parser.add_argument(
+        "--next-experiment", action="store_true", help="measure what an ambiguous case proposes"
+    )
+    parser.add_argument(
+        "--tables-only", action="store_true", help="run nothing, write the tables of what is done"
+    )
+    return parser
+
+
+def seeds(text: str) -> range:
+    """`first-last`, both included, or `none`."""
+    if text == "none":
+        return range(0)
+    try:
+        first, last = (int(part) for part in text.split("-"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r}: first-last such as 0-239, or none") from None
+    return range(first, last + 1)
+
+
+def tasks(asked: argparse.Namespace) -> list[Line]:
+    """All cases, the sorts spread evenly so that an unfinished campaign is a small one."""
+    made: list[tuple[float, Line]] = []
+    for sort, plant, chosen in (
+        ("main", "oscillator", asked.oscillator), ("main", "vo2", asked.vo2),
+        ("ambiguous", "oscillator", asked.ambiguous[: 2 * len(asked.ambiguous) // 3]),
+        ("ambiguous", "vo2", asked.ambiguous[2 * len(asked.ambiguous) // 3 :]),
+    ):  # fmt: skip
+        for place, seed in enumerate(chosen):
+            task = {"sort": sort, "plant": plant, "seed": seed, "overrides": overrides_of(sort, plant, seed)}
+            further = asked.next_experiment or sort == "ambiguous"
+            task |= {"baselines": sort == "main", "next_experiment": further}
+            made.append(((place + 0.5) / len(chosen), task))
+    return [task for _, task in sorted(made, key=lambda one: one[0])]
+
+
+def overrides_of(sort: str, plant: str, seed: int) -> Line:
+    """Sizes that the generator is told; all else comes from the seed."""
+    if sort == "ambiguous":
+        return FEW[plant]
+    if plant == "vo2":
+        return {}
+    return FULL_SIZE if seed % 3 == 0 else SHORTER
+
+
+def run_task(task: Line, told: Any) -> Line:
+    """One case in a worker."""
+    options = {name: task[name] for name in ("plant", "baselines", "next_experiment")}
+    try:
+        line = run_case(task["seed"], told=told, **options, **task["overrides"])
+    except Exception:  # of the generator, or of a baseline
+        line = {"died": "crash", "stage": "outside the diagnosis", "error": traceback.format_exc()[-800:]}
+    return task | line
+
+
+def _key(line: Line) -> tuple[str, str, int]:
+    return line["sort"], line["plant"], line["seed"]
+
+
+def read(path: Path) -> list[Line]:
+    """Lines of the file; one that was cut off when the campaign was killed is left out."""
+    lines = []
+    for text in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+        try:
+            lines.append(json.loads(text))
+        except json.JSONDecodeError:
+            print(f"{path}: a line that ends early is left out, its case runs again", file=sys.stderr)
+    return lines
+
+
+def _run(missing: Sequence[Line], asked: argparse.Namespace, program: Program, path: Path) -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    limits = Limits(cpu_s=asked.limit, memory_GiB=asked.memory)
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+               TextColumn("left {task.fields[left]}"))  # fmt: skip
+    begin = time.monotonic()
+    whole = not path.exists() or path.read_bytes().endswith(b"\n") or path.stat().st_size == 0
+    with (
+        path.open("a", encoding="utf-8") as file,
+        Progress(*columns, console=console, disable=not _seen()) as bar,
+    ):
+        if not whole:
+            file.write("\n")
+        shown = bar.add_task("blind cases", total=len(missing), left="?")
+        for count, line in enumerate(results(missing, run_task, asked.workers, limits, program.check), 1):
+            line |= {"commit": program.commit, "version": program.version, "code": program.code}
             file.write(dump(line) + "\n")
             file.flush()
-            done[line["seed"]] = line
-            print(
-                f"\r{count}/{len(missing)}  seed {line['seed']} {line['judgement']:8}",
-                end="",
-                file=sys.stderr,
-            )
-    lines = [done[seed] for seed in range(first, last + 1) if seed in done]
-    table = tables(lines, f"python tests/blind/campaign.py --seeds {asked.seeds}")
-    (asked.out / "blind.md").write_text(table, encoding="utf-8")
-    print(f"\n{table}")
-    return 0
+            left = _minutes((time.monotonic() - begin) / count * (len(missing) - count))
+            bar.update(shown, advance=1, left=left)
+            if not _seen():
+                word = known(line)["judgement"]
+                text = f"{count}/{len(missing)}  {line['plant']} {line['seed']} {word}, left {left}"
+                print(text, file=sys.stderr, flush=True)
+            yield line
 
 
-def _read(path: Path) -> list[Line]:
-    return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+def _seen() -> bool:
+    """Whether a person watches a terminal."""
+    return sys.stderr.isatty()
 
 
-def _run(seeds: Sequence[int], workers: int) -> Iterator[Line]:
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = "1"  # two workers, one core each
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(run_case, seed) for seed in seeds]):
-            yield future.result()
+def _minutes(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"
 
 
-def tables(lines: Sequence[Line], command: str) -> str:
-    """All tables as Markdown."""
-    parts = [f"{len(lines)} cases: `{command}`", _figures(lines), _confusion(lines), _by_size(lines),
-             _calibration(lines)]  # fmt: skip
-    return "\n\n".join(parts) + "\n"
+def report(
+    out: Path,
+    done: dict[Any, Line],
+    wanted: dict[Any, Line],
+    other: Sequence[Line],
+    program: Program,
+    command: str,
+) -> str:
+    """blind.md and its pictures from what is done; returns its head, the figures."""
+    lines = [known(line) for key, line in done.items() if key in wanted]
+    drawn = [line for line in lines if line["kind"] != "not generated"]
+    main_ones = [line for line in drawn if line["sort"] == "main"]
+    ambiguous = [line for line in drawn if line.get("next")]
+    head = "\n\n".join([
+        f"`{command}`, commit {program.commit}, rtctl {program.version}: {len(lines)} of {len(wanted)} cases are done.",
+        *_remarks(lines, other), figures(main_ones, ambiguous),
+    ])  # fmt: skip
+    (out / "blind.md").write_text(f"{head}\n\n{details(main_ones, ambiguous)}\n", encoding="utf-8")
+    draw(main_ones, out)
+    _written["at"] = time.monotonic()
+    return head
 
 
-def _figures(lines: Sequence[Line]) -> str:
-    kinds = {kind: [x for x in lines if x["kind"] == kind] for kind in ("null", "single", "pair", "outside")}
-    singles, times = kinds["single"], [x["cpu_s"] for x in lines]
-    alone = [
-        x for x in singles if x["judgement"] == "false" and len(x["causes"]) == 1 and not x["causes"][0]["or"]
-    ]
-    errors = [x["test_error_over_noise"] for x in singles + kinds["pair"]
-              if x.get("test_error_over_noise") and x["verdict"] == "explained"]  # fmt: skip
-    seen = [x for x in lines if x["kind"] != "null" and x["miss_over_noise"] >= 0.1]
-    rows = [
-        ("nothing hidden: something claimed", "at most 5 %", _share(kinds["null"], {"false", "crash"})),
-        ("one effect: named, alone or in a set of two", "at least 95 %", _share(singles, {"right", "set"})),
-        ("one effect: a single wrong name alone", "at most 1 %", _of(len(alone), len(singles))),
-        ("two effects: both and only both", "at least 85 %", _share(kinds["pair"], {"right", "set"})),
-        ("outside the catalogue: nothing false", "at least 90 %", _share(kinds["outside"], {"right"})),
-        ("detected where the nominal model misses by 0.1 of the noise or more", "at least 95 %",
-         _of(sum(x["verdict"] not in ("adequate", "crash") for x in seen), len(seen))),
-        ("test error after extension over the noise, median", "at most 1.1",
-         f"{np.median(errors):.3f}" if errors else "-"),
-        ("processor time a case, median and worst", "30 s, 90 s",
-         f"{np.median(times):.1f} s, {max(times):.1f} s" if times else "-"),
-    ]  # fmt: skip
-    return _markdown(("", "reach", "measured"), rows)
+_written: dict[str, float] = {}
 
 
-def _confusion(lines: Sequence[Line]) -> str:
-    counts: Counter[tuple[str, str]] = Counter()
-    for line in lines:
-        named = " + ".join(sorted(one["id"] for one in line["causes"])) or line["verdict"]
-        counts[" + ".join(sorted(line["truth"])) or "nothing", named] += 1
-    rows = [(truth, named, str(count)) for (truth, named), count in sorted(counts.items())]
-    return _markdown(("truth", "answer", "cases"), rows)
-
-
-def _by_size(lines: Sequence[Line]) -> str:
-    rows = []
-    for low, high in zip(MISS_EDGES[:-1], MISS_EDGES[1:], strict=True):
-        chosen = [x for x in lines if x["kind"] in ("single", "pair") and low <= x["miss_over_noise"] < high]
-        cells = (
-            _share(chosen, {judgement}) for judgement in ("right", "set", "missed", "part", "wide", "false")
+def _remarks(lines: Sequence[Line], other: Sequence[Line]) -> list[str]:
+    found = []
+    if other:
+        counts = Counter(line["commit"] for line in other)
+        text = ", ".join(f"{count} of {commit}" for commit, count in counts.most_common())
+        found.append(f"Not counted: lines of another state of the program ({text}).")
+    bad = [line for line in lines if line["kind"] == "not generated"]
+    if bad:
+        names = ", ".join(f"{line['plant']} {line['seed']}" for line in bad)
+        found.append(f"Not generated (no draw of the seed makes the effect at its size): {names}.")
+    cut = [line for line in lines if line.get("died") and line["kind"] != "not generated"]
+    if cut:
+        names = "; ".join(
+            f"{line['plant']} {line['seed']} ({line['error'].splitlines()[-1][:90]})" for line in cut
         )
-        rows.append((f"{low:g} to {high:g}", str(len(chosen)), *cells))
-    head = ("miss over noise", "cases", "right", "set of two", "missed", "part", "wide", "false")
-    return _markdown(head, rows)
-
-
-def _calibration(lines: Sequence[Line]) -> str:
-    claims = [
-        (one["probability"], one["id"] in x["truth"] or one["id"] in x["equivalent"])
-        for x in lines for one in x["causes"]
-    ]  # fmt: skip
-    rows = []
-    for low, high in zip(PROBABILITIES[:-1], PROBABILITIES[1:], strict=True):
-        chosen = [right for probability, right in claims if low <= probability < high]
-        rows.append((f"{low:g} to {min(high, 1.0):g}", str(len(chosen)), _of(sum(chosen), len(chosen))))
-    return _markdown(("probability stated", "claims", "true"), rows)
-
-
-def _share(lines: Sequence[Line], judgements: set[str]) -> str:
-    return _of(sum(line["judgement"] in judgements for line in lines), len(lines))
-
-
-def _of(count: int, total: int) -> str:
-    return f"{100.0 * count / total:.1f} % ({count} of {total})" if total else "-"
-
-
-def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+        found.append(f"Ended by their limit or by a crash: {names}.")
+    return found
 
 
 if __name__ == "__main__":

@@ -6,44 +6,94 @@ import json
 import tempfile
 import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from generator import OUTSIDE, Truth, generate
+from further import further
+from generator import OUTSIDE, generate
+from judge import judged
+from least_bic import least_bic
+from sindy import sindy
 
 from rtctl.comparison import simulation_for
 from rtctl.diagnosis.diagnose import Diagnosis, DiagnosisOptions, diagnose
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.models.oscillator import read_oscillator_model
+from rtctl.models.vo2 import write_model
 from rtctl.wiring import mechanism_ids
 
+Line = dict[str, Any]
+Told = Callable[[str, Line], None]
 
-def run_case(seed: int, **overrides: Any) -> dict[str, Any]:
-    """A JSON line: the truth, the answer, the judgement, processor time."""
+
+def run_case(
+    seed: int,
+    *,
+    plant: str = "oscillator",
+    baselines: bool = False,
+    next_experiment: bool = False,
+    told: Told = lambda stage, known: None,
+    **overrides: Any,
+) -> Line:
+    """A JSON line: the truth, the answer, the judgement, processor time; `overrides` as `generate` has them.
+
+    `told` hears which stage begins and what is known by then. `baselines`: what two other ways would answer.
+    `next_experiment`: where several names are left, the proposed record and a random one of its menu are measured.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        truth = generate(seed, folder, **overrides)
-        line = _truth(truth)
-        begin = time.process_time()
+        truth = generate(seed, folder, plant=plant, **overrides)
+        line = known_of(truth)
+        told("diagnose", line)
+        begin, found = time.process_time(), None
         try:
-            line |= _answer(_diagnosed(folder), truth)
+            if plant == "vo2":
+                identified(folder)
+                line["identify_cpu_s"] = round(time.process_time() - begin, 2)
+                begin = time.process_time()
+            found = diagnosed(folder)
+            line |= answer_of(found, truth)
         except Exception:  # a crash is a result of the campaign, not its end
             line |= {"verdict": "crash", "causes": [], "error": traceback.format_exc()[-800:]}
         line["cpu_s"] = round(time.process_time() - begin, 2)
-    return line | {"judgement": judged(line)}
+        line["judgement"] = judged(line)
+        if baselines and found is not None:
+            told("baseline", line)
+            line["bic"] = least_bic(found)
+            if plant == "oscillator":
+                nominal = found.search.nominal.hypothesis.simulation.parameters
+                cubic = any(one.name == "stiffness_cubic" and one.value != 0.0 for one in nominal)
+                line["sindy"] = sindy(found.data, cubic=cubic)
+        if next_experiment and found is not None:
+            told("next experiment", line)
+            again = further(found, folder, seed, plant, overrides, lambda where: _again(where, truth))
+            line |= {"next": again} if again else {}
+    return line
 
 
-def _diagnosed(folder: Path) -> Diagnosis:
-    manifest, model = folder / "dataset.toml", folder / "model.toml"
-    simulation = simulation_for(model, open_dataset(manifest))
-    table = read_oscillator_model(model)
+def identified(folder: Path) -> None:
+    """The model of a vo2's staircases, as `rtctl identify` makes it, into `folder`."""
+    model = identify_vo2(read_dataset(folder / "dataset.toml"), Vo2FitOptions(), lambda text: None)
+    write_model(model, folder / "model.toml")
+
+
+def diagnosed(folder: Path) -> Diagnosis:
+    """As `rtctl diagnose` does, on one core."""
+    manifest, path = folder / "dataset.toml", folder / "model.toml"
+    simulation = simulation_for(path, open_dataset(manifest))
     return diagnose(
-        read_dataset(manifest), table, simulation, mechanism_ids(table.kind), DiagnosisOptions(threads=1)
-    )
+        read_dataset(manifest), SUBJECTS[simulation.kind].read_model(path), simulation, mechanism_ids(simulation.kind),
+        DiagnosisOptions(threads=1),
+    )  # fmt: skip
 
 
-def _truth(truth: Truth) -> dict[str, Any]:
+def known_of(truth: Any) -> Line:
+    """What the generator knows."""
+    noises = getattr(truth, "noises", None) or {"": truth.noise}
     return {
+        "plant": truth.plant,
         "seed": truth.seed,
         "kind": "null" if not truth.ids else "outside" if OUTSIDE in truth.ids
         else ("single", "pair")[len(truth.ids) - 1],
@@ -52,14 +102,16 @@ def _truth(truth: Truth) -> dict[str, Any]:
         "equivalent": list(truth.equivalent),
         "share": truth.share,
         "miss_over_noise": truth.refitted_miss_over_noise,
-        "noise": truth.noise.kind,
+        "noise": " + ".join(noise.kind for noise in noises.values()),
         "snr_dB": truth.noise.snr_db,
-        "quality": truth.quality,
-        "samples": sum(len(record.measured) for record in truth.records if record.use == "fit"),
+        "quality": getattr(truth, "quality", None),
+        "fit_records": sum(record.use == "fit" for record in truth.records),
+        "samples": sum(len(record.drive) for record in truth.records if record.use == "fit"),
     }  # fmt: skip
 
 
-def _answer(found: Diagnosis, truth: Truth) -> dict[str, Any]:
+def answer_of(found: Diagnosis, truth: Any) -> Line:
+    """What the diagnosis says."""
     return {
         "verdict": found.verdict,
         "causes": [
@@ -67,44 +119,22 @@ def _answer(found: Diagnosis, truth: Truth) -> dict[str, Any]:
             for one in found.causes
         ],
         "p_value": found.search.chosen.p_value,
-        "test_error_over_noise": found.gain.after / truth.noise.rms if found.gain else None,
+        "test_error_over_noise": found.gain.after / _noise(truth, found.gain.output) if found.gain else None,
     }
 
 
-def judged(line: dict[str, Any]) -> str:
-    """right | set (right within two names) | missed | part | false | wide (more than two names) | crash."""
-    if line["verdict"] == "crash":
-        return "crash"
-    truth, same = set(line["truth"]), set(line["equivalent"])
-    causes = [one for one in line["causes"] if not one["id"].startswith("parameter.")]
-    names = {one["id"] for one in causes}
-    if line["kind"] == "null":
-        return "right" if line["verdict"] == "adequate" and not names else "false"
-    if line["kind"] == "outside":
-        return "right" if names <= same else "false"
-    if not names:
-        return "missed"
-    if any(len(one["or"]) > 1 for one in causes):
-        return "wide"
-    if names == truth:
-        return "right"
-    if len(names) == len(truth) and _up_to_equivalents(causes, truth, same):
-        return "set"
-    return "part" if names < truth else "false"
+def _noise(truth: Any, output: str) -> float:
+    """True rms of an output's noise, in its unit."""
+    noises = getattr(truth, "noises", None)
+    return float((noises[output] if noises else truth.noise).rms)
 
 
-def _up_to_equivalents(causes: list[dict[str, Any]], truth: set[str], same: set[str]) -> bool:
-    """Each effect is named, or stands beside a name, or is one that describes the same outputs."""
-    left = set(truth)
-    for one in causes:
-        hit = left & {one["id"], *one["or"]}
-        if hit:
-            left -= {hit.pop()}
-        elif one["id"] not in same:
-            return False
-    return not left or len(left) == sum(one["id"] in same for one in causes)
+def _again(folder: Path, truth: Any) -> Line:
+    """The judged answer on a folder that one more record was added to."""
+    line = known_of(truth) | answer_of(diagnosed(folder), truth)
+    return {"verdict": line["verdict"], "causes": line["causes"], "judgement": judged(line)}
 
 
-def dump(line: dict[str, Any]) -> str:
+def dump(line: Line) -> str:
     """One line of a campaign's file."""
     return json.dumps(line, default=float)

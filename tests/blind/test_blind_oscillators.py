@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from case import judged, run_case
+from case import run_case
+from judge import judged
 
 SMALL: dict[str, Any] = {"samples": 5000, "fit_records": 3, "test_records": 1, "samples_a_period": 25.0}
 NULLS = (200_000, 200_001, 200_002)

@@ -1,0 +1,72 @@
+"""The next experiment, done: the proposed record is measured on the same device, and a random one of the same menu."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from generator import more
+from judge import single_and_right
+
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.next_experiment import Scored
+
+Line = dict[str, Any]
+RANDOM = 5
+"""Sets the baseline's choice apart from all else that is drawn from the seed."""
+
+
+def further(
+    found: Diagnosis, folder: Path, seed: int, plant: str, overrides: Line, again: Callable[[Path], Line]
+) -> Line | None:
+    """`proposed` and `random`: what `again` answers on old and new data; None where nothing is ambiguous.
+
+    Ambiguous: explained, by a cause that others of the catalogue could stand for. Random: any entry of the menu that
+    the device could be sent, the proposed one included, all as likely.
+    """
+    proposal = found.next_experiment
+    if found.verdict != "explained" or not any(one.indistinguishable_from for one in found.causes):
+        return None
+    if proposal is None:
+        return {"names": _names(found), "why_not": "nothing was proposed"}
+    chosen = int(np.random.default_rng([seed, RANDOM]).integers(len(proposal.menu)))
+    line: Line = {"names": _names(found)}
+    for name, scored in (("proposed", proposal.best), ("random", proposal.menu[chosen])):
+        line[name] = _measured(scored, folder, name, seed, plant, overrides, again)
+    return line
+
+
+def _names(found: Diagnosis) -> list[str]:
+    """All that are still possible."""
+    return sorted({name for one in found.causes for name in (one.id, *one.indistinguishable_from)})
+
+
+def _measured(
+    scored: Scored,
+    folder: Path,
+    name: str,
+    seed: int,
+    plant: str,
+    overrides: Line,
+    again: Callable[[Path], Line],
+) -> Line:
+    line: Line = {"input": scored.input.statement, "separation": float(scored.separation)}
+    new = folder.with_name(f"{folder.name}-{name}")
+    shutil.copytree(folder, new)
+    try:
+        more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, **overrides)
+        line |= again(new)
+    except Exception as error:  # a crash is a result of the campaign, not its end
+        line |= {"verdict": "crash", "causes": [], "judgement": "crash", "error": repr(error)[-400:]}
+    finally:
+        shutil.rmtree(new)
+    return line
+
+
+def resolved(line: Line, which: str) -> bool:
+    """Whether with the `proposed` or the `random` record the truth is named alone."""
+    after = line["next"].get(which)
+    return after is not None and after["judgement"] != "crash" and single_and_right(line | after)

@@ -1,0 +1,70 @@
+"""Baseline: the set of lowest BIC is named, whatever is left of the residual. No gate, no "none of these".
+
+It is offered what the search fitted (nothing, singles, pairs, triples) and, beyond the set that the search ended at,
+each further mechanism by its score there, which for an effect as small as one that passed the gate is its fit. Each
+set's BIC is of its own coloured noise, n log(variance) + unknowns log(n).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.projection import leftover
+from rtctl.diagnosis.ranking import own_rows, unknowns
+from rtctl.identification.residual_noise import NoiseModel, fit_noise
+
+OF_A_SIZE = 3
+"""Best sets of each size that are weighed again: the others are far off."""
+
+
+def least_bic(found: Diagnosis) -> dict[str, Any]:
+    """`verdict` and `causes` as a judged line has them."""
+    search, data = found.search, found.data
+    fitted = [search.nominal.hypothesis, search.chosen.hypothesis]
+    for ranking in search.tried:
+        fitted += [one.hypothesis for one in sorted(ranking, key=lambda one: one.hypothesis.cost)[:OF_A_SIZE]]
+    weighed = [(bic(data, one), one.mechanisms) for one in _each_once(fitted)]
+    if search.chosen.hypothesis.mechanisms == min(weighed)[1]:
+        weighed += [
+            (min(weighed)[0] + change, (*search.chosen.hypothesis.mechanisms, identity))
+            for identity, change in further_ones(search.chosen)
+        ]
+    names = min(weighed)[1]
+    already = search.nominal.hypothesis.mechanisms
+    causes = [{"id": name, "or": []} for name in names if name not in already]
+    return {"verdict": "explained" if causes else "adequate", "causes": causes}
+
+
+def _each_once(fitted: list[Hypothesis]) -> list[Hypothesis]:
+    return list({frozenset(one.mechanisms): one for one in reversed(fitted)}.values())
+
+
+def bic(data: Data, hypothesis: Hypothesis) -> float:
+    """Of one fitted set, its residual whitened by an autoregression of its own; infinite on the edge of divergence."""
+    rows = own_rows(data, hypothesis)
+    if rows is None:
+        return np.inf
+    left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+    noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
+    count = sum(one.shape[1] for one in left)
+    likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
+    return likelihood + unknowns(hypothesis) * float(np.log(count))
+
+
+def further_ones(at: Examined) -> list[tuple[str, float]]:
+    """Change of BIC by each further mechanism, from its score: minus what it removes, plus its unknowns' price."""
+    groups: dict[tuple[str, tuple[tuple[str, float], ...]], list[int]] = {}
+    for k, direction in enumerate(at.directions):
+        if direction.mechanism:
+            groups.setdefault((direction.mechanism, tuple(direction.shapes.items())), []).append(k)
+    changes: dict[str, float] = {}
+    for (identity, shapes), members in groups.items():
+        removed, rank = at.projected.block(np.array(members))
+        change = (rank + len(shapes)) * float(np.log(at.projected.samples)) - removed if rank else np.inf
+        changes[identity] = min(changes.get(identity, np.inf), change)
+    return list(changes.items())
