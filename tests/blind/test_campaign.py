@@ -45,7 +45,10 @@ def test_intervals_are_wilsons(rate: Rate, low: float, high: float) -> None:
 def test_a_case_that_dies_or_hangs_is_a_result_and_the_others_go_on() -> None:
     ends = ("done", "killed", "for ever", "too much memory", "done")
     given = [{"place": k, "ends": how} for k, how in enumerate(ends)]
-    found = {x["place"]: x for x in results(given, worker_cases.run, 2, Limits(cpu_s=1.0, memory_GiB=2.0))}
+    found = {
+        x["place"]: x
+        for x in results(given, worker_cases.run, 2, Limits(cpu_s=1.0, memory_GiB=2.0, wall_factor=600.0))
+    }
     assert sorted(found) == [0, 1, 2, 3, 4]
     assert [found[k].get("answer") for k in (0, 3, 4)] == ["done", "no memory", "done"]
     assert [found[k]["died"] for k in (1, 2)] == ["crash", "timeout"]
