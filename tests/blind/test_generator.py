@@ -376,7 +376,7 @@ def test_generator_imports_nothing_of_the_project() -> None:
                 imported |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0:
                 imported.add(str(node.module).split(".")[0])
-    allowed = {"__future__", "collections", "dataclasses", "enum", "pathlib", "typing"}
+    allowed = {"__future__", "collections", "dataclasses", "enum", "pathlib", "tomllib", "typing"}
     assert imported <= allowed | {"numba", "numpy", "pyarrow", "scipy", "tomli_w"}
 
 
