@@ -31,14 +31,30 @@ class Rows:
 
     def whitened(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """[residual, shared, directions] (1 + p + k, outputs n) without their part along the own unknowns."""
-        table = np.concatenate((self.residual[None], self.shared, self.directions))
-        white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
-        flat = white.reshape(len(white), -1)
-        if len(self.own) == 0:
-            return flat, np.zeros((0, flat.shape[1]))
-        own = np.stack([model.whiten(self.own[:, o]) for o, model in enumerate(noise)], axis=1)
-        basis = np.linalg.qr(own.reshape(len(own), -1).T)[0]
+        flat, basis = self._white(noise)
         return flat - (flat @ basis) @ basis.T, basis
+
+    def gram(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, int, int]:
+        """Of `whitened`, (1 + p + k, 1 + p + k), without making it; samples; how many own unknowns were taken off."""
+        flat, basis = self._white(noise)
+        along = flat @ basis
+        return flat @ flat.T - along @ along.T, flat.shape[1], basis.shape[1]
+
+    def _white(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
+        """[residual, shared, directions] whitened, and an orthonormal basis (outputs n, q) of the own unknowns."""
+        parts = (self.residual[None], self.shared, self.directions, self.own)
+        count = sum(len(part) for part in parts)
+        white = np.empty((count, *self.residual.shape))
+        begin = 0
+        for part in parts:
+            for o, model in enumerate(noise if len(part) else ()):
+                white[begin : begin + len(part), o] = model.whiten(part[:, o])
+            begin += len(part)
+        flat = white.reshape(count, -1)
+        kept = count - len(self.own)
+        if len(self.own) == 0:
+            return flat, np.zeros((flat.shape[1], 0))
+        return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
 
 
 class Projected:
@@ -102,33 +118,30 @@ class Projected:
 
 def project(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> Projected:
     """All records together."""
-    total, samples, own = None, 0, 0
-    for row in rows:
-        flat, basis = row.whitened(noise)
-        gram = flat @ flat.T
-        total = gram if total is None else total + gram
-        samples += flat.shape[1]
-        own += len(basis.T) if basis.shape[0] == flat.shape[1] else 0
-    assert total is not None
-    return Projected(total, rows[0].shared.shape[0], samples, own)
+    gram, samples, own = _total(rows, noise)
+    return Projected(gram, rows[0].shared.shape[0], samples, own)
+
+
+def _total(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> tuple[FloatArray, int, int]:
+    """Gram matrix, samples and own unknowns of all records."""
+    made = [row.gram(noise) for row in rows]
+    gram = np.sum([one for one, _, _ in made], axis=0)
+    return gram, sum(samples for _, samples, _ in made), sum(own for _, _, own in made)
 
 
 def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArray]:
     """(outputs, n) of each record: residual that neither own unknowns, shared ones nor any direction can follow."""
-    gram, count = None, 0
-    for row in rows:
-        flat, _ = row.whitened(noise)
-        gram = flat @ flat.T if gram is None else gram + flat @ flat.T
-        count = len(flat)
-    assert gram is not None
+    gram, _, _ = _total(rows, noise)
+    count = len(gram)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     normal = gram / scale[:, None] / scale
     solved = np.linalg.pinv(normal[1:, 1:], rcond=1e-10, hermitian=True) @ normal[1:, 0]
     weights = solved * scale[0] / scale[1:] if count > 1 else np.zeros(0)
     left = []
     for row in rows:
-        table = np.concatenate((row.shared, row.directions))
-        without = row.residual - np.tensordot(weights, table, axes=1)
+        shared, free = np.split(weights, [len(row.shared)])
+        without = row.residual - np.tensordot(shared, row.shared, axes=1)
+        without = without - np.tensordot(free, row.directions, axes=1)
         if len(row.own):
             basis = np.linalg.qr(row.own.reshape(len(row.own), -1).T)[0]
             flat = without.reshape(-1)
