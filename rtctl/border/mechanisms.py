@@ -47,6 +47,10 @@ class Parameter:
     high: float = math.inf
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Of a shape: where to look for it, in multiples of its scale."""
+    searched: bool = False
+    """Of a shape with a default: a search for it does not begin there, but over its range."""
+    grid: int = 4
+    """Of a shape: how many values a search tries, evenly in the logarithm."""
     of_record: bool = False
     """Each record may have its own, as the phase of something that runs on between records."""
 

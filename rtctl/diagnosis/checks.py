@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +38,8 @@ def split(
     ]
     usable, still = _moving(usable, subject)
     warnings += still
-    fit = [record for record in usable if record.use != "test"]
+    fit = [record for record in usable if record.use == "fit"]
+    fit = fit or [record for record in usable if record.use != "test"]
     tests = [record for record in usable if record.use == "test"]
     if not fit:
         raise InputError(
@@ -65,12 +65,7 @@ def split(
             warnings += _clipped(record, name, dataset.units[name])
     warnings += _one_tone(fit, subject.drive)
     holds = dataset.holds
-    first, second = ([_comparable(fit_record(r, holds), subject) for r in ones] for ones in (fit, tests))
-    return tuple(first), tuple(second), warnings
-
-
-def _comparable(record: FitRecord, subject: Subject) -> FitRecord:
-    return replace(record, measured=subject.readings(record.measured))
+    return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings
 
 
 def _moving(records: Sequence[Record], subject: Subject) -> tuple[list[Record], list[str]]:

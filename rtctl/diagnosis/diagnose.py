@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -113,6 +113,10 @@ def diagnose(
     options = options or DiagnosisOptions()
     subject = SUBJECTS[simulation.kind]
     fit, tests, warnings = split(dataset, subject)
+    comparable, readings = subject.comparable(simulation, fit)
+    fit, tests = (
+        tuple(replace(one, measured=readings(one.measured)) for one in ones) for ones in (fit, tests)
+    )
     with threads(options.threads) as executor:
         data = Data(
             subject=subject, records=fit, scales=scales_of(fit, subject.output, subject.drive),
@@ -120,13 +124,30 @@ def diagnose(
             steps_per_period=STEPS_PER_PERIOD,
         )  # fmt: skip
         told("the nominal model")
-        nominal = _nominal(data, subject.comparable(simulation))
+        nominal = _nominal(data, comparable)
         warnings += short(fit, data.scales.rate)
         warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
+        data = allowing(data, nominal)
         found, stopped = _searched(data, nominal, ids, options.false_claim_rate, told)
         if stopped:
             warnings.append(stopped)
         return _answer(dataset, model, simulation, data, tests, found, warnings, bool(stopped))
+
+
+def allowing(data: Data, nominal: Hypothesis) -> Data:
+    """With the misfit that is no gap, where the subject has such."""
+    subject = data.subject
+    if not (subject.allowed_share or subject.allowed_of_gap):
+        return data
+    residual = [line.residual for line in nominal.linearise(data)]
+    left = np.concatenate(residual, axis=1).std(axis=1)
+    return replace(
+        data,
+        allowed=tuple(
+            max(subject.allowed_share * data.size(name), subject.allowed_of_gap * float(misfit)) ** 2
+            for name, misfit in zip(nominal.sensitivity.outputs, left, strict=True)
+        ),
+    )
 
 
 def _nominal(data: Data, simulation: Simulation) -> Hypothesis:

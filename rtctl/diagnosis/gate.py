@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, ncx2
 
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.directions import (
@@ -60,6 +60,7 @@ def examine(
     hypothesis: Hypothesis, data: Data, ids: Sequence[str], noise: Sequence[NoiseModel] | None = None
 ) -> Examined:
     """All tests at the optimum of `hypothesis`; `noise`: of each output, from a better one, or its own leftover."""
+    data = data.glance
     others = tuple(identity for identity in ids if identity not in hypothesis.mechanisms)
     lines = hypothesis.linearise(data)
     named = catalogue_directions(hypothesis.simulation, others, data, [line.residual for line in lines])
@@ -69,7 +70,7 @@ def examine(
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
     projected = project(rows, models)
-    tests = _tests(projected, directions)
+    tests = _tests(projected, directions, _allowance(data, rows, models))
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
@@ -112,7 +113,24 @@ def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
     return np.array(made)
 
 
-def _tests(projected: Projected, directions: Sequence[Direction]) -> list[Test]:
+def _allowance(data: Data, rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> float:
+    """Noncentrality of a chi-squared whose misfit is as large as is allowed, all of it along the tested directions."""
+    if not data.allowed:
+        return 0.0
+    samples = sum(row.residual.shape[1] for row in rows)
+    powers = [float(np.mean(model.power(4096))) for model in noise]
+    shares = [allowed / max(power, 1e-300) for allowed, power in zip(data.allowed, powers, strict=True)]
+    return float(samples * np.sum(shares))
+
+
+def _chance(statistic: float, freedom: int, allowance: float) -> float:
+    """Of a sum of squares at least as large, where the misfit is what is allowed."""
+    if allowance > 0.0:
+        return float(ncx2.sf(statistic, freedom, allowance))
+    return float(chi2.sf(statistic, freedom))
+
+
+def _tests(projected: Projected, directions: Sequence[Direction], allowance: float) -> list[Test]:
     removed = projected.single()
     named = np.array([k for k, d in enumerate(directions) if d.mechanism], dtype=np.intp)
     given = np.array([k for k in named if directions[k].trials == 1], dtype=np.intp)
@@ -122,14 +140,14 @@ def _tests(projected: Projected, directions: Sequence[Direction]) -> list[Test]:
     usable = named[projected.usable[named]] if len(named) else named
     if len(usable):
         trials = np.array([directions[k].trials for k in usable])
-        chances = chi2.sf(removed[usable], 1) * trials
+        chances = np.array([_chance(float(one), 1, allowance) for one in removed[usable]]) * trials
         best = usable[int(np.argmin(np.where(chances > 0.0, chances, -removed[usable])))]
         p_value = min(1.0, float(chances.min()) * len(usable))
         tests.append(Test(f"{directions[best].mechanism} alone", float(removed[best]), 1, p_value))
     for name, chosen in (("catalogue", given), ("generic forces", forces), ("past motion and drive", past)):
         statistic, freedom = projected.block(chosen)
         if freedom:
-            tests.append(Test(name, statistic, freedom, float(chi2.sf(statistic, freedom))))
+            tests.append(Test(name, statistic, freedom, _chance(statistic, freedom, allowance)))
     return tests
 
 

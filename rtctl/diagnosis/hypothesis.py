@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,17 @@ class Data:
     scales: Scales
     executor: Executor | None = None
     steps_per_period: float | None = None
+    allowed: tuple[float, ...] = ()
+    """Of each output, mean square of a misfit that is no gap, since the nominal model never claimed more; (): none."""
+
+    @property
+    def glance(self) -> Data:
+        """The beginnings of its records, so many samples as a first look at each hypothesis takes."""
+        most = self.subject.glance_samples
+        if most is None or sum(record.samples for record in self.records) <= most:
+            return self
+        each = max(1, most // len(self.records))
+        return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))
 
     def size(self, output: str) -> float:
         """RMS of a measured output over all scored samples, about its mean where the subject has it so; 1 if zero."""
@@ -181,7 +192,8 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
         if parameter.mechanism and not declared.is_shape:
             low[k], high[k] = max(low[k], -MOST_SCALES), min(high[k], MOST_SCALES)
         if declared.is_shape:
-            scale = declared.scale(scales) if declared.default is None else declared.default
+            open_ended = declared.default is None or declared.searched
+            scale = declared.scale(scales) if open_ended else declared.default
             size = abs(float(scale)) / sensitivity.scale[k]
             signed = declared.low < 0.0
             low[k] = max(low[k], (-declared.shape_range[1] if signed else declared.shape_range[0]) * size)

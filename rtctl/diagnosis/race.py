@@ -34,29 +34,36 @@ class Runner(NamedTuple):
 def race(
     data: Data, runners: Sequence[Runner], told: Callable[[str], None], least: float = 0.0
 ) -> list[Hypothesis]:
-    """Of each set its best fit, lowest cost first; the first ones are fitted to the end."""
+    """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples."""
+    glance = data.glance
     first: dict[frozenset[str], list[Hypothesis]] = {}
     for runner in runners:
         told(" + ".join(runner.mechanisms))
         found = fitted(
-            data, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
+            glance, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
         )
         if found is not None:
             first.setdefault(frozenset(runner.mechanisms), []).append(found)
     field = _sorted([min(ones, key=_cost) for ones in first.values()])
-    for entrants, laps, finish in ((SECOND, SECOND_LAP, False), (LAST, LAST_LAP, True)):
-        going = [one for one in field[:entrants] if one.cost <= HOPELESS * field[0].cost]
-        gone = [_further(data, one, laps, finish) for one in going]
-        field = _sorted([*gone, *field[len(going) :]])
-    return field
+    going = _in_reach(field, SECOND)
+    gone = [_further(glance, one, SECOND_LAP) for one in going]
+    field = _sorted([*gone, *field[len(going) :]])
+    going = _in_reach(field, LAST)
+    if glance is not data:  # costs of few samples and of all cannot be compared
+        return _sorted([one for one in (polished(data, each, LAST_LAP) for each in going) if one is not None])
+    gone = [_better(one, polished(data, one, LAST_LAP)) for one in going]
+    return _sorted([*gone, *field[len(going) :]])
 
 
-def _further(data: Data, one: Hypothesis, laps: int, finish: bool) -> Hypothesis:
-    found = (
-        polished(data, one, laps)
-        if finish
-        else fitted(data, one.simulation, one.mechanisms, one.starts, laps, still=one.still)
-    )
+def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    return [one for one in field[:most] if one.cost <= HOPELESS * field[0].cost]
+
+
+def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
+    return _better(one, fitted(data, one.simulation, one.mechanisms, one.starts, laps, still=one.still))
+
+
+def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
     return found if found is not None and found.cost <= one.cost else one
 
 

@@ -13,7 +13,6 @@ from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.diagnosis.hypothesis import Data
 
 FloatArray = NDArray[np.float64]
-SHAPES = 4
 PEAKS = 3
 APART = 0.08
 """Relative distance of two peaks."""
@@ -40,10 +39,10 @@ def shape_grid(mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray]
 def _axis(parameter: Parameter, data: Data, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
     size = abs(float(parameter.scale(data.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
-    if parameter.default is not None:
+    if parameter.default is not None and not parameter.searched:
         found = [(parameter.default, 1)]
     else:
-        found = [(value, 1) for value in np.geomspace(low, high, SHAPES).tolist()]
+        found = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
     if parameter.unit == "Hz":
         found += _peaks(data, residuals, low, high)
     return found
@@ -53,13 +52,17 @@ def _peaks(data: Data, residuals: Sequence[FloatArray], low: float, high: float)
     """Frequencies [Hz] within the range where the residuals (outputs, n) have most power, and of how many bins."""
     length = 2 * max(residual.shape[1] for residual in residuals)
     power = np.zeros(length // 2 + 1)
+    sizes = np.sqrt(sum(np.sum(residual**2, axis=1) for residual in residuals))
     for residual in residuals:
         window = np.hanning(residual.shape[1])
-        power += np.abs(np.fft.rfft(residual[0] * window, length)) ** 2
+        each = np.abs(np.fft.rfft(residual * window, length, axis=1)) ** 2
+        power += (each / np.maximum(sizes, 1e-300)[:, None] ** 2).sum(axis=0)
     frequency = np.fft.rfftfreq(length, data.scales.period)
     power[(frequency < low) | (frequency > high)] = 0.0
     bins = int(np.count_nonzero(power))
     found: list[tuple[float, int]] = []
+    if bins:  # where a step's spectrum would hide it
+        found.append((float(frequency[int(np.argmax(power * frequency**2))]), bins))
     for _ in range(PEAKS if bins else 0):
         k = int(np.argmax(power))
         if not power[k] > 0.0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,13 @@ class FitRecord:
     def period_s(self) -> float:
         """Between samples."""
         return self.stimulus.period_s
+
+    def beginning(self, samples: int) -> FitRecord:
+        """The first samples, from the same start."""
+        whole = self.stimulus
+        stimulus = replace(whole, inputs={name: values[:samples] for name, values in whole.inputs.items()})
+        measured = {name: values[:samples] for name, values in self.measured.items()}
+        return replace(self, stimulus=stimulus, measured=measured)
 
     def piece(self, begin: int, end: int) -> FitRecord:
         """Samples `begin` to `end` as a record that starts anywhere: its start is not known, all of it is scored."""

@@ -54,8 +54,10 @@ def dense(
     lag_s: float = 0.0,
     drift: float = 0.0,
     late: int = 0,
+    zone: float = 0.0,
 ) -> Dense:
-    """A held current (samples,); `late` in tiny steps."""
+    """A held current (samples,); `late` in tiny steps; the first `zone` [mA] of it does not heat."""
+    current = np.maximum(current - zone, 0.0)
     model, dt = small_model(), PERIOD_S / STEPS
     film, beam = Film(model.resistance_preisach), Film(model.deflection_preisach)
     mass = float(model.deflection_preisach.mu.sum())
@@ -78,7 +80,7 @@ def dense(
     for k in range(len(held) + 1):
         s = T * (1 + known * loss * T) / (1 + known * tcr * T)
         lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
-        v, seen = np.sqrt(s + drift * k * dt), np.sqrt(lagged + drift * k * dt)
+        v, seen = zone + np.sqrt(s + drift * k * dt), zone + np.sqrt(lagged + drift * k * dt)
         film.at(seen, v)
         beam.at(seen, v)
         rows.append((film.y, beam.y, v, film.relays, beam.relays))

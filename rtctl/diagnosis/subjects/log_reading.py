@@ -1,7 +1,12 @@
-"""A VO2 simulation whose resistance is told as its logarithm: errors of a film's resistance are relative ones."""
+"""A VO2 simulation whose resistance is told as its logarithm: errors of a film's resistance are relative ones.
+
+Down to where noise takes over: asinh(R / 2 floor) + ln floor is ln R far above the floor and straight below it, so
+that a noisy reading of a metallic film, even one below zero, does not outweigh all others.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +17,18 @@ from rtctl.border.simulation import FreeParameter, Prediction, Simulation, Stimu
 
 FloatArray = NDArray[np.float64]
 LOG_RESISTANCE = "log_resistance"
+LOWEST = 0.2
+"""Share of the readings that tell the noise where the film is metallic."""
+QUARTILE = 0.6745
+SMALLEST = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogReading:
-    """`Simulation` with outputs ln(R/ohm) and deflection [um]."""
+    """`Simulation` with outputs ln(R/ohm), straight below `floor` [ohm], and deflection [um]."""
 
     plain: Simulation
+    floor: float
     outputs: tuple[str, ...] = (LOG_RESISTANCE, "deflection")
 
     @property
@@ -49,15 +59,12 @@ class LogReading:
         steps_per_period: float | None = None,
         refine: int = 1,
     ) -> Prediction:
-        """See `Simulation.predict`; a resistance that is not above zero has diverged."""
+        """See `Simulation.predict`."""
         run = self.plain.predict(stimulus, values, initial, steps_per_period, refine)
-        resistance = run.outputs["resistance"]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            logarithm = np.log(resistance)
-        bad = ~np.isfinite(logarithm)
-        first = np.where(bad.any(axis=1), bad.argmax(axis=1), -1)
-        diverged = np.where(run.diverged_at >= 0, run.diverged_at, first)
-        return Prediction({LOG_RESISTANCE: logarithm, "deflection": run.outputs["deflection"]}, diverged)
+        logarithm = log_above(run.outputs["resistance"], self.floor)
+        return Prediction(
+            {LOG_RESISTANCE: logarithm, "deflection": run.outputs["deflection"]}, run.diverged_at
+        )
 
     def extended(self, mechanisms: tuple[str, ...]) -> LogReading:
         """The same with these mechanisms at neutral."""
@@ -66,3 +73,18 @@ class LogReading:
     def with_values(self, values: FloatArray) -> LogReading:
         """The same model with `values` (parameters,) as its own."""
         return replace(self, plain=self.plain.with_values(values))
+
+
+def log_above(resistance: FloatArray, floor: float) -> FloatArray:
+    """ln(R/ohm) of `resistance` [ohm], straight below `floor`."""
+    found: FloatArray = np.arcsinh(0.5 * resistance / floor) + np.log(floor)
+    return found
+
+
+def floor_of(records: Sequence[FloatArray]) -> float:
+    """[ohm] Three times the noise of the lowest readings, by second differences of `records`, each (n,)."""
+    lowest = float(np.quantile(np.concatenate(records), LOWEST))
+    steps = [np.diff(one, 2)[one[1:-1] <= lowest] for one in records if len(one) > 2]
+    noise = float(np.median(np.abs(np.concatenate(steps)))) / (QUARTILE * np.sqrt(6.0)) if steps else 0.0
+    least = -min(float(one.min()) for one in records)
+    return max(3.0 * noise, least, SMALLEST * float(np.median(np.concatenate(records))))

@@ -14,7 +14,7 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.subjects.steps import STEPS, tame
-from rtctl.diagnosis.subjects.subject import Force, Signals, Subject
+from rtctl.diagnosis.subjects.subject import Force, Reader, Records, Subject
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ def _as_it_is(simulation: Simulation) -> Simulation:
     return simulation
 
 
-def _readings(signals: Signals) -> dict[str, FloatArray]:
-    return dict(signals)
+def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
+    return simulation, dict
 
 
 def _quarter_period(scales: Scales) -> float:
@@ -122,8 +122,10 @@ OSCILLATOR = Subject(
     slopes=slopes,
     lag_s=_quarter_period,
     grows_with_motion=True,
-    comparable=_as_it_is,
-    readings=_readings,
+    allowed_share=0.0,
+    allowed_of_gap=0.0,
+    glance_samples=None,
+    comparable=_comparable,
     inner=_as_it_is,
     read_model=read_oscillator_model,
     extended_model=extended_model,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.identification.fit_record import FitRecord
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.gate import Examined
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]
+Reader = Callable[[Signals], dict[str, FloatArray]]
+Records = Sequence[FitRecord]
 
 
 class Force(NamedTuple):
@@ -48,10 +51,15 @@ class Subject:
     """Between two looks at the past of motion and drive."""
     grows_with_motion: bool
     """Whether a residual that grows with the motion cannot be noise."""
-    comparable: Callable[[Simulation], Simulation]
-    """With outputs whose errors are of one size over the whole range."""
-    readings: Callable[[Signals], dict[str, FloatArray]]
-    """Measured outputs in the same form."""
+    allowed_share: float
+    """Of an output's size, RMS misfit that the nominal models of this kind never promise to be below; 0: none."""
+    allowed_of_gap: float
+    """Of the nominal model's misfit, that an explanation may leave: mechanisms are named, not copied."""
+    glance_samples: int | None
+    """Of all records together, that a first look at each hypothesis takes; None: all."""
+    comparable: Callable[[Simulation, Records], tuple[Simulation, Reader]]
+    """The simulation with outputs whose errors are of one size over the whole range, and what puts measured outputs
+    in the same form; by the records that are fitted."""
     inner: Callable[[Simulation], Simulation]
     """Back from `comparable`."""
     read_model: Callable[[Path], Any]

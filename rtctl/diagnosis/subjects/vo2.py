@@ -17,9 +17,9 @@ from scipy.signal import lfilter
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading
+from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading, floor_of, log_above
 from rtctl.diagnosis.subjects.steps import STEPS, tame
-from rtctl.diagnosis.subjects.subject import Force, Signals, Subject
+from rtctl.diagnosis.subjects.subject import Force, Reader, Records, Signals, Subject
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 
@@ -188,19 +188,18 @@ def _text(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _comparable(simulation: Simulation) -> Simulation:
-    return LogReading(plain=simulation)
+def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
+    floor = floor_of([record.measured["resistance"] for record in records])
+
+    def readings(signals: Signals) -> dict[str, FloatArray]:
+        found = {name: values for name, values in signals.items() if name != "resistance"}
+        return found | {LOG_RESISTANCE: log_above(signals["resistance"], floor)}
+
+    return LogReading(plain=simulation, floor=floor), readings
 
 
 def _inner(simulation: Simulation) -> Simulation:
     return simulation.plain if isinstance(simulation, LogReading) else simulation
-
-
-def _readings(signals: Signals) -> dict[str, FloatArray]:
-    found = {name: values for name, values in signals.items() if name != "resistance"}
-    if "resistance" in signals:
-        found[LOG_RESISTANCE] = np.log(signals["resistance"])
-    return found
 
 
 def _heating_time(scales: Scales) -> float:
@@ -217,8 +216,10 @@ VO2 = Subject(
     slopes=slopes,
     lag_s=_heating_time,
     grows_with_motion=False,
+    allowed_share=0.005,
+    allowed_of_gap=0.0,
+    glance_samples=12_000,
     comparable=_comparable,
-    readings=_readings,
     inner=_inner,
     read_model=read_model,
     extended_model=extended_model,

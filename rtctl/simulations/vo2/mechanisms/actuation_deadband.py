@@ -1,6 +1,8 @@
 """`actuation.deadband`: the heater's current y stays where it is until the command i is `width` away.
 
 Then y = i - behind width sign(i - y): behind = 1 is a backlash, 0 a driver that takes the whole change at once.
+Of y only what is beyond `zone` heats. Loops that were identified on the same device know the steady state with it: the
+current that would hold a temperature is zone + sqrt(power).
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from rtctl.simulations.vo2.mechanism import (
     Pieces,
     Values,
     Vo2Mechanism,
+    Warm,
     coefficient,
     shape,
 )
@@ -35,16 +38,37 @@ def held_back(commands: FloatArray, width: float, behind: float) -> FloatArray:
 
 def dead(pieces: Pieces, p: Values) -> Pieces:
     """Small changes of the current have no effect."""
-    nodes = held_back(pieces.nodes.reshape(-1), p["width"], p["behind"])
-    return pieces._replace(nodes=nodes.reshape(pieces.nodes.shape))
+    nodes = pieces.nodes
+    if p["width"] > 0.0:
+        nodes = held_back(nodes.reshape(-1), p["width"], p["behind"]).reshape(nodes.shape)
+    return pieces._replace(nodes=np.maximum(nodes - p["zone"], 0.0))
+
+
+def as_current(warm: Warm, p: Values) -> Warm:
+    """Temperatures as the squares of the currents that would hold them."""
+
+    def held(power: FloatArray) -> FloatArray:
+        current: FloatArray = np.sqrt(np.maximum(power, 0.0)) + p["zone"]
+        return current**2
+
+    if p["zone"] == 0.0:
+        return warm
+    power = held(warm.power)
+    if warm.lagging is warm.power:
+        return warm._replace(power=power, lagging=power, peaks=power)
+    return warm._replace(power=power, lagging=held(warm.lagging), peaks=held(warm.peaks))
 
 
 MECHANISM = Vo2Mechanism(
     id="actuation.deadband",
-    statement="Changes of the current by less than {width} have no effect.",
+    statement="Changes of the current by less than {width} have no effect, nor have the first {zone} of it.",
     parameters=(
         coefficient(
-            "width", "mA", "half of the dead band", 0.1 * TYPICAL_CURRENT_MA, low=0.0, high=10.0
+            "width", "mA", "half of the dead band", 0.1 * TYPICAL_CURRENT_MA, default=0.0, low=0.0, high=10.0
+        ),
+        coefficient(
+            "zone", "mA", "of the current, that does not heat", 0.1 * TYPICAL_CURRENT_MA,
+            default=0.0, low=0.0, high=10.0,
         ),
         shape(
             "behind", "dimensionless", "share of the width by which the current stays behind a larger change", 1.0,
@@ -52,4 +76,5 @@ MECHANISM = Vo2Mechanism(
         ),
     ),
     pieces=dead,
+    warm=as_current,
 )  # fmt: skip

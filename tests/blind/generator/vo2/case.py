@@ -111,10 +111,13 @@ def _drawn(rng: np.random.Generator, options: Vo2Options, ids: tuple[str, ...]) 
     chosen = _of_fits(clean, inputs, fits)
     noises = _draw_noises(rng, options, {name: float(pooled(chosen, name).std()) for name in OUTPUTS})
     colours = {name: sensor_noise.noise_colour(rng, noise.kind) for name, noise in noises.items()}
+    measured = [measure(rng, noises, colours, output) for output in clean]
+    if any((reading["resistance"] <= 0.0).any() for reading in measured):
+        raise RedrawError  # no instrument reads that, and `rtctl identify` refuses it
     return Drawn(
         nominal=nominal, plant=plant, identified=identified, rate_Hz=rate, inputs=inputs, fits=fits, recipes=recipes,
         amplitudes=amplitudes, shares=shares, noises=noises, colours=colours, clean=clean,
-        measured=[measure(rng, noises, colours, output) for output in clean],
+        measured=measured,
         without=_without_deflection(rng, options, inputs),
     )  # fmt: skip
 
