@@ -18,6 +18,7 @@ from rtctl.bundled import bundled_scenarios
 from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import write_model
+from rtctl.run_folder import RunFolder, run_metadata
 from rtctl.scenario import load_scenario
 from rtctl.session import track, write_run
 from rtctl.wiring import build_driver
@@ -48,7 +49,11 @@ def demonstrate(
             if file.stem.startswith("acquire") or scenario.scenario.plant != PLANT:
                 continue
             report(f"running {file.stem}")
-            result, outcome = track(scenario, model, build_driver(scenario, files), stop_requested)
+            place, metadata = folder / file.stem, run_metadata(tables)
+            run_folder = RunFolder(path=place, metadata=metadata, model=folder / "model.toml", report=report)
+            result, outcome = track(
+                scenario, model, build_driver(scenario, files), stop_requested, run_folder
+            )
             write_run(folder / file.stem, scenario, tables, result)
             summaries.append(result.summary)
             if outcome.fault is not None:

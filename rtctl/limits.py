@@ -20,6 +20,11 @@ class CommandLimits:
     high: float
     safe: float
     slew_per_s: float = math.inf
+    rms: float = math.inf
+    """Largest root mean square of the command over `rms_window_s` (`rtctl.guards.EnergyGuard`)."""
+    rms_window_s: float = 1.0
+    stop: bool = False
+    """What is asked beyond bounds or slew ends the run instead of being held back."""
 
     def __post_init__(self) -> None:
         if not self.low < self.high:
@@ -30,15 +35,26 @@ class CommandLimits:
             )
         if not self.slew_per_s > 0.0:
             raise ValueError(f"limits: slew = {self.slew_per_s:g} a second must be > 0")
+        if not self.rms > abs(self.safe):
+            raise ValueError(
+                f"limits: rms = {self.rms:g} must exceed safe = {self.safe:g}, which is held for long"
+            )
+        if not self.rms_window_s > 0.0:
+            raise ValueError(f"limits: rms_window = {self.rms_window_s:g} s must be > 0 s")
 
     def clip(self, level: float, previous: float, elapsed_s: float) -> float:
-        """`level` within bounds and slew; the bounds come first. Raises DriverError on one that is not finite."""
+        """`level` within bounds and slew; the bounds come first.
+
+        Raises DriverError on one that is not finite, and where `stop` is set on any that would have to be changed.
+        """
         if not math.isfinite(level):
             raise DriverError(
                 Fault.NOT_FINITE,
                 f"the controller asked for {level}, which is no level to command; is the model sound?",
             )
         reach = self.slew_per_s * elapsed_s
+        if self.stop:
+            self._refuse(level, previous, reach)
         if level > previous + reach:  # comparisons: min and max cost three times as much, every step
             level = previous + reach
         elif level < previous - reach:
@@ -46,6 +62,19 @@ class CommandLimits:
         if level < self.low:
             return self.low
         return self.high if level > self.high else level
+
+    def _refuse(self, level: float, previous: float, reach: float) -> None:
+        if not self.low <= level <= self.high:
+            raise DriverError(
+                Fault.LEVEL_LIMIT,
+                f"the controller asked for {level:.6g}, outside {self.low:g} to {self.high:g}, and limits.stop is set",
+            )
+        if abs(level - previous) > reach and self.low <= previous <= self.high:
+            raise DriverError(
+                Fault.SLEW_LIMIT,
+                f"the controller asked for a step from {previous:.6g} to {level:.6g}, more than the {reach:.4g} that "
+                "limits.slew allows at once, and limits.stop is set",
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

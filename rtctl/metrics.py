@@ -47,28 +47,6 @@ def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorSc
     return ErrorScore(*figures, *(100.0 * figure / range_um for figure in figures))
 
 
-def percentiles(values: FloatArray) -> dict[str, float]:
-    """p50, p99, p99.9 and max; NaN (null in JSON) where nothing was timed."""
-    if len(values) == 0:
-        return dict.fromkeys(("p50", "p99", "p99_9", "max"), math.nan)
-    p50, p99, p999 = np.percentile(values, [50.0, 99.0, 99.9])
-    return {"p50": float(p50), "p99": float(p99), "p99_9": float(p999), "max": float(values.max())}
-
-
-def timing_summary(
-    timings: Mapping[str, FloatArray], period_s: float, steps: int, overruns: int
-) -> dict[str, Any]:
-    """`timing` of a run's summary from the columns of `timing.parquet` [us]."""
-    return {
-        "period_s": period_s,
-        "steps": steps,
-        "overruns": overruns,
-        "lateness_us": percentiles(timings["lateness"]),
-        "round_trip_us": percentiles(timings["round_trip"]),
-        "compute_us": percentiles(timings["compute"]),
-    }
-
-
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """A JSON file, whole or not at all; numbers that are not finite become null."""
     text = json.dumps(finite(content), indent=2, allow_nan=False, ensure_ascii=False)

@@ -1,6 +1,6 @@
 """A scenario file: everything about a run that a person decides, checked before anything moves.
 
-[scenario] [driver] [clock] [limits]  and either  [reference] [estimator] [controller]  or  [[excitation]]
+[scenario] [driver] [clock] [limits] [safety]  and either  [reference] [estimator] [controller]  or  [[excitation]]
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from pydantic import Field, create_model, field_validator, model_validator
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, Quantity, check, convert, read_toml
 from rtctl.border.records import OSCILLATOR, PROFILES, VO2, DeviceProfile, oscillator_profile
+from rtctl.scenario_clock import ClockTable, Seconds
 from rtctl.scenario_limits import LimitsTable, limits_table
+from rtctl.scenario_safety import SafetyTable
 from rtctl.signals.excitations import Excitation
 from rtctl.signals.levels import Level, LevelOf
 from rtctl.signals.references import Reference
 
-Seconds = Annotated[float, Quantity("s"), Field(allow_inf_nan=False)]
 _ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
 
 
@@ -135,25 +136,6 @@ class Serial(Checked):
 DriverTable = Annotated[InProcess | ModbusRtu | ModbusTcp | Serial, Field(discriminator="kind")]
 
 
-class ClockTable(Checked):
-    """[clock]"""
-
-    mode: Literal["lockstep", "live"] = "lockstep"
-    settle_s: Annotated[Seconds, Field(alias="settle", ge=0.0)] = 0.05
-    """Full cooling at the safe level before the first sample."""
-    timeout_s: Annotated[Seconds | None, Field(alias="timeout", gt=0.0)] = None
-    """For one exchange; default: five periods, at least 50 ms (lockstep: 1 s)."""
-    watchdog_s: Annotated[Seconds | None, Field(alias="watchdog", ge=0.0)] = None
-    """The device's own; default: ten periods, at least 100 ms (lockstep: none)."""
-
-    @model_validator(mode="after")
-    def _representable(self) -> ClockTable:
-        watchdog_ms = 1e3 * (self.watchdog_s or 0.0)
-        if not (watchdog_ms == 0.0 or 1.0 <= watchdog_ms <= 0xFFFF):
-            raise ValueError(f"watchdog = {watchdog_ms:g} ms must be 0 (none) or 1 to 65535 ms")
-        return self
-
-
 class EstimatorTable(Checked):
     """[estimator]: one line exchanges it."""
 
@@ -249,6 +231,7 @@ class Scenario(Checked):
     driver: DriverTable = InProcess()
     clock: ClockTable = ClockTable()
     limits: LimitsTable
+    safety: SafetyTable = SafetyTable()
     reference: Reference | None = None
     excitation: tuple[Excitation, ...] = ()
     estimator: EstimatorTable = EstimatorTable()
@@ -297,14 +280,23 @@ class Scenario(Checked):
 
 def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str, Any]]:
     """The checked scenario and its tables after `--set KEY=VALUE` overrides. Raises InputError."""
-    tables = read_toml(path)
-    for override in sorted(overrides, key=lambda text: not text.partition("=")[0].endswith(".kind")):
-        _apply(tables, override)  # kinds first: another kind empties its table
+    tables = overridden(read_toml(path), overrides)
     if isinstance(driver := tables.setdefault("driver", {}), dict):
         driver.setdefault("kind", "inprocess")
+    return checked_scenario(tables, str(path)), tables
+
+
+def overridden(tables: dict[str, Any], overrides: list[str]) -> dict[str, Any]:
+    """`tables` with `KEY=VALUE` overrides applied in place. Raises InputError."""
+    for override in sorted(overrides, key=lambda text: not text.partition("=")[0].endswith(".kind")):
+        _apply(tables, override)  # kinds first: another kind empties its table
+    return tables
+
+
+def checked_scenario(tables: dict[str, Any], source: str) -> Scenario:
+    """The scenario that `tables` are, of the file or recording `source`. Raises InputError."""
     profile = _profile_of(tables)
-    found = check(scenario_of(profile), tables, str(path), context={"profile": profile})
-    return found, tables
+    return check(scenario_of(profile), tables, source, context={"profile": profile})
 
 
 def scenario_of(profile: DeviceProfile) -> type[Scenario]:

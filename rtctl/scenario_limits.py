@@ -28,6 +28,7 @@ class Range(NamedTuple):
 
     low: float
     high: float
+    rate_per_s: float = float("inf")
 
 
 class ChannelLimits(Checked):
@@ -39,6 +40,13 @@ class ChannelLimits(Checked):
     safe: float | None = None
     """Where every end of a run leaves the device; default: `low`."""
     slew_per_s: float = float("inf")
+    rms: float = float("inf")
+    """Largest root mean square over `rms_window`."""
+    rms_window_s: Annotated[float, Quantity("s"), Field(alias="rms_window", gt=0.0, allow_inf_nan=False)] = (
+        1.0
+    )
+    stop: bool = False
+    """A controller that asks for more than bounds and slew allow ends the run."""
 
     @property
     def safe_level(self) -> float:
@@ -47,7 +55,15 @@ class ChannelLimits(Checked):
 
     def command_limits(self) -> CommandLimits:
         """As the loop holds them."""
-        return CommandLimits(low=self.low, high=self.high, safe=self.safe_level, slew_per_s=self.slew_per_s)
+        return CommandLimits(
+            low=self.low,
+            high=self.high,
+            safe=self.safe_level,
+            slew_per_s=self.slew_per_s,
+            rms=self.rms,
+            rms_window_s=self.rms_window_s,
+            stop=self.stop,
+        )
 
     @model_validator(mode="after")
     def _ordered(self) -> ChannelLimits:
@@ -57,6 +73,11 @@ class ChannelLimits(Checked):
             raise ValueError(
                 f"safe = {self.safe_level:g} {self.unit} must not exceed high = {self.high:g} {self.unit}"
             )
+        if not self.rms > abs(self.safe_level):
+            raise ValueError(
+                f"rms = {self.rms:g} {self.unit} must exceed safe = {self.safe_level:g} {self.unit}, which is held for "
+                "long"
+            )
         return self
 
 
@@ -65,6 +86,7 @@ class ReadingLimits(Checked):
 
     low: float
     high: float
+    rate_per_s: float = float("inf")
 
 
 class LimitsTable(ChannelLimits):
@@ -73,6 +95,8 @@ class LimitsTable(ChannelLimits):
     sensed_unit: ClassVar[str] = ""
     sensed_low: float = float("-inf")
     sensed_high: float = float("inf")
+    sensed_rate_per_s: float = float("inf")
+    """Largest change of the first reading a second."""
 
     @model_validator(mode="after")
     def _believable(self) -> LimitsTable:
@@ -93,9 +117,9 @@ class LimitsTable(ChannelLimits):
         for channel in profile.sensed:
             table: ReadingLimits | None = getattr(self, channel.name, None)
             if table is not None:
-                ranges.append(Range(table.low, table.high))
+                ranges.append(Range(table.low, table.high, table.rate_per_s))
             elif channel.unit == profile.sensed[0].unit:
-                ranges.append(Range(self.sensed_low, self.sensed_high))
+                ranges.append(Range(self.sensed_low, self.sensed_high, self.sensed_rate_per_s))
             else:
                 ranges.append(Range(float("-inf"), float("inf")))
         return tuple(ranges)
@@ -111,13 +135,15 @@ def limits_table(profile: DeviceProfile) -> type[LimitsTable]:
     for name in ("sensed_low", "sensed_high"):
         default = defaults.get(name, LimitsTable.model_fields[name].default)
         fields[name] = (Annotated[float, Quantity(sensed.unit)], default)
+    fields["sensed_rate_per_s"] = (_rate(sensed, "sensed_rate"), float("inf"))
     for channel in further:
         table = create_model(f"Limits_{channel.name}", __base__=ChannelLimits, **_command_fields(channel, {}))
         table.unit = channel.unit
         fields[channel.name] = (table, REQUIRED)
     for channel in others:
         bound: Any = (Annotated[float, Quantity(channel.unit)], REQUIRED)
-        table_of = create_model(f"Limits_{channel.name}", __base__=ReadingLimits, low=bound, high=bound)
+        table_of = create_model(f"Limits_{channel.name}", __base__=ReadingLimits, low=bound, high=bound,
+                                rate_per_s=(_rate(channel, "rate"), float("inf")))  # fmt: skip
         fields[channel.name] = (table_of | None, None)
     made = create_model(f"Limits_{profile.kind}", __base__=LimitsTable, **fields)
     made.unit, made.sensed_unit = first.unit, sensed.unit
@@ -128,10 +154,16 @@ def _command_fields(channel: Channel, defaults: dict[str, float]) -> dict[str, A
     least: Any = Field(allow_inf_nan=False) if channel.signed else Field(ge=0.0, allow_inf_nan=False)
     level = Annotated[float, Quantity(channel.unit), least]
     highest = Annotated[float, Quantity(channel.unit), Field(allow_inf_nan=False)]
-    rate = Annotated[float, Quantity(f"{channel.unit}/s"), Field(alias="slew", gt=0.0)]
+    rms = Annotated[float, Quantity(channel.unit), Field(gt=0.0)]
     return {
         "low": (level, defaults.get("low", REQUIRED)),
         "high": (highest, defaults.get("high", REQUIRED)),
         "safe": (level | None, None),
-        "slew_per_s": (rate, float("inf")),
+        "slew_per_s": (_rate(channel, "slew"), float("inf")),
+        "rms": (rms, float("inf")),
     }
+
+
+def _rate(channel: Channel, alias: str) -> Any:
+    """A change of the channel a second."""
+    return Annotated[float, Quantity(f"{channel.unit}/s"), Field(alias=alias, gt=0.0)]

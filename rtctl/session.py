@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
-from rtctl.interfaces import Controller, Estimator
+from rtctl.guards import EnergyGuard
+from rtctl.interfaces import Column, Controller, Estimator
 from rtctl.limits import CommandLimits
 from rtctl.loop import (
     TIMING_COLUMNS,
@@ -28,14 +29,19 @@ from rtctl.loop import (
 )
 from rtctl.metrics import write_json
 from rtctl.models.span import Span
+from rtctl.parameters import ParameterChannel
 from rtctl.plants import support_of
 from rtctl.plants.support import Control, Tuning
-from rtctl.recording import Recorder
+from rtctl.realtime import Request, real_time
+from rtctl.run_folder import Recording, RunFolder, in_memory, run_metadata, write_tables
 from rtctl.scenario import Scenario
+from rtctl.step import ReadableStep, Step
+from rtctl.step_timing import StepTiming
 from rtctl.summary import summarise
 from rtctl.wiring import (
     build_clock,
     build_estimator,
+    build_guard,
     build_limits,
     build_plausibility,
 )
@@ -103,11 +109,17 @@ def setpoints_of(scenario: Scenario, reach: Span) -> FloatArray:
 
 
 def track(
-    scenario: Scenario, model: Any, driver: Driver, stop_requested: Callable[[], bool]
+    scenario: Scenario,
+    model: Any,
+    driver: Driver,
+    stop_requested: Callable[[], bool],
+    folder: RunFolder | None = None,
+    changes: ParameterChannel | None = None,
 ) -> tuple[RunResult, LoopOutcome]:
     """A closed-loop run, or an open-loop one where the scenario has excitations (self-sensing only).
 
-    `model` is of the scenario's kind of plant (`rtctl.plants`).
+    `model` is of the scenario's kind of plant (`rtctl.plants`). Recorded into `folder` while it runs; None: into
+    memory. `changes`: of parameters while it runs.
     """
     plant = support_of(scenario.scenario.plant)
     reach = plant.output_range(scenario, model)
@@ -122,13 +134,52 @@ def track(
     except InputError:
         driver.close(safe)
         raise
-    parts, signals, timings = _parts(scenario, driver, estimator, controller, limits, stop_requested)
-    outcome = run_loop(parts, loop_plan(scenario, setpoints), first)
-    table, timing = signals.table(), timings.table()
-    summary = summarise(scenario, plant, model, outcome, table, timing)
+    columns = signal_columns(driver.profile, estimator, controller)
+    recording = _recording(driver, safe, columns, folder)
+    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested, changes)
+    try:
+        outcome, requests = run_in_time(scenario, parts, loop_plan(scenario, setpoints), first)
+    finally:
+        table, timing = recording.close()
+    summary = summarise(scenario, plant, model, outcome, table, parts.timing, requests)
     return RunResult(
-        summary=summary, signals=table, units=dict(signals.columns), timing=timing, tuning=tuning
+        summary=summary, signals=table, units=dict(columns), timing=timing, tuning=tuning
     ), outcome
+
+
+def planned_step(scenario: Scenario, model: Any) -> tuple[Step, FloatArray, list[str]]:
+    """What decides in a run of `scenario`, the setpoints of its samples, the names of the controller's terms.
+
+    Raises InputError.
+    """
+    reach = support_of(scenario.scenario.plant).output_range(scenario, model)
+    setpoints, (controller, _) = _plan_control(scenario, model, reach)
+    limits = build_limits(scenario, model if scenario.reference is not None else None)
+    step = ReadableStep(build_estimator(scenario, model), controller, limits)
+    return step, setpoints, [name for name, _ in controller.terms]
+
+
+def _recording(
+    driver: Driver, safe: tuple[float, ...], columns: list[Column], folder: RunFolder | None
+) -> Recording:
+    """Where the rows go. Closes the driver where they cannot go there."""
+    if folder is None:
+        return in_memory(columns, TIMING_COLUMNS)
+    try:
+        return folder.record(columns, TIMING_COLUMNS)
+    except BaseException:
+        driver.close(safe)
+        raise
+
+
+def run_in_time(
+    scenario: Scenario, parts: LoopParts, plan: LoopPlan, first: Measurement
+) -> tuple[LoopOutcome, list[Request]]:
+    """`run_loop`; live with what `[clock]` asks of the machine, and what came of each request."""
+    if scenario.clock.mode == "lockstep":
+        return run_loop(parts, plan, first), []
+    with real_time(scenario.clock.real_time()) as requests:
+        return run_loop(parts, plan, first), requests
 
 
 def _compile(
@@ -210,6 +261,8 @@ def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
         setpoints=setpoints,
         settle_steps=round(scenario.clock.settle_s / period_s),
         reading_delay=scenario.reading_delay,
+        rearm_times=scenario.safety.rearm,
+        rearm_after_s=scenario.safety.rearm_after_s,
     )
 
 
@@ -219,22 +272,28 @@ def _parts(
     estimator: Estimator,
     controller: Controller,
     limits: tuple[CommandLimits, ...],
+    recording: Recording,
     stop_requested: Callable[[], bool],
-) -> tuple[LoopParts, Recorder, Recorder]:
-    signals = Recorder(signal_columns(driver.profile, estimator, controller))
-    timings = Recorder(TIMING_COLUMNS)
-    parts = LoopParts(
+    changes: ParameterChannel | None = None,
+) -> LoopParts:
+    profile = driver.profile
+    return LoopParts(
         driver=driver,
         estimator=estimator,
         controller=controller,
         limits=limits,
-        plausibility=build_plausibility(scenario, driver.profile),
+        plausibility=build_plausibility(scenario, profile),
         clock=build_clock(scenario),
-        signals=signals,
-        timings=timings,
+        signals=recording.signals,
+        timings=recording.timings,
         stop_requested=stop_requested,
+        guard=build_guard(scenario, profile),
+        energy=EnergyGuard(limits, [f"{channel.name} [{channel.unit}]" for channel in profile.commands]),
+        reopen=(lambda: open_driver(driver, scenario)) if scenario.safety.rearm else None,
+        timing=StepTiming(scenario.clock.stop_after if scenario.clock.missed == "stop" else None),
+        events=recording.events,
+        changes=changes or ParameterChannel(),
     )
-    return parts, signals, timings
 
 
 def play(
@@ -247,11 +306,33 @@ def play(
     """Play levels of the first command open-loop on an open driver; the recorded signals. Closes the driver."""
     from rtctl.estimators.none import NoEstimator
 
-    parts, signals, _ = _parts(
-        scenario, driver, NoEstimator(), _playback(scenario), build_limits(scenario, None), stop_requested
-    )
-    outcome = run_loop(parts, loop_plan(scenario, levels), first)
-    return signals.table(), outcome
+    estimator, controller, limits = NoEstimator(), _playback(scenario), build_limits(scenario, None)
+    recording = in_memory(signal_columns(driver.profile, estimator, controller), TIMING_COLUMNS)
+    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested)
+    outcome, _ = run_in_time(scenario, parts, loop_plan(scenario, levels), first)
+    return recording.close()[0], outcome
+
+
+def time_the_loop(
+    scenario: Scenario,
+    driver: Driver,
+    levels: FloatArray,
+    first: Measurement,
+    stop_requested: Callable[[], bool],
+    folder: RunFolder,
+) -> tuple[LoopOutcome, StepTiming, list[Request]]:
+    """`play`, recorded into `folder` as a run is, of which only the times are wanted. Closes the driver."""
+    from rtctl.estimators.none import NoEstimator
+
+    estimator, controller, limits = NoEstimator(), _playback(scenario), build_limits(scenario, None)
+    safe = tuple(limit.safe for limit in limits)
+    recording = _recording(driver, safe, signal_columns(driver.profile, estimator, controller), folder)
+    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested)
+    try:
+        outcome, requests = run_in_time(scenario, parts, loop_plan(scenario, levels), first)
+    finally:
+        recording.close()
+    return outcome, parts.timing, requests
 
 
 def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
@@ -259,14 +340,8 @@ def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], resul
 
     `tables`: the scenario as it was run, overrides included; it goes into the recording's metadata.
     """
-    import tomli_w
-
-    from rtctl.recording import write_parquet
-
     (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
-    metadata = {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
-    write_parquet(folder / "signals.parquet", result.signals, result.units, metadata)
-    write_parquet(folder / "timing.parquet", result.timing, dict(TIMING_COLUMNS), metadata)
+    write_tables(folder, result.signals, result.timing, result.units, run_metadata(tables))
     write_json(folder / "summary.json", result.summary)
     if len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
         draw_run(folder / "run.png", scenario, result)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,11 @@ from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
 from rtctl.levels import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.loop import LoopOutcome
-from rtctl.metrics import NOT_SCORED, ErrorScore, finite, score, timing_summary
+from rtctl.metrics import NOT_SCORED, ErrorScore, finite, score
 from rtctl.plants.support import PlantSupport
+from rtctl.realtime import Request
 from rtctl.scenario import Scenario
+from rtctl.step_timing import StepTiming
 
 FloatArray = NDArray[np.float64]
 Measured = dict[str, float | None]
@@ -28,7 +30,8 @@ def summarise(
     model: Any,
     outcome: LoopOutcome,
     signals: Mapping[str, FloatArray],
-    timing: Mapping[str, FloatArray],
+    timing: StepTiming,
+    requests: Sequence[Request] = (),
 ) -> dict[str, Any]:
     """The run summary of the file formats, with percentages of the model's output range beside."""
     output = scenario.profile.reference
@@ -39,7 +42,7 @@ def summarise(
     tracking = (
         NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
     )
-    faults = [] if outcome.fault is None else [{"fault": str(outcome.fault), "message": outcome.message}]
+    faults = _faults(outcome)
     levels, held = _levels(scenario, plant, model, signals)
     checks = _checks(scenario, {**_errors(tracking, sensing), **held})
     failed = [
@@ -47,7 +50,7 @@ def summarise(
     ]  # None: no instrument, nothing to hold it to
     summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
-        "verdict": "fault" if faults else "fail" if failed else "pass",
+        "verdict": "fault" if outcome.fault is not None else "fail" if failed else "pass",
         "tracking": tracking._asdict(),
         "self_sensing": sensing._asdict(),
         "range_um": span,
@@ -55,7 +58,11 @@ def summarise(
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
         "device": plant.identity(model),
-        "timing": timing_summary(timing, scenario.scenario.period_s, outcome.steps, outcome.overruns),
+        "timing": {
+            **timing.summary(scenario.scenario.period_s),
+            "missed": scenario.clock.missed,
+            "requests": [request._asdict() for request in requests],
+        },
         "clamped_steps": int(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
         ),
@@ -67,6 +74,17 @@ def summarise(
     }
     cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
     return cleaned
+
+
+def _faults(outcome: LoopOutcome) -> list[dict[str, Any]]:
+    """All of them, the survived ones first."""
+    found: list[dict[str, Any]] = [
+        {"fault": str(fault), "message": message, "step": step, "rearmed": True}
+        for step, fault, message in outcome.survived
+    ]
+    if outcome.fault is not None:
+        found.append({"fault": str(outcome.fault), "message": outcome.message})
+    return found
 
 
 def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:

@@ -11,7 +11,8 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
-from rtctl.clock import MonotonicClock, SimulatedClock
+from rtctl.clock import SimulatedClock
+from rtctl.guards import ReadingGuard
 from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
@@ -81,6 +82,8 @@ _DRIVERS: dict[str, Callable[..., Driver]] = {
     "serial": _serial,
 }
 
+DRIVER_KINDS = tuple(_DRIVERS)
+
 
 def find_plant(name: str, folder: Path) -> Path:
     """A plant file by path (as given, or beside `folder`) or by the name of a bundled one. Raises InputError."""
@@ -96,10 +99,14 @@ def find_plant(name: str, folder: Path) -> Path:
 
 def model_of(scenario: Scenario, folder: Path, given: Path | None) -> Any:
     """The model of `--model` or else of `scenario.model`, beside the scenario; None: neither. Raises InputError."""
+    path = model_path(scenario, folder, given)
+    return None if path is None else support_of(scenario.scenario.plant).read_model(path)
+
+
+def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | None:
+    """The file of `--model` or else of `scenario.model`, beside the scenario; None: neither."""
     named = scenario.scenario.model
-    if given is None and named is None:
-        return None
-    return support_of(scenario.scenario.plant).read_model(given or folder / str(named))
+    return given or (None if named is None else folder / named)
 
 
 def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
@@ -138,9 +145,21 @@ def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibili
     )
 
 
+def build_guard(scenario: Scenario, profile: DeviceProfile) -> ReadingGuard:
+    """What the loop believes of readings over time."""
+    period_s = scenario.scenario.period_s
+    return ReadingGuard(
+        scenario.safety.reading_rules(
+            scenario.limits, scenario.clock, profile, period_s, scenario.reading_delay
+        )
+    )
+
+
 def build_clock(scenario: Scenario) -> Clock:
     """Simulated for lockstep, monotonic for live runs."""
-    return SimulatedClock() if scenario.clock.mode == "lockstep" else MonotonicClock()
+    if scenario.clock.mode == "lockstep":
+        return SimulatedClock()
+    return scenario.clock.monotonic(scenario.scenario.period_s)
 
 
 def build_simulation(model: ModelFile | Vo2Model, units: Mapping[str, str], source: str) -> Simulation:

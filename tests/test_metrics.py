@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.metrics import ErrorScore, percentiles, score, timing_summary, write_json
+from rtctl.metrics import ErrorScore, score, write_json
 
 
 def test_errors_by_hand() -> None:
@@ -43,35 +43,6 @@ def test_an_estimate_that_is_no_number_is_an_infinite_error_not_a_skipped_one() 
 def test_a_range_that_is_none_is_refused(range_um: float) -> None:
     with pytest.raises(ValueError, match="range_um must be > 0 um"):
         score(np.ones(1), np.ones(1), range_um)
-
-
-def test_percentiles_of_a_known_ramp() -> None:
-    assert percentiles(np.arange(1001.0)) == pytest.approx(
-        {"p50": 500.0, "p99": 990.0, "p99_9": 999.0, "max": 1000.0}
-    )
-
-
-def test_nothing_timed_is_null_in_the_summary(tmp_path: Path) -> None:
-    write_json(tmp_path / "s.json", percentiles(np.empty(0)))
-    written = json.loads((tmp_path / "s.json").read_text())
-    assert written == {"p50": None, "p99": None, "p99_9": None, "max": None}
-
-
-def test_the_timing_summary_has_the_contract_s_fields() -> None:
-    column = np.arange(11.0)
-    timings = {"lateness": column, "round_trip": 2.0 * column, "compute": 3.0 * column}
-    summary = timing_summary(timings, 1e-3, 11, 2)
-    assert {key: summary[key] for key in ("period_s", "steps", "overruns")} == {
-        "period_s": 1e-3,
-        "steps": 11,
-        "overruns": 2,
-    }
-    assert [summary[key]["max"] for key in ("lateness_us", "round_trip_us", "compute_us")] == [
-        10.0,
-        20.0,
-        30.0,
-    ]
-    assert summary.keys() == {"period_s", "steps", "overruns", "lateness_us", "round_trip_us", "compute_us"}
 
 
 def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path: Path) -> None:

@@ -34,8 +34,18 @@ class Fault(StrEnum):
     NOT_ENABLED = "not_enabled"
     NOT_FINITE = "not_finite"
     OUT_OF_RANGE = "out_of_range"
+    RATE = "rate"
+    FROZEN_VALUE = "frozen_value"
     FROZEN_COUNTER = "frozen_counter"
+    COUNTER_JUMP = "counter_jump"
+    DEVICE_TIME = "device_time"
+    LEVEL_LIMIT = "level_limit"
+    SLEW_LIMIT = "slew_limit"
+    ENERGY_LIMIT = "energy_limit"
     CONNECTION_LOST = "connection_lost"
+    DEADLINES_MISSED = "deadlines_missed"
+    RECORDING = "recording"
+    KILLED = "killed"
     INTERRUPTED = "interrupted"
 
 

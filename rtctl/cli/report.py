@@ -52,13 +52,28 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
         )
     if tuning is not None:
         print(tuning.describe())
+    _print_timing(summary)
+    print(f"results in {folder}")
+
+
+def _print_timing(summary: Mapping[str, Any]) -> None:
+    """How the steps kept time; live also how late they were, and what the machine refused."""
     timing = summary["timing"]
+    trip, compute = timing["round_trip_us"], timing["compute_us"]
     print(
         f"{timing['steps']} steps of {1e3 * timing['period_s']:g} ms, {summary['clock']}, {summary['driver']}: "
-        f"round trip p50 {number(timing['round_trip_us']['p50'])} us, p99 {number(timing['round_trip_us']['p99'])} us; "
-        f"compute p50 {number(timing['compute_us']['p50'], 1)} us; {timing['overruns']} periods missed"
+        f"round trip p50 {number(trip['p50'])} us, p99 {number(trip['p99'])} us; "
+        f"compute p50 {number(compute['p50'], 1)} us; {timing['overruns']} periods missed"
     )
-    print(f"results in {folder}")
+    if summary["clock"] == "live":
+        late = timing["lateness_us"]
+        print(
+            f"late p50 {number(late['p50'], 1)} us, p99 {number(late['p99'], 1)} us, p99.9 "
+            f"{number(late['p99_9'], 1)} us, at most {number(late['max'])} us; missed periods: {timing['missed']}"
+        )
+        for request in timing["requests"]:
+            if not request["applied"]:
+                print(f"{request['name']}: not applied, {request['note']}")
 
 
 def _print_levels(levels: Sequence[Mapping[str, float | None]]) -> None:

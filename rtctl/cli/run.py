@@ -28,9 +28,10 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.options import output_folder, watched_run
     from rtctl.cli.report import print_summary
     from rtctl.progress import say
+    from rtctl.run_folder import RunFolder, run_metadata
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of, track, write_run
-    from rtctl.wiring import build_driver, model_of, unused_extensions
+    from rtctl.wiring import build_driver, model_of, model_path, unused_extensions
 
     path = find_scenario(args.scenario)
     scenario, tables = load_scenario(path, args.overrides)
@@ -38,17 +39,27 @@ def run(args: argparse.Namespace) -> int:
     quiet = args.quiet or args.json
     driver = build_driver(scenario, path.parent)
     with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:
-        model = model_of(scenario, path.parent, args.model)
+        model, model_file = (
+            model_of(scenario, path.parent, args.model),
+            model_path(scenario, path.parent, args.model),
+        )
         if model is None:
             from rtctl.cli.identify_first import identify_first
 
             say("no --model given: identifying the device first", quiet=quiet)
             model = identify_first(scenario, driver, folder, stop_requested, quiet=quiet)
+            model_file = folder / "model.toml"
             driver = build_driver(scenario, path.parent)
+        run_folder = RunFolder(
+            path=folder,
+            metadata=run_metadata(tables),
+            model=model_file,
+            report=lambda text: say(text, quiet=quiet),
+        )
         unused = unused_extensions(scenario, model)
         if unused:
             say(f"not used by estimator and tuning, only by simulations: {', '.join(unused)}", quiet=quiet)
-        result, outcome = track(scenario, model, driver, stop_requested)
+        result, outcome = track(scenario, model, driver, stop_requested, run_folder)
     write_run(folder, scenario, tables, result)
     if args.json:
         print(json.dumps(result.summary, indent=2))

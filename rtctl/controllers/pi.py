@@ -97,22 +97,38 @@ class PiController:
         self._feedforward = feedforward
         self._integral = 0.0
         self._asked = 0.0
+        self._error = 0.0
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """The first command equals the applied level whatever the first error is."""
         assumed = self._feedforward.start(levels[0])
-        self._integral = (
-            levels[0] - assumed - self.gains.kp * beyond(setpoint - estimate.value, self.deadband)
-        )
+        self._error = beyond(setpoint - estimate.value, self.deadband)
+        self._integral = levels[0] - assumed - self.gains.kp * self._error
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
         """P, I and feedforward of one sample."""
-        error = beyond(setpoint - estimate.value, self.deadband)
+        error = self._error = beyond(setpoint - estimate.value, self.deadband)
         terms = pi_step(self._integral, error, elapsed_s, self.gains.kp, self.gains.ki)
         forward = self._feedforward.step(upcoming, elapsed_s)
         self._integral = terms.integral
         self._asked = terms.proportional + terms.integral + forward
         return ControlAction((self._asked,), CommandTerms(*terms, forward))
+
+    def parameters(self) -> dict[str, float]:
+        """What can be changed while the loop runs, by name as in a scenario."""
+        return {"controller.kp": self.gains.kp, "controller.ki": self.gains.ki}
+
+    def change(self, name: str, value: float) -> None:
+        """Another gain from the next step on; the integral takes over what the proportional term gives up.
+
+        Raises ValueError on one that it cannot have.
+        """
+        if name == "controller.ki":
+            self.gains = PiGains(kp=self.gains.kp, ki=value)
+            return
+        gains = PiGains(kp=value, ki=self.gains.ki)
+        self._integral += (self.gains.kp - value) * self._error
+        self.gains = gains
 
     def applied(self, levels: Sequence[float]) -> None:
         """Anti-windup."""

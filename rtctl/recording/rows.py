@@ -1,8 +1,4 @@
-"""Recording of a run: a row a step into memory, whole tables to Parquet at the end, units in the schema.
-
-`signals.parquet` holds no machine time, so a lockstep run repeated gives the same bytes; lateness, round trip
-and compute time go to `timing.parquet`.
-"""
+"""Rows of numbers in memory: for runs of which no file is wanted before they end."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.atomic import replacing
+from rtctl.recording.parquet import write_parquet
 
 FloatArray = NDArray[np.float64]
 Columns = Sequence[tuple[str, str]]
@@ -67,17 +63,3 @@ class Recorder:
     def write(self, path: Path, metadata: Mapping[str, str]) -> None:
         """All rows until now as Parquet, whole or not at all; `metadata` goes into the schema."""
         write_parquet(path, self.table(), dict(self.columns), metadata)
-
-
-def write_parquet(
-    path: Path, table: Mapping[str, FloatArray], units: Mapping[str, str], metadata: Mapping[str, str]
-) -> None:
-    """Columns with units as field metadata, whole or not at all; the same bytes for the same content."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    fields = [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in table]
-    schema = pa.schema(fields, metadata={key: str(value) for key, value in metadata.items()})
-    arrays = [pa.array(np.asarray(column, dtype=np.float64)) for column in table.values()]
-    with replacing(path) as partial:
-        pq.write_table(pa.table(arrays, schema=schema), partial, compression="zstd")
