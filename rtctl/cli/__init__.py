@@ -13,10 +13,13 @@ from rtctl.border.errors import RtctlError
 
 VERBS = {
     "run": "play a scenario in closed loop (or open loop) and score it",
+    "replay": "a recorded run through estimator and controller again: the same commands to the bit?",
+    "recover": "what a run that was killed has recorded, as Parquet with a summary",
     "acquire": "play an open-loop excitation through a driver into a dataset",
     "identify": "measured data -> model",
     "simulate": "how far a model is from a dataset",
     "diagnose": "what the simulation gets wrong, why, and the model with it",
+    "latency": "which period this machine and a wire hold: lateness, round trip, compute",
     "serve": "a simulated device on a wire",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
 }
