@@ -6,6 +6,7 @@ and what was changed while it ran; all else is computed anew from the scenario a
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -103,21 +104,22 @@ def _columns(scenario: Scenario, signals: Mapping[str, FloatArray], terms: Itera
 def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[float, ...]]:
     """What the loop appended, row by row, without what was measured."""
     scenario, signals = run.scenario, run.signals
-    period_s, live = scenario.scenario.period_s, scenario.clock.mode == "live"
+    period_s, delay = scenario.scenario.period_s, scenario.reading_delay
     sensed = np.stack([signals[channel.name] for channel in scenario.profile.sensed], axis=1).tolist()
     events = list(run.events)
     plan = np.append(setpoints, setpoints[-1]).tolist()
     chosen: float | None = None
-    commanded: Levels = ()
+    sent: deque[Levels] = deque(maxlen=delay + 1)
     levels: Levels = ()
     previous = -1
     for row, index in enumerate(signals["index"].astype(np.int64).tolist()):
         while events and events[0].step <= index:
             event = events.pop(0)
             if event.kind == "start":
-                commanded = tuple(event.values["levels"])
+                applied = tuple(event.values["levels"])
+                sent.extend((delay + 1) * [applied])
                 beginning = plan[event.step] if chosen is None else chosen
-                levels = step.start(commanded, beginning, event.values["sensed"], period_s)
+                levels = step.start(applied, beginning, event.values["sensed"], period_s)
                 previous = event.step - 1
             elif event.kind == "change" and event.values["name"] == SETPOINT:
                 value = event.values["value"]
@@ -127,11 +129,11 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
         if not levels:
             raise InputError(f"{EVENTS} does not say where the run started before sample {index}")
         setpoint, upcoming = (plan[index], plan[index + 1]) if chosen is None else (chosen, chosen)
-        believed = commanded if live else levels
+        sent.append(levels)
         commanded = levels
         try:
             estimate, levels, terms = step.step(
-                setpoint, upcoming, believed, levels, sensed[row], (index - previous) * period_s
+                setpoint, upcoming, sent[0], levels, sensed[row], (index - previous) * period_s
             )
         except DriverError as error:
             raise InputError(
