@@ -102,11 +102,11 @@ def measure(
     `tables`: `driver` and `clock` of a scenario. A simulated device is served by another process where the driver is
     not told where one is. Raises RtctlError.
     """
-    with _device(kind, tables.get("driver", {})) as (driver_table, where):
+    with served_device(kind, tables.get("driver", {})) as (driver_table, where):
         rungs: list[Rung] = []
         for period_s in sorted(periods_s, reverse=True):
             scenario = latency_scenario(driver_table, tables.get("clock", {}), period_s)
-            rung = _rung(scenario, duration_s, stop_requested)
+            rung = measure_period(scenario, duration_s, stop_requested)
             rungs.append(rung)
             report(f"{kind} at {1e3 * period_s:g} ms: {'holds' if rung.holds else 'does not hold'}")
             if rung.fault is Fault.INTERRUPTED or [r.holds for r in rungs[-2:]] == [False, False]:
@@ -126,7 +126,7 @@ def latency_scenario(driver: dict[str, Any], clock: dict[str, Any], period_s: fl
     return checked_scenario(tables, "rtctl latency")
 
 
-def _rung(scenario: Scenario, duration_s: float, stop_requested: Callable[[], bool]) -> Rung:
+def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callable[[], bool]) -> Rung:
     period_s = scenario.scenario.period_s
     steps = max(round(duration_s / period_s), LEAST_STEPS)
     levels = np.full(steps, scenario.limits.safe_level)
@@ -149,7 +149,7 @@ def known_kinds() -> list[str]:
 
 
 @contextmanager
-def _device(kind: str, table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+def served_device(kind: str, table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """The driver's table with the address of a device, and where that is, for a person."""
     if kind == "inprocess":
         yield {"kind": kind, **table}, "in this process"

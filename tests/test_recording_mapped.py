@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.recording.layout import PAGE, Rows, read_header
 from rtctl.recording.mapped import WINDOW_ROWS, Keeper, MappedRecorder
 from rtctl.recording.parquet import write_parquet_parts
@@ -151,3 +151,20 @@ def test_parts_make_the_same_table_as_the_whole(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found["deflection"].to_numpy(), table["deflection"])
     schema = pq.read_schema(tmp_path / "a.parquet")
     assert {field.name: field.metadata[b"unit"].decode() for field in schema} == dict(COLUMNS)
+
+
+def test_a_full_disk_is_a_fault_with_the_rows_until_then_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = recorder_at(tmp_path / "signals.rec")
+
+    def full(number: int, offset: int, length: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    for k in range(2 * WINDOW_ROWS):  # the windows that are there already
+        recorder.append((k, 0.0, 0.0))
+    with pytest.raises(DriverError, match="No space left on device") as caught:
+        recorder.append((0.0, 0.0, 0.0))
+    assert caught.value.fault is Fault.RECORDING
+    assert len(recorder.close()) == 2 * WINDOW_ROWS

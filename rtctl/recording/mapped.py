@@ -11,13 +11,14 @@ import fcntl
 import mmap
 import os
 import struct
+import sys
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.recording.layout import PAGE, Rows, header_bytes, stride_of
 from rtctl.recording.rows import Columns
 
@@ -60,7 +61,10 @@ class MappedRecorder:
         self.path = path
         self.waits = 0
         """Windows that were not ready in time, which the loop had to make itself."""
-        self._pack = struct.Struct(f"<{len(names)}dQ").pack_into
+        native = (
+            "@" if sys.byteorder == "little" else "<"
+        )  # the same bytes; native doubles are copied, not converted
+        self._pack = struct.Struct(f"{native}{len(names)}dQ").pack_into
         self._stride = stride_of(len(names))
         self._window_bytes = WINDOW_ROWS * self._stride
         self._keeper = keeper
@@ -78,11 +82,12 @@ class MappedRecorder:
         if offset == self._window_bytes:
             self._turn()
             offset = 0
+        count = self._count + 1
         try:
-            self._pack(self._window, offset, *row, self._count + 1)
+            self._pack(self._window, offset, *row, count)
         except struct.error as error:
             raise ValueError(f"a row of {len(row)} values for {len(self.columns)} columns: {error}") from None
-        self._count += 1
+        self._count = count
         self._offset = offset + self._stride
 
     def __len__(self) -> int:
@@ -103,7 +108,13 @@ class MappedRecorder:
         ready, self._next = self._next, None
         if ready is None or ready[0] != number:
             self.waits += 1
-            ready = self._made(number)
+            try:
+                ready = self._made(number)
+            except OSError as error:
+                raise DriverError(
+                    Fault.RECORDING,
+                    f"{self.path}: no room for more rows: {error.strerror}; what is there stays whole",
+                ) from None
         self._number, self._window = ready
         self._offset = 0
         self._keeper.ask(lambda: self._prepare(number + 1, old))
