@@ -35,7 +35,7 @@ static int over_modbus(modbus_t *line, int count)
     if (!line || modbus_set_slave(line, 1) || modbus_connect(line))
         return failed("connect");
     modbus_set_response_timeout(line, 1, 0);
-    modbus_set_float_abcd(5.0f, command);
+    command[0] = 0x40A0; /* 5 mA, high word first; modbus_set_float_abcd swaps bytes in libmodbus 3.1.6 */
     uint16_t lockstep[3] = { 1, 0, 1000 };
     if (modbus_write_registers(line, 5, 3, lockstep) < 0 || modbus_write_register(line, 3, 1) < 0
         || modbus_read_registers(line, 100, 10, reading) < 0)
