@@ -17,6 +17,8 @@ import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ConnectionException
 
+from drivers.serial_port import write_all
+
 # what pymodbus logs is in our exceptions; without a handler Python would print it as well
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
@@ -66,7 +68,7 @@ class PromptSerialClient(ModbusSerialClient):
         self._deadline_s = time.monotonic() + self._timeout_s
         while self._poll.poll(0) and time.monotonic() < self._deadline_s:  # a babbling line has an end too
             self._read_some()
-        return self.socket.write(request) or 0
+        return write_all(self.socket.fileno(), request)
 
     def recv(self, size: int | None) -> bytes:
         """What has arrived, as soon as something has; empty at the request's deadline. Raises OSError."""

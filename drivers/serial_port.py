@@ -26,12 +26,7 @@ class SerialPort:
 
     def send(self, data: bytes) -> None:
         """All of `data`."""
-        try:
-            written = os.write(self._fd, data)
-        except BlockingIOError:
-            written = 0
-        if written != len(data):
-            raise OSError("the port takes no more bytes, nobody reads at its other end")
+        write_all(self._fd, data)
 
     def receive(self, deadline_s: float) -> bytes:
         """What has arrived, as soon as something has; empty at `deadline_s` (monotonic clock)."""
@@ -47,3 +42,17 @@ class SerialPort:
         """Never raises."""
         with suppress(OSError):
             self._port.close()
+
+
+def write_all(fd: int, data: bytes) -> int:
+    """Write `data` at once or not at all; its length. Raises OSError.
+
+    pyserial's own write waits for the port after it has written, and calls it a time-out when the machine was busy.
+    """
+    try:
+        written = os.write(fd, data)
+    except BlockingIOError:
+        written = 0
+    if written != len(data):
+        raise OSError("the port takes no more bytes, nobody reads at its other end")
+    return written

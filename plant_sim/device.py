@@ -157,6 +157,15 @@ class SimulatedDevice:
             self._period_us = period_us
             self._period_s = 1e-6 * period_us
 
+    def power_cycle(self) -> None:
+        """Restart as after a blown fuse: off, settings and numbers forgotten; the plant is as warm as it was."""
+        if not self._lockstep:
+            self._live_until_now()
+        self._levels, self._status, self._sequence, self._fed_us = self.off, 0, None, None
+        self._lockstep, self._watchdog_us, self._sensed = False, 0, None
+        self._counter = self._time_us = 0
+        self._epoch_s = self._clock()
+
     def _power_up(self) -> None:
         """Forget the machine's time since power-up, and the noise that it drew."""
         self._plant.reset()

@@ -63,6 +63,11 @@ class RegisterFile:
         self._floats = [2 * (channel.register - READING) for channel in device.profile.sensed]
         self._reference = 2 * (device.profile.reference.register - READING)
 
+    def power_cycle(self) -> None:
+        """Restart the device; what was latched is forgotten with it."""
+        self._device.power_cycle()
+        self._levels, self._sequence = self._device.off, 0
+
     def check_readable(self, address: int, count: int) -> None:
         """Raises Refusal(2) unless all of the registers are in the map."""
         if not (address + count <= self._end or (address >= READING and address + count <= MAP_END)):

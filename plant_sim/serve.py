@@ -6,11 +6,12 @@ import asyncio
 import gc
 import signal
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from plant_sim.device import SimulatedDevice
+from plant_sim.journal import JournalledDevice
 from plant_sim.modbus_server import UNIT, RtuDevice, serve_tcp
 from plant_sim.plant import Plant
 from plant_sim.pty_server import Answer, serve_pty
@@ -42,20 +43,28 @@ class Wires:
             raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
 
 
-def serve(plant: Plant, wires: Wires) -> None:
+def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
     """Serve `plant` until SIGINT or SIGTERM; prints one line `ready ...` when clients may connect.
 
-    Raises InputError.
+    SIGUSR1 restarts the device. `journal`: where it writes at the end what it did. Raises InputError.
     """
     plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
     plant.reset()
-    asyncio.run(_serve_until_signal(SimulatedDevice(plant), wires))
+    if journal is None:
+        asyncio.run(_serve_until_signal(SimulatedDevice(plant), wires))
+        return
+    device = JournalledDevice(plant)
+    try:
+        asyncio.run(_serve_until_signal(device, wires))
+    finally:
+        device.write_journal(journal)
 
 
 @asynccontextmanager
 async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
     """Serve while the block runs; yields what is served where, for the `ready` line. Raises InputError."""
     registers = RegisterFile(device)
+    restart_on_signal(registers)
     ends: list[str] = []
     async with AsyncExitStack() as stack:
 
@@ -77,6 +86,12 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
                 raise InputError(f"{wires.tcp}: cannot serve there: {error.strerror or error}") from None
             ends.append(f"modbus-tcp {f'[{host}]' if ':' in host else host}:{port}")
         yield f"{' '.join(ends)} unit {UNIT} identity {device.identity}"
+
+
+def restart_on_signal(registers: RegisterFile) -> None:
+    """SIGUSR1 is the device's power switch, where this is the main thread."""
+    with suppress(ValueError, RuntimeError):
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, registers.power_cycle)
 
 
 def parse_address(address: str) -> tuple[str, int]:

@@ -185,13 +185,14 @@ def serve_plant(
     serial_path: Path | None = None,
     tcp: str | None = None,
     baud: int | None = None,
+    journal: Path | None = None,
 ) -> None:
     """Serve a plant file or bundled plant until interrupted. Raises InputError."""
     from plant_sim.catalogue import load_plant
     from plant_sim.serve import Wires, serve
 
     wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
-    serve(load_plant(find_plant(name, Path()), seed), wires)
+    serve(load_plant(find_plant(name, Path()), seed), wires, journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

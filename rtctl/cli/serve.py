@@ -19,6 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--baud", type=int, help="of the pty: its bytes take the time of such a line (default: no time)"
     )
+    parser.add_argument(
+        "--journal", type=Path, metavar="CSV", help="what the device did, written by itself at its end"
+    )
     parser.add_argument("--seed", type=int, help="of the noise (default: the plant file's)")
 
 
@@ -33,5 +36,6 @@ def run(args: argparse.Namespace) -> int:
         serial_path=args.serial,
         tcp=args.modbus_tcp,
         baud=args.baud,
+        journal=args.journal,
     )
     return 0
