@@ -61,7 +61,7 @@ def entries(*applied: tuple[int, int, float]) -> list[Entry]:
         ((1000, LEASE_US + 5, 5.0), {5.0}, ["not renewed"]),
         ((1000, 3 * LEASE_US, 5.0), {5.0}, ["not renewed"]),
         ((1000, 10, 8.6), {5.0}, ["outside"]),
-        ((1000, 10, 5.0), {4.0}, ["never sent"]),
+        ((1000, 10, 5.0), {4.0}, 2 * ["never sent"]),
         ((900_000, 10_000_000, 0.0), {5.0}, []),
     ],
     ids=[
