@@ -112,9 +112,9 @@ def driver_of(wire: str, where: str) -> Driver:
 
 
 def struck_by(
-    wire: str, disturbance: Disturbance, folder: Path, exchanges: int
+    wire: str, disturbance: Disturbance, folder: Path, timeout_s: float = 0.3
 ) -> tuple[Counter[str], JournalledDevice, int]:
-    """So many sound exchanges over a faulty line, opening again after each fault: the faults, the device, how many."""
+    """EXCHANGES sound ones over a faulty line, opening again after each fault: the faults, the device, how many."""
     device = JournalledDevice(load_plant(bundled_plant("vo2_a"), seed=5))
     port = folder / "device"
     wires = {"tcp": Wires(tcp="127.0.0.1:0"), "rtu": Wires(rtu_path=port), "serial": Wires(serial_path=port)}[
@@ -132,10 +132,10 @@ def struck_by(
         with faulty_line(plan) as (where, injected):
             driver = driver_of(wire, where)
             is_open, sound, end_s = False, 0, time.monotonic() + 60.0
-            while sound < exchanges and time.monotonic() < end_s:
+            while sound < EXCHANGES and time.monotonic() < end_s:
                 try:
                     if not is_open:
-                        driver.open(lockstep_period_us=1000, watchdog_ms=0, timeout_s=0.3)
+                        driver.open(lockstep_period_us=1000, watchdog_ms=0, timeout_s=timeout_s)
                         is_open = True
                     reading = driver.exchange((4.0 + 0.01 * sound,))
                     assert reading.sensed in {entry.values for entry in device.journal()[-40:]}
@@ -166,7 +166,7 @@ def test_faults_of_a_wire_are_named_nothing_wrong_is_believed_and_nothing_unsafe
     wire: str, kind: Kind, duration_s: float, tmp_path: Path
 ) -> None:
     disturbance = Disturbance(kind=kind, rate=0.04, duration_s=duration_s)
-    faults, device, injected = struck_by(wire, disturbance, tmp_path, EXCHANGES)
+    faults, device, injected = struck_by(wire, disturbance, tmp_path)
     assert injected > 0
     assert set(faults) <= {str(fault) for fault in Fault}
     assert faults, "what is not answered has a name"
