@@ -23,7 +23,7 @@ from rtctl.guards import EnergyGuard, ReadingGuard
 from rtctl.interfaces import Clock, Column, Controller, Estimator, SignalRecorder
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.parameters import SETPOINT, ParameterChannel
-from rtctl.step import Levels, ReadableStep, Step
+from rtctl.step import Levels, ReadableStep, Step, upcoming_setpoints
 from rtctl.step_timing import StepTiming
 
 FINAL = frozenset({Fault.INTERRUPTED, Fault.DEADLINES_MISSED, Fault.RECORDING, Fault.ENERGY_LIMIT})
@@ -166,8 +166,10 @@ def _track(
     first, last = at.index + 1, len(plan.setpoints) - 1
     if first > last:
         return
-    after = np.append(plan.setpoints, plan.setpoints[-1])  # after the last one: the same
-    setpoints: Sequence[float] = memoryview(after)  # type: ignore[arg-type]  # floats, no list of them
+    setpoints, upcoming = (
+        floats(plan.setpoints),
+        floats(upcoming_setpoints(plan.setpoints, period_s, step.preview_s)),
+    )
     parts.events.note(first, "start", sensed=reading.sensed, levels=safe)
     sent = deque((plan.reading_delay + 1) * [safe], maxlen=plan.reading_delay + 1)
     beginning = setpoints[first] if at.setpoint != at.setpoint else at.setpoint
@@ -199,12 +201,12 @@ def _track(
         reading = new
         if changes:
             _change(parts, step, index, at)
-        setpoint, upcoming = setpoints[index], setpoints[index + 1]
+        setpoint, aimed = setpoints[index], upcoming[index]
         if at.setpoint == at.setpoint:
-            setpoint = upcoming = at.setpoint
+            setpoint = aimed = at.setpoint
         sent.append(levels)
         commanded = levels
-        estimate, levels, terms = decide(setpoint, upcoming, sent[0], levels, reading.sensed, elapsed_s)
+        estimate, levels, terms = decide(setpoint, aimed, sent[0], levels, reading.sensed, elapsed_s)
         refuse_too_much(levels, period_s)
         record((index, setpoint, *estimate, reading.reference, *reading.sensed, *commanded, *terms,
                 reading.counter, reading.time_us, reading.status))  # fmt: skip
@@ -213,6 +215,11 @@ def _track(
         record_timing((lateness_s * 1e6, round_trip_ns * 1e-3, compute_ns * 1e-3))
         timing.step(int(lateness_s * 1e9), round_trip_ns, compute_ns)
         at.index = index
+
+
+def floats(values: NDArray[np.float64]) -> Sequence[float]:
+    """A view whose items are Python's floats; a list of them would be five times as large."""
+    return memoryview(np.ascontiguousarray(values))  # type: ignore[arg-type]
 
 
 def _change(parts: LoopParts, step: Step, index: int, at: _Position) -> None:

@@ -22,7 +22,7 @@ from rtctl.plants import support_of
 from rtctl.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 from rtctl.scenario import Scenario, checked_scenario
 from rtctl.session import planned_step
-from rtctl.step import Levels, Step
+from rtctl.step import Levels, Step, upcoming_setpoints
 
 FloatArray = NDArray[np.float64]
 ESTIMATE_COLUMNS = 4
@@ -107,7 +107,8 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
     period_s, delay = scenario.scenario.period_s, scenario.reading_delay
     sensed = np.stack([signals[channel.name] for channel in scenario.profile.sensed], axis=1).tolist()
     events = list(run.events)
-    plan = np.append(setpoints, setpoints[-1]).tolist()
+    plan = setpoints.tolist()
+    upcoming = upcoming_setpoints(setpoints, period_s, step.preview_s).tolist()
     chosen: float | None = None
     sent: deque[Levels] = deque(maxlen=delay + 1)
     levels: Levels = ()
@@ -128,12 +129,12 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
                 step.change(event.values["name"], event.values["value"])
         if not levels:
             raise InputError(f"{EVENTS} does not say where the run started before sample {index}")
-        setpoint, upcoming = (plan[index], plan[index + 1]) if chosen is None else (chosen, chosen)
+        setpoint, aimed = (plan[index], upcoming[index]) if chosen is None else (chosen, chosen)
         sent.append(levels)
         commanded = levels
         try:
             estimate, levels, terms = step.step(
-                setpoint, upcoming, sent[0], levels, sensed[row], (index - previous) * period_s
+                setpoint, aimed, sent[0], levels, sensed[row], (index - previous) * period_s
             )
         except DriverError as error:
             raise InputError(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
+from rtctl.compiled_step import compiled_step
 from rtctl.controllers.playback import PlaybackController
 from rtctl.guards import EnergyGuard
 from rtctl.interfaces import Column, Controller, Estimator
@@ -127,7 +128,8 @@ def track(
     limits = build_limits(scenario, model if scenario.reference is not None else None)
     estimator = build_estimator(scenario, model)
     safe = tuple(limit.safe for limit in limits)
-    _compile(estimator, controller, safe, plant.reading_at_rest(model))
+    step = compiled_step(estimator, controller, limits)
+    _compile(estimator, controller, step, safe, plant.reading_at_rest(model))
     first = open_driver(driver, scenario)
     try:
         _check_identity(scenario, plant.identity(model), driver.identity)
@@ -136,7 +138,7 @@ def track(
         raise
     columns = signal_columns(driver.profile, estimator, controller)
     recording = _recording(driver, safe, columns, folder)
-    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested, changes)
+    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested, changes, step)
     try:
         outcome, requests = run_in_time(scenario, parts, loop_plan(scenario, setpoints), first)
     finally:
@@ -155,7 +157,9 @@ def planned_step(scenario: Scenario, model: Any) -> tuple[Step, FloatArray, list
     reach = support_of(scenario.scenario.plant).output_range(scenario, model)
     setpoints, (controller, _) = _plan_control(scenario, model, reach)
     limits = build_limits(scenario, model if scenario.reference is not None else None)
-    step = ReadableStep(build_estimator(scenario, model), controller, limits)
+    step = ReadableStep(
+        build_estimator(scenario, model), controller, limits
+    )  # the oracle of the compiled one
     return step, setpoints, [name for name, _ in controller.terms]
 
 
@@ -183,12 +187,19 @@ def run_in_time(
 
 
 def _compile(
-    estimator: Estimator, controller: Controller, levels: tuple[float, ...], sensed: tuple[float, ...]
+    estimator: Estimator,
+    controller: Controller,
+    step: Step | None,
+    levels: tuple[float, ...],
+    sensed: tuple[float, ...],
 ) -> None:
     """One step of each before the device is opened: compiling lasts seconds, its watchdog a tenth of one."""
     estimate = estimator.start(levels, sensed)
     controller.start(levels, estimate.value, estimate)
     controller.step(estimate.value, estimate.value, estimator.step(levels, sensed, 1e-3), 1e-3)
+    if step is not None:
+        step.start(levels, estimate.value, sensed, 1e-3)
+        step.step(estimate.value, estimate.value, levels, levels, sensed, 1e-3)
 
 
 def _check_identity(scenario: Scenario, identified: str, found: str) -> None:
@@ -275,6 +286,7 @@ def _parts(
     recording: Recording,
     stop_requested: Callable[[], bool],
     changes: ParameterChannel | None = None,
+    step: Step | None = None,
 ) -> LoopParts:
     profile = driver.profile
     return LoopParts(
@@ -287,6 +299,7 @@ def _parts(
         signals=recording.signals,
         timings=recording.timings,
         stop_requested=stop_requested,
+        step=step,
         guard=build_guard(scenario, profile),
         energy=EnergyGuard(limits, [f"{channel.name} [{channel.unit}]" for channel in profile.commands]),
         reopen=(lambda: open_driver(driver, scenario)) if scenario.safety.rearm else None,

@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtctl.border.errors import InputError, nearest
 from rtctl.interfaces import Controller, Estimate, Estimator
 from rtctl.limits import CommandLimits
 
 Levels = tuple[float, ...]
+FloatArray = NDArray[np.float64]
 
 
 class Decision(NamedTuple):
@@ -28,6 +32,9 @@ class Decision(NamedTuple):
 
 class Step(Protocol):
     """Estimator, controller and limits with their memory."""
+
+    preview_s: float
+    """How far beyond the next sample the controller looks at the set-point."""
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """At rest at the applied `levels`; the first command, which continues from them."""
@@ -73,6 +80,7 @@ class ReadableStep:
         self, estimator: Estimator, controller: Controller, limits: tuple[CommandLimits, ...]
     ) -> None:
         self._estimator, self._controller, self._limits = estimator, controller, limits
+        self.preview_s = preview_of(controller)
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
         """See `Step`."""
@@ -116,6 +124,21 @@ class ReadableStep:
             )
         self._controller.applied(allowed)
         return Decision(estimate, allowed, action.terms)
+
+
+def preview_of(controller: Controller) -> float:
+    """How far beyond the next sample it looks at the set-point [s]; most do not."""
+    return float(getattr(controller, "preview_s", 0.0))
+
+
+def upcoming_setpoints(setpoints: FloatArray, period_s: float, preview_s: float) -> FloatArray:
+    """The set-point one period and `preview_s` after each sample; after the last one it stays."""
+    following = np.append(setpoints[1:], setpoints[-1])
+    if preview_s == 0.0:
+        return following
+    at = np.arange(len(setpoints), dtype=np.float64)
+    found: FloatArray = np.interp(np.minimum(at + 1.0 + preview_s / period_s, at[-1]), at, setpoints)
+    return found
 
 
 def parameters_of(controller: Controller | Adjustable) -> Mapping[str, float]:

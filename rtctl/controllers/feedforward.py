@@ -103,6 +103,11 @@ class InverseFeedforward:
         state = np.concatenate(([level * level], self._model.initial_state(level)))
         return pack(state, self._params, self._model.params)
 
+    @property
+    def memory(self) -> FloatArray:
+        """What `packed_inverse_step` advances, until the next start."""
+        return self._memory
+
     def step(self, upcoming: float, elapsed_s: float) -> float:
         """The command [mA] for the next period."""
         return packed_inverse_step(self._memory, upcoming, elapsed_s)

@@ -27,6 +27,13 @@ class PiTerms(NamedTuple):
     integral: float
 
 
+class PiState(NamedTuple):
+    """The integral term [command unit] and the last error [um], which a change of kp is to leave without effect."""
+
+    integral: float
+    error: float
+
+
 class CommandTerms(NamedTuple):
     """What a command is the sum of, as `TERMS` names it [command unit]."""
 
@@ -94,14 +101,14 @@ class PiController:
         self.gains = gains
         self.deadband = deadband
         self.terms = tuple((name, "mA") for name in TERMS)
-        self._feedforward = feedforward
+        self.feedforward = feedforward
         self._integral = 0.0
         self._asked = 0.0
         self._error = 0.0
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """The first command equals the applied level whatever the first error is."""
-        assumed = self._feedforward.start(levels[0])
+        assumed = self.feedforward.start(levels[0])
         self._error = beyond(setpoint - estimate.value, self.deadband)
         self._integral = levels[0] - assumed - self.gains.kp * self._error
 
@@ -109,7 +116,7 @@ class PiController:
         """P, I and feedforward of one sample."""
         error = self._error = beyond(setpoint - estimate.value, self.deadband)
         terms = pi_step(self._integral, error, elapsed_s, self.gains.kp, self.gains.ki)
-        forward = self._feedforward.step(upcoming, elapsed_s)
+        forward = self.feedforward.step(upcoming, elapsed_s)
         self._integral = terms.integral
         self._asked = terms.proportional + terms.integral + forward
         return ControlAction((self._asked,), CommandTerms(*terms, forward))
@@ -129,6 +136,14 @@ class PiController:
         gains = PiGains(kp=value, ki=self.gains.ki)
         self._integral += (self.gains.kp - value) * self._error
         self.gains = gains
+
+    def state(self) -> PiState:
+        """What it keeps between two steps."""
+        return PiState(self._integral, self._error)
+
+    def resume(self, state: PiState) -> None:
+        """As if it had come there by itself."""
+        self._integral, self._error = state
 
     def applied(self, levels: Sequence[float]) -> None:
         """Anti-windup."""

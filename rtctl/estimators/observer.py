@@ -202,5 +202,13 @@ class ObserverEstimator:
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample."""
-        value, surrogate, error, status = packed_observer_step(self._memory, levels[0], sensed[0], elapsed_s)
+        return self.estimate_of(*packed_observer_step(self._memory, levels[0], sensed[0], elapsed_s))
+
+    @property
+    def memory(self) -> FloatArray:
+        """What `packed_observer_step` advances, until the next start."""
+        return self._memory
+
+    def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:
+        """What the kernel has found; its error is through b alone."""
         return Estimate(value, surrogate, math.hypot(error, self._fit_error), status)
