@@ -106,7 +106,7 @@ def busy(seconds: float, priority: int) -> None:
         while not stop.is_set():
             k = (k * 31 + 7) % 1_000_003
 
-    with served_device("modbus-tcp", {}) as (driver, _):
+    with served_device("modbus-tcp", {}, priority) as (driver, _):
         scenario = latency_scenario(driver, {"priority": priority, "lock_memory": True}, 1e-3)
         thread = threading.Thread(target=compute, daemon=True)
         thread.start()
@@ -116,6 +116,8 @@ def busy(seconds: float, priority: int) -> None:
     theirs = cyclictest(1e-3, min(seconds, 60.0), priority) or Histogram()
     late = theirs.share_above(1e6) if theirs.count else float("nan")
     share = rung.timing.overruns / rung.periods
+    if rung.fault is not None:
+        print(f"ended by {rung.fault}: {rung.message}")
     print(
         f"1 kHz over Modbus TCP, a busy Python thread beside: {rung.timing.overruns} of {rung.periods} periods missed "
         f"({share:.2e}); cyclictest later than a period: {late:.2e}"

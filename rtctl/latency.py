@@ -7,12 +7,13 @@ round trip and compute together) were done within four fifths of it.
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -102,10 +103,11 @@ def measure(
     `tables`: `driver` and `clock` of a scenario. A simulated device is served by another process where the driver is
     not told where one is. Raises RtctlError.
     """
-    with served_device(kind, tables.get("driver", {})) as (driver_table, where):
+    clock = tables.get("clock", {})
+    with served_device(kind, tables.get("driver", {}), clock.get("priority")) as (driver_table, where):
         rungs: list[Rung] = []
         for period_s in sorted(periods_s, reverse=True):
-            scenario = latency_scenario(driver_table, tables.get("clock", {}), period_s)
+            scenario = latency_scenario(driver_table, clock, period_s)
             rung = measure_period(scenario, duration_s, stop_requested)
             rungs.append(rung)
             report(f"{kind} at {1e3 * period_s:g} ms: {'holds' if rung.holds else 'does not hold'}")
@@ -149,8 +151,13 @@ def known_kinds() -> list[str]:
 
 
 @contextmanager
-def served_device(kind: str, table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
-    """The driver's table with the address of a device, and where that is, for a person."""
+def served_device(
+    kind: str, table: dict[str, Any], priority: int | None
+) -> Iterator[tuple[dict[str, Any], str]]:
+    """The driver's table with the address of a device, and where that is, for a person.
+
+    A device has a processor of its own; a simulated one gets the loop's `priority` instead, as far as permitted.
+    """
     if kind == "inprocess":
         yield {"kind": kind, **table}, "in this process"
         return
@@ -167,6 +174,10 @@ def served_device(kind: str, table: dict[str, Any]) -> Iterator[tuple[dict[str, 
                 words = process.stdout.readline().split()
                 if words[:1] != ["ready"]:
                     raise RunError(f"the simulated device for {kind} did not start")
+                if priority is not None:
+                    with suppress(OSError):
+                        for task in os.listdir(f"/proc/{process.pid}/task"):
+                            os.sched_setscheduler(int(task), os.SCHED_FIFO, os.sched_param(priority))
                 yield {"kind": kind, key: words[2], **table}, "served by another process here"
             finally:
                 process.terminate()

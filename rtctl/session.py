@@ -305,7 +305,7 @@ def _parts(
         reopen=(lambda: open_driver(driver, scenario)) if scenario.safety.rearm else None,
         timing=StepTiming(scenario.clock.stop_after if scenario.clock.missed == "stop" else None),
         events=recording.events,
-        changes=changes or ParameterChannel(),
+        changes=ParameterChannel() if changes is None else changes,  # an empty one is false
     )
 
 

@@ -13,6 +13,7 @@ from rtctl.border.errors import RtctlError
 
 VERBS = {
     "run": "play a scenario in closed loop (or open loop) and score it",
+    "set": "change the set-point or a gain of a run that is under way",
     "replay": "a recorded run through estimator and controller again: the same commands to the bit?",
     "recover": "what a run that was killed has recorded, as Parquet with a summary",
     "acquire": "play an open-loop excitation through a driver into a dataset",

@@ -27,6 +27,8 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.bundled import find_scenario
     from rtctl.cli.options import output_folder, watched_run
     from rtctl.cli.report import print_summary
+    from rtctl.control_socket import listening
+    from rtctl.parameters import ParameterChannel
     from rtctl.progress import say
     from rtctl.run_folder import RunFolder, run_metadata
     from rtctl.scenario import load_scenario
@@ -59,7 +61,9 @@ def run(args: argparse.Namespace) -> int:
         unused = unused_extensions(scenario, model)
         if unused:
             say(f"not used by estimator and tuning, only by simulations: {', '.join(unused)}", quiet=quiet)
-        result, outcome = track(scenario, model, driver, stop_requested, run_folder)
+        changes = ParameterChannel()
+        with listening(folder, changes):
+            result, outcome = track(scenario, model, driver, stop_requested, run_folder, changes)
     write_run(folder, scenario, tables, result)
     if args.json:
         print(json.dumps(result.summary, indent=2))

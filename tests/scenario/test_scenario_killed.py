@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -20,6 +21,7 @@ from wire_cases import settings, signals_of, summary_of
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
+from rtctl.events import read_events
 from rtctl.recording.layout import Rows
 
 SCENARIO = "me_amplitude"
@@ -83,6 +85,34 @@ def test_nothing_is_lost_when_the_process_is_killed(
     assert replayed(folder, capsys) == (code, found)
     assert main(["recover", str(folder), "--quiet"]) == 2
     assert "no interrupted recording" in capsys.readouterr().err
+
+
+def test_a_running_loop_is_changed_from_outside_and_a_replay_makes_the_same_change(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "run"
+    with running(folder, *settings("scenario.duration=200 s")) as process:
+        for change in ("setpoint=0.7 um", "setpoint=plan", "setpoint=0.5"):
+            assert main(["set", str(folder), change, "--quiet"]) == 0
+        for change, words in (
+            ("setpoint=2 V", "not compatible with um"),
+            ("setpiont=1", 'did you mean "setpoint"'),
+        ):
+            assert main(["set", str(folder), change]) == 2
+            assert words in capsys.readouterr().err
+        before = rows_in(folder)
+        while process.poll() is None and rows_in(folder) < before + 500:
+            time.sleep(0.02)
+        process.terminate()
+        assert process.wait() == 1
+    assert main(["set", str(folder), "setpoint=1"]) == 2
+    assert "no run is under way here" in capsys.readouterr().err
+    changes = [event for event in read_events(folder / "events.jsonl") if event.kind == "change"]
+    assert [event.values["name"] for event in changes] == 3 * ["setpoint"]
+    assert [event.values["value"] for event in changes] == pytest.approx([0.7, math.nan, 0.5], nan_ok=True)
+    signals = signals_of(folder)
+    assert (signals["setpoint"][changes[-1].step :] == 0.5).all()
+    assert replayed(folder, capsys)[1]["identical"] is True
 
 
 def short_run(folder: Path, *options: str) -> int:
