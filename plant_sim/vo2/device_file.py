@@ -11,6 +11,7 @@ from plant_sim.bounds import NOT_NEGATIVE
 from plant_sim.sensing import Sensing
 from plant_sim.vo2.deflection import Deflection
 from plant_sim.vo2.domains import Domains
+from plant_sim.vo2.effects import Effects
 from plant_sim.vo2.heating import Heating
 from plant_sim.vo2.limiting_loop import LimitingLoop
 from plant_sim.vo2.resistance import Resistance, semiconductor_at
@@ -54,6 +55,7 @@ class DeviceFile(Checked):
     resistance: Resistance
     deflection: Deflection
     sensing: Sensing
+    effects: Effects = Effects()
 
     @model_validator(mode="after")
     def _converter_reaches(self) -> DeviceFile:

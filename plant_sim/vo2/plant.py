@@ -1,7 +1,8 @@
 """The VO2 microactuator: current -> temperature -> two transitions -> resistance and deflection -> readings.
 
 Two kernel calls a step: hold a current, read the instruments. The kind of hysteresis decides which kernel
-holds; its memory travels as that kernel's last arguments.
+holds; its memory travels as that kernel's last arguments. A device with effects (`effects`) has kernels of its own:
+one without them stays the fast one.
 """
 
 from __future__ import annotations
@@ -26,6 +27,14 @@ from plant_sim.sensing import (
 from plant_sim.vo2.deflection import deflection_at
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import ELECTRICAL, STRUCTURAL, Domains, Floats, draw
+from plant_sim.vo2.effects_kernel import (
+    QUEUE,
+    at_rest,
+    hold_domains_with_effects,
+    hold_limiting_loop_with_effects,
+    outputs_with_effects,
+    read_with_effects,
+)
 from plant_sim.vo2.heating import heat
 from plant_sim.vo2.limiting_loop import cold_memory, follow
 from plant_sim.vo2.relays import banks, settle
@@ -160,7 +169,10 @@ class Vo2Plant:
         hysteresis = device.hysteresis
         self._thresholds = draw(hysteresis) if isinstance(hysteresis, Domains) else None
         limiting = self._thresholds is None
+        self._with_effects = device.effects.any
         self._hold: Callable[..., None] = hold_limiting_loop if limiting else hold_domains
+        if self._with_effects:
+            self._hold = hold_limiting_loop_with_effects if limiting else hold_domains_with_effects
         self._step_kernel: Callable[..., tuple[float, float]] = (
             step_limiting_loop if limiting else step_domains
         )
@@ -171,10 +183,17 @@ class Vo2Plant:
         self._state = np.zeros(1, dtype=STATE)
         self._state["temperature"] = self._device.heating.ambient
         self._memory = self._cold_memory()
+        if self._with_effects:
+            ambient, heating = self._device.heating.ambient, self._device.heating
+            step_s = self._device.effects.longest_step_s(heating.time_constant)
+            resistance, deflection = true_outputs(self._parameters, self._state)
+            self._own = at_rest(step_s, ambient, resistance, deflection)
+            self._memory = (self._own, np.zeros((2, QUEUE)), *self._memory)
         self._noise = NoiseSource(self._seed)
         self._state["flicker"] = self._noise.block[self._noise.next_row(), :OCTAVES]
         self._film = (self._parameters, self._state, self._noise.block, *self._memory)
-        self._step = direct(self._step_kernel, 0.0, 0.0, 0, *self._film)
+        if not self._with_effects:
+            self._step = direct(self._step_kernel, 0.0, 0.0, 0, *self._film)
         self.advance((0.0,), 0.0)
 
     def _cold_memory(self) -> tuple[Array, ...]:
@@ -192,11 +211,17 @@ class Vo2Plant:
     def measure(self) -> tuple[tuple[float, ...], float]:
         """Readings: ((resistance [ohm],), deflection [um])."""
         noise = self._noise
+        if self._with_effects:
+            found = read_with_effects(self._parameters, self._state, self._own, noise.block, noise.next_row())
+            return (found[0],), found[1]
         resistance, deflection = read(self._parameters, self._state, noise.block, noise.next_row())
         return (resistance,), deflection
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
         """`advance`, then `measure`."""
+        if self._with_effects:
+            self.advance(levels, dt_s)
+            return self.measure()
         current_mA = held_current(levels, dt_s)
         resistance, deflection = self._step(current_mA, dt_s, self._noise.next_row(), *self._film)
         return (resistance,), deflection
@@ -218,10 +243,15 @@ class Vo2Plant:
 
     @property
     def resistance_ohm(self) -> float:
-        """The true resistance."""
-        return true_outputs(self._parameters, self._state)[0]
+        """What reaches the instrument."""
+        return self._outputs()[0]
 
     @property
     def deflection_um(self) -> float:
         """The true deflection."""
-        return true_outputs(self._parameters, self._state)[1]
+        return self._outputs()[1]
+
+    def _outputs(self) -> tuple[float, float]:
+        if self._with_effects:
+            return outputs_with_effects(self._parameters, self._own)
+        return true_outputs(self._parameters, self._state)
