@@ -65,13 +65,15 @@ class Controller(Protocol):
 
     terms: tuple[Column, ...]
     """Names and units of `ControlAction.terms`."""
+    preview_s: float
+    """How far beyond the next sample lies the setpoint that `upcoming` is: 0, or the dead time of a known plant."""
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
         """Bumpless: the first command continues from the applied `levels`."""
         ...
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """One sample. `upcoming` is the setpoint one period ahead, which feedforward may aim at."""
+        """One sample. `upcoming` is the setpoint one period and `preview_s` ahead, for feedforward."""
         ...
 
     def applied(self, levels: Sequence[float]) -> None:

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         )
         unused = unused_extensions(scenario, model)
         if unused:
-            say(f"not used by estimator and tuning, only by simulations: {', '.join(unused)}", quiet=quiet)
+            say(f"does not change the loop: {', '.join(unused)}", quiet=quiet)
         changes = ParameterChannel()
         with listening(folder, changes):
             result, outcome = track(scenario, model, driver, stop_requested, run_folder, changes)

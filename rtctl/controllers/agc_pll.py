@@ -64,6 +64,7 @@ class AgcPllController:
     """`Controller` of two commands: current [mA], frequency [Hz]. The setpoint is an amplitude [um]."""
 
     terms = TERMS
+    preview_s = 0.0
 
     def __init__(self, model: ResonatorModel, tuning: AgcPllTuning, options: AgcPllOptions) -> None:
         self.tuning = tuning

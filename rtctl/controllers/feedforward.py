@@ -88,6 +88,8 @@ def packed_inverse_step(memory: FloatArray, target: float, elapsed_s: float) -> 
 class InverseFeedforward:
     """`Feedforward` of the PI controller."""
 
+    preview_s = 0.0
+
     def __init__(self, model: Vo2Model, current: Span) -> None:
         self._model = model.deflection_preisach
         still = STILL * model.deflection.width

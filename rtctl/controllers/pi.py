@@ -73,6 +73,9 @@ class PiGains:
 class Feedforward(Protocol):
     """Setpoint to a command level by a model of the plant."""
 
+    preview_s: float
+    """How far beyond the next sample it looks at the setpoint."""
+
     def start(self, level: float) -> float:
         """Forget the past; the command [mA] that the model holds for the applied level."""
         ...
@@ -84,6 +87,8 @@ class Feedforward(Protocol):
 
 class NoFeedforward:
     """The PI alone."""
+
+    preview_s = 0.0
 
     def start(self, level: float) -> float:
         """0."""
@@ -101,6 +106,7 @@ class PiController:
         self.gains = gains
         self.deadband = deadband
         self.terms = tuple((name, "mA") for name in TERMS)
+        self.preview_s = feedforward.preview_s
         self.feedforward = feedforward
         self._integral = 0.0
         self._asked = 0.0

@@ -11,6 +11,8 @@ from rtctl.interfaces import ControlAction, Estimate
 class PlaybackController:
     """`Controller` whose first command for the next period is the upcoming setpoint, while `others` are held."""
 
+    preview_s = 0.0
+
     def __init__(self, unit: str = "mA", others: Sequence[float] = ()) -> None:
         """`unit` of the first command; `others`: levels of the further ones."""
         self.terms = tuple((name, unit) for name in TERMS)

@@ -31,13 +31,16 @@ class Tuning:
     crossover_hz: float
     plant_gain: float
     """Steepest slope used [um/mA]."""
+    notes: tuple[str, ...] = ()
+    """What of an extended model the loop uses."""
 
     def describe(self) -> str:
         """One sentence for a person."""
+        uses = f"; the loop uses {', '.join(self.notes)}" if self.notes else ""
         return (
             f"PI: kp = {self.gains.kp:.4g} mA/um, ki = {self.gains.ki:.4g} mA/(um s); at the steepest slope, "
             f"{self.plant_gain:.0f} um/mA: gain margin {self.gain_margin:.2f}, phase margin "
-            f"{self.phase_margin_deg:.0f} deg, crossover {self.crossover_hz:.0f} Hz"
+            f"{self.phase_margin_deg:.0f} deg, crossover {self.crossover_hz:.3g} Hz{uses}"
         )
 
 

@@ -79,6 +79,16 @@ def believed(b: float, heat_faked: float) -> float:
 
 
 @kernel
+def propagate(x: FloatArray, way_mA: float, elapsed_s: float, p: ObserverParams) -> None:
+    """m and the covariances over `elapsed_s` in which v has moved by `way_mA`, in place."""
+    r = math.exp(-way_mA / p.error_length)
+    x[3] *= r
+    x[4] += p.heat_walk * elapsed_s
+    x[5] *= r
+    x[6] = r * r * x[6] + (1.0 - r * r) * p.model_variance
+
+
+@kernel
 def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParams) -> float:
     """Advance x (state order above) by `elapsed_s` of a held current, in place; returns v [mA]."""
     a = math.exp(-elapsed_s / p.time_constant_s)
@@ -87,11 +97,7 @@ def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParam
     x[0] = power + (x[0] - power) * a
     x[1] = power + PROBE_MA2 + (x[1] - power - PROBE_MA2) * a
     v = math.sqrt(max(x[0], 0.0))
-    r = math.exp(-abs(v - before) / p.error_length)
-    x[3] *= r
-    x[4] += p.heat_walk * elapsed_s
-    x[5] *= r
-    x[6] = r * r * x[6] + (1.0 - r * r) * p.model_variance
+    propagate(x, abs(v - before), elapsed_s, p)
     return v
 
 
@@ -162,23 +168,33 @@ def _steep_slope(model: Vo2Model) -> float:
     return STEEPNESS * math.log(model.resistance.high / model.resistance.low) / span
 
 
+def observer_params(model: Vo2Model) -> ObserverParams:
+    """Of an identified model."""
+    margin = 0.02 * model.current.width
+    return ObserverParams(
+        model.time_constant_s,
+        (READING_SHARE * model.reading_error) ** 2,
+        (MODEL_ERROR_FACTOR * model.reading_error) ** 2,
+        ERROR_LENGTH * model.current.width,
+        HEAT_WALK_MA2**2,
+        model.current.low - margin,
+        model.current.high + margin,
+        MODEL_ERROR_FACTOR * model.reading_error / _steep_slope(model),
+    )
+
+
+def filter_start(params: ObserverParams, s: float = 0.0) -> FloatArray:
+    """x at rest at a power s [mA^2]; nothing is known of b and m but their sizes."""
+    return np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, params.model_variance])
+
+
 class ObserverEstimator:
     """`Estimator` of the thermal observer."""
 
     surrogate = SURROGATE
 
     def __init__(self, model: Vo2Model) -> None:
-        margin = 0.02 * model.current.width
-        self._params = ObserverParams(
-            model.time_constant_s,
-            (READING_SHARE * model.reading_error) ** 2,
-            (MODEL_ERROR_FACTOR * model.reading_error) ** 2,
-            ERROR_LENGTH * model.current.width,
-            HEAT_WALK_MA2**2,
-            model.current.low - margin,
-            model.current.high + margin,
-            MODEL_ERROR_FACTOR * model.reading_error / _steep_slope(model),
-        )
+        self._params = observer_params(model)
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
         self._fit_error = model.deflection_error
         self._memory = self._packed(model.current.low)
@@ -191,7 +207,7 @@ class ObserverEstimator:
     def _packed(self, current: float) -> FloatArray:
         s = current * current
         return pack(
-            np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, self._params.model_variance]),
+            filter_start(self._params, s),
             self._resistance.initial_state(current),
             self._resistance.initial_state(math.sqrt(s + PROBE_MA2)),
             self._deflection.initial_state(current),

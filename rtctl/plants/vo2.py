@@ -8,7 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from rtctl.border.errors import InputError
+from rtctl.controllers.extended_feedforward import ExtendedFeedforward
+from rtctl.controllers.extended_tuning import extended_margins, tune_extended
 from rtctl.controllers.feedforward import InverseFeedforward
+from rtctl.controllers.linear_loop import LinearLoop, linear_loop
 from rtctl.controllers.pi import Feedforward, NoFeedforward, PiController, PiGains
 from rtctl.controllers.tuning import Tuning, margins, tune
 from rtctl.estimators import ESTIMATORS
@@ -16,6 +19,7 @@ from rtctl.interfaces import Estimator
 from rtctl.limits import CommandLimits
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model, read_model
+from rtctl.models.vo2_dynamics import LEFT_OUT, Vo2Dynamics, dynamics_of
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.plants.support import Control
 from rtctl.scenario import PiTable, Scenario
@@ -35,8 +39,8 @@ class Vo2Support:
         return model.identity
 
     def unused(self, model: Vo2Model) -> tuple[str, ...]:
-        """What a diagnosis has added: they use the identified loops and time constant as they are."""
-        return (*(mechanism.id for mechanism in model.mechanisms), *model.corrections)
+        """Mechanisms without a place in the loop, and why."""
+        return tuple(f"{one} ({LEFT_OUT.get(one, 'at neutral')})" for one in dynamics_of(model).left_out)
 
     def output_range(self, scenario: Scenario, model: Vo2Model) -> Span:
         """Deflections that were seen at identification [um]."""
@@ -60,11 +64,17 @@ class Vo2Support:
 
 
 def controllable(model: Vo2Model) -> WorkingRange:
-    """Where the model can be controlled. Raises InputError where nowhere."""
+    """Commands between which the model can be controlled. Raises InputError where nowhere."""
     try:
-        return working_range(model.deflection_preisach, model.current)
+        working = working_range(model.deflection_preisach, model.current)
     except ValueError as error:
         raise InputError(f"the model cannot be controlled: {error}") from None
+    dynamics = dynamics_of(model)
+    if dynamics.is_plain:
+        return working
+    low, high = (max(dynamics.current.back(end), 0.0) for end in working.current)
+    slope = working.steepest_slope * abs(dynamics.deflection.gain * dynamics.current.gain)
+    return WorkingRange(Span(low, high), working.deflection, slope)
 
 
 def current_limits(scenario: Scenario, working: WorkingRange) -> CommandLimits:
@@ -91,18 +101,13 @@ def build_controller(
     table = scenario.controller
     if not isinstance(table, PiTable):
         raise InputError(f'controller.kind = "{table.kind}" does not control a "vo2"; use "pi"')
-    plant = {
-        "plant_gain": working.steepest_slope,
-        "time_constant_s": model.time_constant_s,
-        "period_s": scenario.scenario.period_s,
-    }
+    dynamics = dynamics_of(model)
     if table.kp is not None and table.ki is not None:
-        tuning = margins(PiGains(kp=table.kp, ki=table.ki), **plant, delay=delay)
+        gains = PiGains(kp=table.kp, ki=table.ki)
+        tuning = _given(gains, scenario, model, dynamics, working, delay)
     else:
         least_phase_deg = math.degrees(table.phase_margin_rad)
-        tuning = tune(
-            **plant, delay=delay, least_gain_margin=table.gain_margin, least_phase_margin_deg=least_phase_deg
-        )
+        tuning = _tuned(table, scenario, model, dynamics, working, delay)
         if tuning.gain_margin < table.gain_margin or tuning.phase_margin_deg < least_phase_deg:
             raise InputError(
                 f"controller.gain_margin = {table.gain_margin:g} and controller.phase_margin = {least_phase_deg:.3g} "
@@ -118,4 +123,44 @@ def _feedforward(table: PiTable, scenario: Scenario, model: Vo2Model, working: W
     if table.feedforward == "none":
         return NoFeedforward()
     limits = current_limits(scenario, working)
-    return InverseFeedforward(model, Span(limits.low, limits.high))
+    command, dynamics = Span(limits.low, limits.high), dynamics_of(model)
+    if dynamics.is_plain:
+        return InverseFeedforward(model, command)
+    return ExtendedFeedforward(model, dynamics, command, scenario.scenario.period_s)
+
+
+def _given(
+    gains: PiGains, scenario: Scenario, model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange, delay: int
+) -> Tuning:  # fmt: skip
+    """Margins of hand-set gains."""
+    gain, period_s = working.steepest_slope, scenario.scenario.period_s
+    if dynamics.is_plain:
+        tau_s = model.time_constant_s
+        return margins(gains, plant_gain=gain, time_constant_s=tau_s, period_s=period_s, delay=delay)
+    loop = _linear(model, dynamics, working)
+    found = extended_margins(gains, loop, plant_gain=gain, period_s=period_s, delay=delay)
+    return replace(found, notes=dynamics.used)
+
+
+def _tuned(
+    table: PiTable, scenario: Scenario, model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange, delay: int
+) -> Tuning:  # fmt: skip
+    """The fastest PI that keeps the margins of `[controller]`."""
+    least = {
+        "least_gain_margin": table.gain_margin,
+        "least_phase_margin_deg": math.degrees(table.phase_margin_rad),
+    }
+    gain, period_s = working.steepest_slope, scenario.scenario.period_s
+    if dynamics.is_plain:
+        tau_s = model.time_constant_s
+        return tune(plant_gain=gain, time_constant_s=tau_s, period_s=period_s, delay=delay, **least)
+    loop = _linear(model, dynamics, working)
+    notes = dynamics.used
+    return tune_extended(loop, plant_gain=gain, period_s=period_s, delay=delay, notes=notes, **least)
+
+
+def _linear(model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange) -> LinearLoop:
+    """Around the middle of the working range, where the film switches."""
+    v = dynamics.current.of(0.5 * (working.current.low + working.current.high))
+    stroke = float(model.deflection_preisach.nodes[-1, 0])
+    return linear_loop(dynamics, v * v, working.steepest_slope / max(2.0 * v * stroke, 1e-9))

@@ -58,7 +58,7 @@ def test_an_extended_file_simulates_and_runs_and_says_what_the_loop_leaves_out(
     more = ["--model", str(path), "--out", str(tmp_path / "r"), "--set", "scenario.duration=0.05 s"]
     assert main(["run", "steps", *more]) in (0, 1)
     printed = capsys.readouterr()
-    assert "not used by estimator and tuning, only by simulations: sensor.lag" in printed.out + printed.err
+    assert "the loop uses sensor.lag" in printed.out + printed.err
 
 
 def test_an_unknown_mechanism_in_a_file_is_named(

@@ -1,0 +1,240 @@
+"""An extended model one held current after the other: heat, film, beam and their readings.
+
+The heat balance, the relays and their order are those of `rtctl.simulations.vo2`; here they keep their state from one
+sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; s, what the relays see of it [mA^2]; R as it
+reaches the sensor, R as it is read [ohm]; D of the beam without mass, q [um], q' [um/s]. Beside it the stacks of -ln R
+and of deflection.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.hysteresis.preisach import PreisachParams, cooled_stack, preisach_step
+from rtctl.kernels import FloatArray, kernel
+from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.heat import (
+    Powers,
+    Step,
+    advance,
+    first_temperature,
+    stored,
+    surrogate_power,
+)
+from rtctl.simulations.vo2.mechanism import Balance
+from rtctl.simulations.vo2.relaxation import relax, turn
+
+STATES = 12
+S, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
+
+
+class PathParams(NamedTuple):
+    """What the kernels need besides the Preisach models; names as in `Vo2Dynamics`."""
+
+    balance: Balance
+    cold: float
+    """-ln of the cold film's resistance."""
+    substep_s: float
+    reading_gain: float
+    reading_offset: float
+    deflection_gain: float
+    deflection_offset: float
+    ageing: float
+    leak: float
+    leak_known: float
+    sensor_lag_s: float
+    participation: float
+    rate: float
+    """Of the beam's mode [rad/s]."""
+    damping_ratio: float
+
+
+def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
+    """Of a model."""
+    return PathParams(
+        dynamics.balance, -math.log(model.resistance.high), dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
+        dynamics.ageing, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s, dynamics.participation,
+        2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
+    )  # fmt: skip
+
+
+@kernel
+def read_at(stack: FloatArray, seen: float, v: float, params: PreisachParams) -> float:
+    """The read-out with its relays at `seen`, the rest of it at v; advances the stack."""
+    y: float = preisach_step(stack, seen, params).y
+    a = min(max(seen, params.grid[0]), params.grid[-1])
+    b = min(max(v, params.grid[0]), params.grid[-1])
+    return float(y + (b - a) * (params.c1 + params.c2 * (a + b)))
+
+
+@kernel
+def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) -> None:
+    """The beam's mode after h [s] over which its rest goes straight to `bent`; exact. See `structure.resonance`."""
+    damped = rate * math.sqrt(1.0 - ratio * ratio)
+    slope = (bent - x[BENT]) / h
+    behind = 2.0 * ratio * slope / rate
+    e, f = x[SWING] - x[BENT] + behind, x[SPEED] - slope
+    c, s, decay = math.cos(damped * h), math.sin(damped * h) / damped, math.exp(-ratio * rate * h)
+    x[SWING] = bent - behind + decay * (e * c + (f + ratio * rate * e) * s)
+    x[SPEED] = slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s)
+
+
+@kernel
+def sensed_film(reading: float, v: float, current: float, time_s: float, p: PathParams) -> float:
+    """R that reaches the sensor [ohm] of the loops' -ln R."""
+    aged = math.exp(p.ageing * time_s - (p.reading_gain * reading + p.reading_offset))
+    return aged + p.leak * (current - p.leak_known * v)
+
+
+@kernel
+def path_start(
+    x: FloatArray, film: FloatArray, beam: FloatArray, current: float, p: PathParams, r: PreisachParams,
+    d: PreisachParams,
+) -> None:  # fmt: skip
+    """At rest at a heating current, from a full cooling: all three in place, the stacks all off before."""
+    power = current * current
+    T = first_temperature(power, p.cold, p.balance, r)
+    s = surrogate_power(T, p.balance)
+    v = math.sqrt(max(s, 0.0))
+    x[0] = x[1] = x[2] = T
+    x[3], x[S], x[SEEN] = 1.0, s, s
+    reading, bent = preisach_step(film, v, r).y, preisach_step(beam, v, d).y
+    x[4] = stored(T, beam, film, p.cold, p.balance, d, r)
+    x[FILM] = x[READ] = sensed_film(reading, v, current, 0.0, p)
+    x[BENT] = x[SWING] = p.deflection_gain * bent + p.deflection_offset
+    x[SPEED] = 0.0
+
+
+@kernel
+def path_step(
+    x: FloatArray, film: FloatArray, beam: FloatArray, current: float, heat: float, time_s: float, duration_s: float,
+    p: PathParams, r: PreisachParams, d: PreisachParams,
+) -> None:  # fmt: skip
+    """Hold a heating current [mA] and `heat` [mA^2] beside it for `duration_s`, from `time_s` on; all in place."""
+    count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
+    h = duration_s / count
+    power = current * current + heat
+    powers = Powers(power, power, power, power)
+    step = Step(x[0], x[1], x[2], x[2], x[3], x[4])
+    lag_s = p.balance.lag_s
+    for k in range(count):
+        step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)
+        before, middle, s = x[S], surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
+        peak = turn(x[SEEN], before, middle, s, h, lag_s)
+        seen = relax(x[SEEN], before, middle, s, h, lag_s)
+        if lag_s > 0.0 and not math.isnan(peak):
+            preisach_step(film, math.sqrt(max(peak, 0.0)), r)
+            preisach_step(beam, math.sqrt(max(peak, 0.0)), d)
+        x[S], x[SEEN] = s, seen
+        v, w = math.sqrt(max(s, 0.0)), math.sqrt(max(seen, 0.0))
+        ohm = sensed_film(read_at(film, w, v, r), v, current, time_s + (k + 1) * h, p)
+        x[READ] = relax(x[READ], x[FILM], 0.5 * (x[FILM] + ohm), ohm, h, p.sensor_lag_s)
+        x[FILM] = ohm
+        bent = p.deflection_gain * read_at(beam, w, v, d) + p.deflection_offset
+        if p.participation != 0.0:
+            swing_step(x, bent, h, p.rate, p.damping_ratio)
+        x[BENT] = bent
+    x[0], x[1], x[2], x[3], x[4] = step.main, step.second, step.T, step.capacity, step.stored
+
+
+@kernel
+def reached(
+    x: FloatArray, film: FloatArray, beam: FloatArray, power: float, duration_s: float, p: PathParams,
+    r: PreisachParams, d: PreisachParams,
+) -> float:  # fmt: skip
+    """What the relays would see [mA^2] at the end of `duration_s` of a constant power; moves nothing."""
+    count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
+    h = duration_s / count
+    powers = Powers(power, power, power, power)
+    step = Step(x[0], x[1], x[2], x[2], x[3], x[4])
+    s, seen = float(x[S]), float(x[SEEN])
+    for _ in range(count):
+        step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)
+        before, middle, s = s, surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
+        seen = relax(seen, before, middle, s, h, p.balance.lag_s)
+    return seen
+
+
+class ThermalPath:
+    """The model with its state, for a current that has passed delay and dead band already."""
+
+    def __init__(self, model: Vo2Model, params: PathParams) -> None:
+        self.params = params
+        self._r, self._d = model.resistance_preisach.params, model.deflection_preisach.params
+        self.x = np.zeros(STATES)
+        self.film, self.beam = cooled_stack(self._r.grid), cooled_stack(self._d.grid)
+
+    def start(self, current: float) -> None:
+        """At rest at a heating current [mA], from a full cooling."""
+        self.film[:], self.beam[:] = cooled_stack(self._r.grid), cooled_stack(self._d.grid)
+        path_start(self.x, self.film, self.beam, current, self.params, self._r, self._d)
+
+    def step(self, current: float, heat: float, time_s: float, duration_s: float) -> None:
+        """Hold a heating current [mA] and heat [mA^2] beside it."""
+        path_step(
+            self.x, self.film, self.beam, current, heat, time_s, duration_s, self.params, self._r, self._d
+        )
+
+    def reached(self, power: float, duration_s: float) -> float:
+        """See the kernel."""
+        return reached(self.x, self.film, self.beam, power, duration_s, self.params, self._r, self._d)
+
+    @property
+    def v(self) -> float:
+        """The surrogate [mA]."""
+        return math.sqrt(max(float(self.x[S]), 0.0))
+
+    @property
+    def seen(self) -> float:
+        """The surrogate that the relays see [mA]."""
+        return math.sqrt(max(float(self.x[SEEN]), 0.0))
+
+    @property
+    def resistance(self) -> float:
+        """As it is read [ohm]."""
+        return float(self.x[READ])
+
+    @property
+    def deflection(self) -> float:
+        """As it is measured [um]."""
+        return float(self.x[BENT] + self.params.participation * (self.x[SWING] - self.x[BENT]))
+
+
+class Drive:
+    """What of the commands heats: corrected, behind a dead band, late."""
+
+    def __init__(self, dynamics: Vo2Dynamics) -> None:
+        self._dynamics = dynamics
+        self._queue: list[tuple[float, float]] = []
+        self._held = 0.0
+
+    def start(self, command: float) -> float:
+        """The heating current [mA] at rest at a command [mA], reached from below."""
+        self._held = command - self._dynamics.behind * self._dynamics.deadband_mA
+        current = self._dynamics.current.of(self._held)
+        self._queue = [(current, self._dynamics.delay_s)] if self._dynamics.delay_s > 0.0 else []
+        return current
+
+    def pieces(self, command: float, elapsed_s: float) -> list[tuple[float, float]]:
+        """Heating currents [mA] and how long [s] each, over `elapsed_s` in which `command` [mA] is held."""
+        width, behind = self._dynamics.deadband_mA, self._dynamics.behind
+        away = command - self._held
+        if abs(away) > width:
+            self._held = command - math.copysign(behind * width, away)
+        if elapsed_s > 0.0:
+            self._queue.append((self._dynamics.current.of(self._held), elapsed_s))
+        left, arrived = elapsed_s, []
+        while left > 1e-12:
+            current, duration = self._queue[0]
+            part = min(duration, left)
+            arrived.append((current, part))
+            left -= part
+            if duration - part > 1e-12:
+                self._queue[0] = (current, duration - part)
+            else:
+                self._queue.pop(0)
+        return arrived
