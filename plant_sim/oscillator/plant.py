@@ -51,7 +51,7 @@ class OscillatorPlant:
         self.safe: tuple[float, ...] = (device.drive.safe,)
         self._sensor = device.displacement
         self._seed = device.seed if seed is None else seed
-        self._acting = _acting(simulation)
+        self._acting = acting(simulation)
         values = np.array([[parameter.value for parameter in simulation.parameters]])
         self._equation = Equation.of(simulation.parameters, [one for one, _ in self._acting], values)
         self._stiffness = float(self._equation.rows[STIFFNESS, 0])
@@ -157,9 +157,9 @@ def resting_place(equation: Equation) -> float:
     return float(wells.min(initial=math.inf)) if len(wells) else 0.0
 
 
-def _acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
+def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
     """The mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
-    acting: list[tuple[OscillatorMechanism, Values]] = []
+    found: list[tuple[OscillatorMechanism, Values]] = []
     for mechanism in simulation.mechanisms:
         own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
         if all(one.value == one.declared.neutral for one in own if not one.declared.is_shape):
@@ -169,8 +169,8 @@ def _acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism,
                 f'mechanism "{mechanism.id}" of the model has no form for a device that runs sample by sample; '
                 "remove it from the file, or use rtctl simulate"
             )
-        acting.append((mechanism, {one.declared.name: one.value for one in own}))
-    return acting
+        found.append((mechanism, {one.declared.name: one.value for one in own}))
+    return found
 
 
 def load_plant(path: Path, seed: int | None = None) -> OscillatorPlant:

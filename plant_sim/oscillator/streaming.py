@@ -128,14 +128,14 @@ class _WithoutMemory:
         assert self._mechanism.drive is not None
         return self._mechanism.drive(Driven(nodes, h), self._values).nodes
 
-    def of_reading(self, reading: float, time_s: float) -> float:
-        """The reading behind it, at the device's time."""
+    def of_reading(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
+        """The readings (instants,) behind it, at the device's times."""
         assert self._mechanism.sensor is not None
         moved = Moved(
-            displacement=np.array([reading]), velocity=np.zeros(1), time_s=np.array([time_s]), period_s=1.0,
+            displacement=readings, velocity=np.zeros_like(readings), time_s=times_s, period_s=1.0,
             drive=_NO_DRIVE, substeps=1,
         )  # fmt: skip
-        return float(self._mechanism.sensor(moved, self._values).displacement[0])
+        return self._mechanism.sensor(moved, self._values).displacement
 
 
 _NO_DRIVE = Driven(np.zeros((0, 3)), 1.0)
@@ -165,7 +165,7 @@ class Path:
         self._delays: list[DelayLine] = []
         self._drive: list[Callable[[FloatArray, float, float], FloatArray]] = []
         self._motion: list[SensorStage] = []
-        self._reading: list[Callable[[float, float], float]] = []
+        self._reading: list[Callable[[FloatArray, FloatArray], FloatArray]] = []
         # what is late passes first, as it is in a record: a delay acts between samples, the rest on the instants
         for mechanism, values in sorted(ordered, key=lambda one: one[0].input is None):
             if mechanism.id in DRIVE_STAGES:
@@ -193,18 +193,27 @@ class Path:
 
     def follow(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[float, float]:
         """True position of the sensor's spot, and what reaches the sensor, at the end of a stretch of motion."""
+        spot, reading = self.trace(displacement, nodes, h)
+        return float(spot[-1]), float(reading[-1])
+
+    def trace(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        """The same at every instant (steps + 1,) of the stretch."""
         spot = reading = displacement
         for stage in self._motion:
             reading = stage.pass_on(reading, nodes, h)
             if isinstance(stage, SecondMode):
                 spot = reading
-        return float(spot[-1]), float(reading[-1])
+        return spot, reading
 
     def to_reading(self, reading: float, time_s: float) -> float:
         """What the sensor makes of it."""
+        return float(self.to_readings(np.array([reading]), np.array([time_s]))[0])
+
+    def to_readings(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
+        """The same at several instants."""
         for stage in self._reading:
-            reading = stage(reading, time_s)
-        return reading
+            readings = stage(readings, times_s)
+        return readings
 
 
 @compiled

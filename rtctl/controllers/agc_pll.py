@@ -109,7 +109,8 @@ class AgcPllController:
             self._current = self._options.kick * self._model.holding_current(setpoint)
             return 0.0, self._current
         error = setpoint - amplitude
-        self._current += self.tuning.ki_mA_per_um_s * error * elapsed_s
+        share = self._model.decay_at(amplitude) / self._model.decay  # the zero follows the pole
+        self._current += share * self.tuning.ki_mA_per_um_s * error * elapsed_s
         return self.tuning.kp_mA_per_um * error, self._current
 
     def applied(self, levels: Sequence[float]) -> None:

@@ -34,6 +34,7 @@ class AgcPllTuning:
     """sigma [1/s]."""
     delay_s: float
     """tau."""
+    used: tuple[str, ...] = ()
     not_considered: tuple[str, ...] = ()
 
     def phase_margin_deg(self, bandwidth: float) -> float:
@@ -42,12 +43,13 @@ class AgcPllTuning:
 
     def describe(self) -> str:
         """One sentence for a person."""
+        uses = f"; the loop uses {', '.join(self.used)}" if self.used else ""
         left_out = f"; not considered: {', '.join(self.not_considered)}" if self.not_considered else ""
         return (
             f"PLL: {self.phase_bandwidth / (2.0 * math.pi):.1f} Hz wide (kp = {self.kp_hz_per_deg:.3g} Hz/deg, phase "
             f"margin {self.phase_margin_deg(self.phase_bandwidth):.0f} deg); AGC: "
             f"{self.amplitude_bandwidth / (2.0 * math.pi):.1f} Hz (kp = {self.kp_mA_per_um:.3g} mA/um); both zeros at "
-            f"{self.decay:.0f} 1/s, delay {1e3 * self.delay_s:.2f} ms{left_out}"
+            f"{self.decay:.0f} 1/s, delay {1e3 * self.delay_s:.2f} ms{uses}{left_out}"
         )
 
 
@@ -66,7 +68,12 @@ def tune_agc_pll(
     amplitude_bandwidth: float | None = None,
 ) -> AgcPllTuning:
     """Gains from the model; bandwidths [rad/s] by hand where given. Raises ValueError for one that is too fast."""
-    tau = loop_delay_s(period_s, delay, model.resonance)
+    tau = (
+        loop_delay_s(period_s, delay, model.resonance)
+        + model.delay_s
+        + model.drive_lag_s
+        + model.sensor_lag_s
+    )
     most = MOST_BANDWIDTH / tau
     phase = most if phase_bandwidth is None else phase_bandwidth
     amplitude = phase / separation if amplitude_bandwidth is None else amplitude_bandwidth
@@ -87,5 +94,6 @@ def tune_agc_pll(
         amplitude_bandwidth=amplitude,
         decay=model.decay,
         delay_s=tau,
+        used=model.used,
         not_considered=model.not_considered,
     )

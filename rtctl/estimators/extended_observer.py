@@ -83,7 +83,7 @@ class ExtendedObserver:
             self._before = ()
             return NOT_FINITE
         noise = self._params.reading_variance
-        readings = (resistance_ohm, self._path.resistance, self._probe.resistance)
+        readings: tuple[float, ...] = (resistance_ohm, self._path.resistance, self._probe.resistance)
         before, self._before = self._before, readings
         if self._lag_s > 0.0:
             if not before or elapsed_s <= 0.0:

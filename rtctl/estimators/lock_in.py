@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 
 from rtctl.interfaces import Estimate, EstimateStatus
+from rtctl.models.resonator import ResonatorModel
 
 MEMORY = 100
 LEAST_KNOWN = 4
@@ -26,7 +27,9 @@ class LockInEstimator:
 
     surrogate = ("phase", "deg")
 
-    def __init__(self) -> None:
+    def __init__(self, model: ResonatorModel | None = None) -> None:
+        """`model`: what drive and sensor do to the phasors is taken back; None: they are as they are read."""
+        self._model = model if model is not None and model.used else None
         self._amplitudes = (0.0, 0.0)  # the last one, and the one before
         self._variance = self._learnt = 0.0
         self._samples = 0
@@ -34,6 +37,7 @@ class LockInEstimator:
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """At rest: the first reading is noise, of which it is one sample."""
+        sensed = self._motion(levels, sensed)
         amplitude = math.hypot(*sensed)
         self._amplitudes = (amplitude, amplitude)
         self._variance = 0.5 * amplitude * amplitude if math.isfinite(amplitude) else 0.0
@@ -43,7 +47,7 @@ class LockInEstimator:
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
         """One sample."""
-        in_phase, quadrature = sensed
+        in_phase, quadrature = self._motion(levels, sensed)
         amplitude = math.sqrt(in_phase * in_phase + quadrature * quadrature)
         if not math.isfinite(amplitude):
             return self._estimate(self._amplitudes[0], NOT_FINITE)
@@ -58,6 +62,13 @@ class LockInEstimator:
         self._amplitudes = (amplitude, last)
         self._phase_deg = math.degrees(math.atan2(quadrature, in_phase))
         return self._estimate(amplitude)
+
+    def _motion(self, levels: Sequence[float], sensed: Sequence[float]) -> Sequence[float]:
+        """The displacement's phasor against the force."""
+        if self._model is None or not all(map(math.isfinite, sensed)):
+            return sensed
+        phasor = self._model.motion(complex(*sensed), levels[1])
+        return phasor.real, phasor.imag
 
     def _estimate(self, amplitude: float, status: int = 0) -> Estimate:
         return Estimate(amplitude, self._phase_deg, math.sqrt(self._variance), status)

@@ -1,18 +1,43 @@
-"""A resonator as the loop's tuning sees it, from an oscillator's model file; lengths in um, drive in mA."""
+"""A resonator as the loop sees it, from an oscillator's model file and its mechanisms; lengths in um, drive in mA.
+
+A delay, a lag of the drive and one of the sensor turn and shrink the phasors around the resonance; forces against the
+motion make the damping depend on the amplitude, a saturating sensor the reading; a bent spring moves the frequency.
+"""
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
+from rtctl.models.describing import equivalent_damping, saturated_amplitude, unsaturated_amplitude
 from rtctl.models.harmonic_balance import backbone
 from rtctl.models.oscillator import read_oscillator_model
 
 BENDS = {"stiffness.cubic": "1/(um^2*s^2)", "stiffness.quintic": "1/(um^4*s^2)"}
 """Mechanisms that the backbone knows, each with the unit of its `coefficient`."""
+PLACES = {
+    "drive.delay": ("delay", "s", "delay_s"),
+    "drive.lag": ("time_constant", "s", "drive_lag_s"),
+    "sensor.lag": ("time_constant", "s", "sensor_lag_s"),
+    "sensor.saturation": ("curvature", "1/um^2", "sensor_curvature"),
+    "damping.nonlinear": ("coefficient", "1/(um^2*s)", "damping_squared"),
+    "damping.quadratic": ("coefficient", "1/um", "damping_quadratic"),
+    "friction.coulomb": ("level", "um/s^2", "friction"),
+}
+"""Mechanisms with a place in the loop: parameter, unit, field of `ResonatorModel`."""
+INDIFFERENT = {
+    "stiffness.quadratic": "its harmonics are even: no part of the first",
+    "drive.offset": "constant",
+    "sensor.offset": "constant",
+    "sensor.hum": "far from the resonance",
+    "drive.harmonics": "far from the resonance",
+    "input.hold": "the coil is driven by a sine",
+}
+"""Mechanisms that do nothing to amplitude and phase of the first harmonic, and why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,8 +56,24 @@ class ResonatorModel:
     """um/s^2 a mA of the commanded amplitude, near resonance (the coil's loss is in it)."""
     identity: str
     """Of the device on which it was identified; "" where the file does not say."""
+    delay_s: float = 0.0
+    """Of the force behind the commanded current."""
+    drive_lag_s: float = 0.0
+    sensor_lag_s: float = 0.0
+    sensor_curvature: float = 0.0
+    """1/um^2."""
+    damping_squared: float = 0.0
+    """Of z^2 z' [1/(um^2 s)]."""
+    damping_quadratic: float = 0.0
+    """Of |z'| z' [1/um]."""
+    friction: float = 0.0
+    """um/s^2."""
+    used: tuple[str, ...] = ()
+    """Mechanisms of the file with a place in the loop."""
+    indifferent: tuple[str, ...] = ()
+    """Those that do not change it."""
     not_considered: tuple[str, ...] = ()
-    """Mechanisms of the file that neither tuning nor backbone know."""
+    """Those that do, and that the loop does not know."""
 
     def __post_init__(self) -> None:
         for name in ("damping", "stiffness", "drive_gain"):
@@ -52,11 +93,54 @@ class ResonatorModel:
     @property
     def growth(self) -> float:
         """d amplitude / dt that a current gives at resonance [um/s/mA]."""
-        return self.drive_gain / (2.0 * self.resonance)
+        shrunk = abs(self.drive_phasor(self.resonance / (2.0 * math.pi)))
+        return shrunk * self.drive_gain / (2.0 * self.resonance)
+
+    def drive_phasor(self, frequency_hz: float) -> complex:
+        """Force over commanded current, relative to `drive_gain`."""
+        rate = 2.0 * math.pi * frequency_hz
+        return cmath.exp(-1j * rate * self.delay_s) / (1.0 + 1j * rate * self.drive_lag_s)
+
+    def sensor_phasor(self, frequency_hz: float) -> complex:
+        """Reading over displacement, where the sensor does not saturate."""
+        return 1.0 / (1.0 + 2j * math.pi * frequency_hz * self.sensor_lag_s)
+
+    def motion(self, reading: complex, frequency_hz: float) -> complex:
+        """The displacement's phasor [um] against the force, from a lock-in's X + iY against the commanded current."""
+        size = abs(reading)
+        if size > 0.0 and self.sensor_curvature > 0.0:
+            reading *= unsaturated_amplitude(size, self.sensor_curvature) / size
+        return reading / (self.sensor_phasor(frequency_hz) * self.drive_phasor(frequency_hz))
+
+    def reads(self, amplitude_um: float) -> float:
+        """What the lock-in shows of an amplitude at resonance [um]."""
+        sensed = amplitude_um * abs(self.sensor_phasor(self.resonance / (2.0 * math.pi)))
+        return saturated_amplitude(sensed, self.sensor_curvature)
+
+    def decay_at(self, amplitude_um: float) -> float:
+        """sigma at an amplitude [1/s]: half the slope of c(a) a."""
+        if self.damping_squared == self.damping_quadratic == 0.0:
+            return self.decay
+        a = max(amplitude_um, 0.0)
+        slope = self.damping + 0.75 * self.damping_squared * a**2
+        slope += 16.0 / (3.0 * math.pi) * self.damping_quadratic * self.resonance * a
+        return max(0.5 * slope, 0.0)
 
     def holding_current(self, amplitude_um: float) -> float:
         """The current [mA] that keeps an amplitude at phase resonance."""
-        return self.decay * amplitude_um / self.growth
+        if self.damping_squared == self.damping_quadratic == self.friction == 0.0:
+            return self.decay * amplitude_um / self.growth
+        c = equivalent_damping(
+            max(amplitude_um, 1e-12), self.resonance, linear=self.damping, squared=self.damping_squared,
+            quadratic=self.damping_quadratic, friction=self.friction,
+        )  # fmt: skip
+        return 0.5 * c * amplitude_um / self.growth
+
+    def bent_hz(self, amplitude_um: float) -> float:
+        """How far the backbone has moved from the linear resonance, by one harmonic."""
+        a2 = amplitude_um * amplitude_um
+        squared = self.stiffness + a2 * (0.75 * self.cubic + 0.625 * self.quintic * a2)
+        return (math.sqrt(max(squared, 0.0)) - self.resonance) / (2.0 * math.pi)
 
     def backbone_hz(self, amplitude_um: float) -> float:
         """Frequency of free vibration with this first harmonic, NaN where there is none."""
@@ -75,6 +159,13 @@ def read_resonator(path: Path) -> ResonatorModel:
 def resonator_of(file: ModelFile) -> ResonatorModel:
     """From a model file's tables. Raises InputError, ValueError."""
     bends = dict.fromkeys(BENDS, 0.0)
+    ids = [mechanism.id for mechanism in file.model.mechanisms]
+    places: dict[str, float] = {}
+    for mechanism in file.model.mechanisms:
+        if mechanism.id in PLACES:
+            parameter, unit, place = PLACES[mechanism.id]
+            given = mechanism.parameters.get(parameter)
+            places[place] = given.to(unit) if given else 0.0
     for mechanism in file.model.mechanisms:
         if mechanism.id in BENDS:
             coefficient = mechanism.parameters.get("coefficient")
@@ -86,5 +177,8 @@ def resonator_of(file: ModelFile) -> ResonatorModel:
         quintic=bends["stiffness.quintic"],
         drive_gain=file.value("drive_gain", "um/s^2/mA"),
         identity=str(file.provenance.get("identity", "")),
-        not_considered=tuple(m.id for m in file.model.mechanisms if m.id not in BENDS),
+        used=tuple(one for one in ids if one in BENDS or one in PLACES),
+        indifferent=tuple(f"{one} ({INDIFFERENT[one]})" for one in ids if one in INDIFFERENT),
+        not_considered=tuple(one for one in ids if one not in BENDS and one not in PLACES | INDIFFERENT),
+        **places,
     )

@@ -22,7 +22,7 @@ class MeSupport:
     """`PlantSupport` of the resonator."""
 
     estimators: Mapping[str, Callable[[ResonatorModel], Estimator]] = {
-        "lock_in": lambda model: LockInEstimator(),
+        "lock_in": LockInEstimator,
     }
 
     def read_model(self, path: Path) -> ResonatorModel:
@@ -34,12 +34,12 @@ class MeSupport:
         return model.identity
 
     def unused(self, model: ResonatorModel) -> tuple[str, ...]:
-        """Nothing here: the tuning names what it has not considered."""
-        return ()
+        """What does nothing to the first harmonic; the tuning names what it has not considered."""
+        return model.indifferent
 
     def output_range(self, scenario: Scenario, model: ResonatorModel) -> Span:
         """Amplitudes [um] from none to what the highest allowed current holds."""
-        return Span(0.0, scenario.limits.high / model.holding_current(1.0))
+        return Span(0.0, reachable(model, scenario.limits.high))
 
     def reading_at_rest(self, model: ResonatorModel) -> tuple[float, ...]:
         """Nothing moves."""
@@ -79,6 +79,18 @@ class MeSupport:
         """Harmonic balance: the frequency that belongs to the measured amplitude, and how far off the loop is."""
         backbone_hz = model.backbone_hz(level["amplitude"])
         return {"backbone_hz": backbone_hz, "off_backbone_hz": level["drive_frequency"] - backbone_hz}
+
+
+def reachable(model: ResonatorModel, current_mA: float) -> float:
+    """The amplitude [um] that a current holds, by bisection where the damping depends on it."""
+    high = current_mA / (model.decay / model.growth)
+    if model.holding_current(high) <= current_mA * (1.0 + 1e-12):
+        return high
+    low = 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if model.holding_current(middle) <= current_mA else (low, middle)
+    return low
 
 
 def _angular(frequency_hz: float | None) -> float | None:
