@@ -31,6 +31,8 @@ from rtctl.border.records import oscillator_profile
 FloatArray = NDArray[np.float64]
 LONGEST_HOLD_S = 600.0
 BLOCK_STEPS = 4096
+FAST = 2e3
+"""1/s, of a beam that is looked at in milliseconds."""
 READING, REFERENCE = 0, 1
 """Columns of the noise source."""
 
@@ -62,7 +64,8 @@ class OscillatorPlant:
         """Steps a second that the fastest pole needs, at the sensor's range or what holds the model together."""
         reach = self._sensor.range if math.isfinite(self._sensor.range) else 2.0 * self._equation.rest()
         drive = largest_drive if largest_drive < 1e6 else 0.0  # a device without limits of its own
-        period_s = 1.0
+        fast = self._equation.rates(reach, drive)[0] > FAST
+        period_s = 1e-3 if fast else 1.0  # a plan refuses more steps in a period than records can have
         return self._equation.plan(period_s, reach, drive=drive).substeps / period_s
 
     def reset(self) -> None:
