@@ -110,7 +110,8 @@ class ResonatorModel:
         size = abs(reading)
         if size > 0.0 and self.sensor_curvature > 0.0:
             reading *= unsaturated_amplitude(size, self.sensor_curvature) / size
-        return reading / (self.sensor_phasor(frequency_hz) * self.drive_phasor(frequency_hz))
+        force = self.drive_phasor(frequency_hz)  # its size is the force's, its phase also the motion's
+        return reading * abs(force) / (self.sensor_phasor(frequency_hz) * force)
 
     def reads(self, amplitude_um: float) -> float:
         """What the lock-in shows of an amplitude at resonance [um]."""

@@ -112,6 +112,7 @@ class BrokenController:
     """Asks for `end` at its fifth step."""
 
     terms = ()
+    preview_s = 0.0
 
     def __init__(self, end: float) -> None:
         self._end = end

@@ -88,3 +88,12 @@ def test_lateness_is_recorded_in_microseconds_beside_every_step() -> None:
     assert len(signals) == len(timings["lateness"])
     assert np.all(timings["round_trip"] >= 0.0)
     assert np.all(timings["compute"] > 0.0)
+
+
+def test_a_controller_that_looks_ahead_gets_the_setpoint_of_then() -> None:
+    """1.5 periods beyond the next sample: halfway between two setpoints; after the last one, the last."""
+    from rtctl.loop import LoopPlan, _upcoming
+
+    plan = LoopPlan(period_s=1e-3, setpoints=np.array([0.0, 1.0, 4.0, 9.0]), settle_steps=0)
+    assert _upcoming(plan, 0.0) == [1.0, 4.0, 9.0, 9.0]
+    assert _upcoming(plan, 1.5e-3) == pytest.approx([6.5, 9.0, 9.0, 9.0])
