@@ -95,5 +95,5 @@ def test_a_controller_that_looks_ahead_gets_the_setpoint_of_then() -> None:
     from rtctl.loop import LoopPlan, _upcoming
 
     plan = LoopPlan(period_s=1e-3, setpoints=np.array([0.0, 1.0, 4.0, 9.0]), settle_steps=0)
-    assert _upcoming(plan, 0.0) == [1.0, 4.0, 9.0, 9.0]
-    assert _upcoming(plan, 1.5e-3) == pytest.approx([6.5, 9.0, 9.0, 9.0])
+    assert _upcoming(plan, 0.0).tolist() == [1.0, 4.0, 9.0, 9.0]
+    assert _upcoming(plan, 1.5e-3).tolist() == pytest.approx([6.5, 9.0, 9.0, 9.0])
