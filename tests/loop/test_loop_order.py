@@ -9,6 +9,7 @@ from loop_cases import FIRST, SAFE, SETTLE, ScriptedDriver, WrittenEstimator, le
 from rtctl.clock import Tick
 from rtctl.controllers.playback import PlaybackController
 from rtctl.loop import run_loop, signal_columns
+from rtctl.step import upcoming_setpoints
 
 PLAYED = [levels_mA(k) for k in range(10)]
 
@@ -92,8 +93,6 @@ def test_lateness_is_recorded_in_microseconds_beside_every_step() -> None:
 
 def test_a_controller_that_looks_ahead_gets_the_setpoint_of_then() -> None:
     """1.5 periods beyond the next sample: halfway between two setpoints; after the last one, the last."""
-    from rtctl.loop import LoopPlan, _upcoming
-
-    plan = LoopPlan(period_s=1e-3, setpoints=np.array([0.0, 1.0, 4.0, 9.0]), settle_steps=0)
-    assert _upcoming(plan, 0.0).tolist() == [1.0, 4.0, 9.0, 9.0]
-    assert _upcoming(plan, 1.5e-3).tolist() == pytest.approx([6.5, 9.0, 9.0, 9.0])
+    setpoints = np.array([0.0, 1.0, 4.0, 9.0])
+    assert upcoming_setpoints(setpoints, 1e-3, 0.0).tolist() == [1.0, 4.0, 9.0, 9.0]
+    assert upcoming_setpoints(setpoints, 1e-3, 1.5e-3).tolist() == pytest.approx([6.5, 9.0, 9.0, 9.0])
