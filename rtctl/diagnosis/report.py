@@ -100,7 +100,7 @@ def _tiles(found: Diagnosis) -> str:
             ]
     made.append(
         tile(
-            f"{found.noise_rms:.3g} {readable(found.units['displacement'])}",
+            f"{found.noise_rms:.3g} {readable(found.units[found.data.subject.output])}",
             "noise of the reading, as estimated",
         )
     )
