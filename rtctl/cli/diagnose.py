@@ -7,6 +7,8 @@ import json
 import shlex
 from pathlib import Path
 
+from rtctl.diagnosis.budget import SECONDS
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of `rtctl diagnose`."""
@@ -20,6 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mechanisms", metavar="ID[,ID...]", help="try only these of the catalogue (default: all of them)"
     )
+    parser.add_argument(
+        "--seconds", type=float, default=SECONDS, metavar="S",
+        help=f"processor time after which no further fit is begun and the best so far is told (default {SECONDS:g})",
+    )  # fmt: skip
 
 
 def run(args: argparse.Namespace) -> int:
@@ -38,11 +44,13 @@ def run(args: argparse.Namespace) -> int:
 
     if not 0.0 < args.false_claims < 0.5:
         raise InputError(f"--false-claims {args.false_claims:g} must be above 0 and below 0.5, such as 0.05")
+    if not args.seconds >= 0.0:
+        raise InputError(f"--seconds {args.seconds:g} must be 0 or more, such as {SECONDS:g}")
     folder = output_folder(args.out)
     simulation = simulation_for(args.model, open_dataset(args.dataset))
     dataset, model = read_dataset(args.dataset), SUBJECTS[simulation.kind].read_model(args.model)
     ids = _chosen(args.mechanisms, mechanism_ids(simulation.kind))
-    options = DiagnosisOptions(false_claim_rate=args.false_claims)
+    options = DiagnosisOptions(false_claim_rate=args.false_claims, seconds=args.seconds)
     with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as told:
         found = diagnose(dataset, model, simulation, ids, options, told)
     write_diagnosis(folder, found, dataset, args.model, _command(args))
@@ -70,4 +78,5 @@ def _chosen(asked: str | None, known: tuple[str, ...]) -> tuple[str, ...]:
 def _command(args: argparse.Namespace) -> str:
     words = ["rtctl", "diagnose", str(args.dataset), "--model", str(args.model), "--out", str(args.out)]
     words += ["--false-claims", f"{args.false_claims:g}"]
+    words += ["--seconds", f"{args.seconds:g}"] if args.seconds != SECONDS else []
     return shlex.join([*words, *(["--mechanisms", args.mechanisms] if args.mechanisms else [])])

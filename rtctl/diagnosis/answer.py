@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import FreeParameter
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.joint_statements import joint_statements
 from rtctl.diagnosis.ranking import Ranked
 from rtctl.diagnosis.search import Search
 
@@ -55,10 +56,11 @@ def causes_of(search: Search, noise_cost: float) -> list[Cause]:
     """Most certain first."""
     chosen = search.chosen
     probabilities = _probabilities(search)
+    together = joint_statements(chosen.hypothesis.simulation)
     found = [
         Cause(
             id=mechanism.id,
-            statement=_statement(mechanism.statement, estimates),
+            statement=" ".join([_statement(mechanism.statement, estimates), *together.get(mechanism.id, [])]),
             kind="mechanism",
             probability=probabilities.get(mechanism.id, 0.0),
             parameters=estimates,
@@ -144,10 +146,9 @@ def _share(search: Search, identity: str, noise_cost: float) -> float:
     chosen = search.chosen.hypothesis
     rest = frozenset(chosen.mechanisms) - {identity}
     without = search.nominal.hypothesis.cost
-    for ranking in search.tried:
-        for one in ranking:
-            if frozenset(one.hypothesis.mechanisms) == rest:
-                without = one.hypothesis.cost
+    for one in search.without:
+        if frozenset(one.mechanisms) == rest:
+            without = one.cost
     removable = search.nominal.hypothesis.cost - noise_cost
     if not removable > 0.0:
         return 0.0

@@ -13,6 +13,7 @@ from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import Cause, as_json, causes_of
 from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined
@@ -22,9 +23,10 @@ from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search, search
 from rtctl.diagnosis.shape import Shape, residual_shape
+from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.subject import Subject
-from rtctl.diagnosis.verdict import verdict_of
+from rtctl.diagnosis.verdict import left_over_noise, noise_cost_of, verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
@@ -34,6 +36,16 @@ STEPS_PER_PERIOD = 64.0
 """Of the fits: their errors cancel in the differences that are tested; the gain is measured at the full number."""
 RIVALS = 3
 """Candidates that the next experiment has to tell apart, at most."""
+
+LONG_MEMORY = (
+    "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
+    "from a state of its own; the errors on test records are of free runs over whole records all the same"
+)
+LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
+OUT_OF_TIME = (
+    "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
+    "were not looked at"
+)
 
 
 class Stopped(Exception):  # noqa: N818 - not an error
@@ -46,6 +58,8 @@ class DiagnosisOptions:
 
     false_claim_rate: float = 0.05
     threads: int = max(1, min(2, os.cpu_count() or 1))
+    seconds: float = SECONDS
+    """Processor time of the search, after which no further fit is begun."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +102,8 @@ class Diagnosis:
             "stopped": self.stopped,
             "tests": [test._asdict() for test in chosen.tests],
             "p_value": chosen.p_value,
+            "left_over_noise": left_over_noise(chosen),
+            "out_of_time": self.search.out_of_time,
             "isolability": {
                 "ids": list(self.isolability.ids),
                 "visible": self.isolability.visible.tolist(),
@@ -127,10 +143,17 @@ def diagnose(
         nominal = _nominal(data, comparable)
         warnings += short(fit, data.scales.rate)
         warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
+        if remembers(data, nominal):
+            told("the nominal model within short stretches")
+            data = cut_up(data, nominal)
+            nominal = _nominal(data, comparable)
+            warnings.append(LONG_MEMORY.format(len(data.records)))
         data = allowing(data, nominal)
-        found, stopped = _searched(data, nominal, ids, options.false_claim_rate, told)
+        found, stopped = _searched(data, nominal, ids, options, told)
         if stopped:
             warnings.append(stopped)
+        if found.out_of_time:
+            warnings.append(OUT_OF_TIME.format(options.seconds))
         return _answer(dataset, model, simulation, data, tests, found, warnings, bool(stopped))
 
 
@@ -161,7 +184,11 @@ def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
 
 
 def _searched(
-    data: Data, nominal: Hypothesis, ids: Sequence[str], rate: float, told: Callable[[str], None]
+    data: Data,
+    nominal: Hypothesis,
+    ids: Sequence[str],
+    options: DiagnosisOptions,
+    told: Callable[[str], None],
 ) -> tuple[Search, str]:
     """The search, or what is known without it and why there is no more."""
     tried: list[str] = []
@@ -172,7 +199,10 @@ def _searched(
         tried.append(text)
 
     try:
-        return search(data, nominal, ids, rate, noted, known.append), ""
+        found = search(
+            data, nominal, ids, options.false_claim_rate, noted, known.append, Budget.of(options.seconds)
+        )
+        return found, ""
     except Stopped:
         so_far = known[-1]
         return so_far._replace(chosen=so_far.nominal, equivalent=()), (
@@ -186,13 +216,15 @@ def _answer(
     warnings: list[str], stopped: bool,
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
-    noise_cost, noise_rms = _noise_cost(found.chosen), _noise_rms(found.chosen, data.subject)
+    noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
     verdict = verdict_of(found, noise_cost)
     causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
     best = found.chosen if causes else found.nominal
     where = places(found.nominal) if verdict != "adequate" else []
     units, output = dict(dataset.units), data.subject.output
     gap = verdict in ("unexplained", "partly_explained")
+    if verdict == "partly_explained":
+        warnings.append(LEFT.format(left_over_noise(found.chosen)))
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=gain(found.nominal.hypothesis.simulation, best.hypothesis.simulation, tests, output, units[output],
@@ -222,11 +254,3 @@ def _noise_rms(examined: Examined, subject: Subject) -> float:
     if subject.output not in outputs:
         return float("nan")
     return float(np.sqrt(np.mean(examined.noise[outputs.index(subject.output)].power(length))))
-
-
-def _noise_cost(examined: Examined) -> float:
-    """Half the sum of squares that noise alone would leave, on the scale of the fits' cost."""
-    hypothesis = examined.hypothesis
-    projected = examined.projected
-    excess = projected.residual / max(projected.samples - projected.rank, 1)
-    return hypothesis.cost / max(excess, 1.0)

@@ -96,7 +96,10 @@ def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
             scenario = _scenario(data.subject, table, units, low, high, period_us)
             profile = profile_of(data.subject.kind, units.get("drive"), units.get("displacement"))
             checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
-            levels = checked.excitation[0].build(low, high, period_s)
+            try:
+                levels = checked.excitation[0].build(low, high, period_s)
+            except ValueError:  # records so short that no line of the band fits into one
+                continue
             made.append(Input(statement, scenario, levels, period_s))
     return made
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted, polished
 
 FloatArray = NDArray[np.float64]
@@ -32,12 +33,16 @@ class Runner(NamedTuple):
 
 
 def race(
-    data: Data, runners: Sequence[Runner], told: Callable[[str], None], least: float = 0.0
+    data: Data, runners: Sequence[Runner], told: Callable[[str], None], budget: Budget | None = None
 ) -> list[Hypothesis]:
-    """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples."""
-    glance = data.glance
+    """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
+    `budget` lasts.
+    """
+    budget, glance = budget or Budget.of(np.inf), data.glance
     first: dict[frozenset[str], list[Hypothesis]] = {}
     for runner in runners:
+        if budget.spent:
+            break
         told(" + ".join(runner.mechanisms))
         found = fitted(
             glance, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
@@ -46,12 +51,12 @@ def race(
             first.setdefault(frozenset(runner.mechanisms), []).append(found)
     field = _sorted([min(ones, key=_cost) for ones in first.values()])
     going = _in_reach(field, SECOND)
-    gone = [_further(glance, one, SECOND_LAP) for one in going]
+    gone = [one if budget.spent else _further(glance, one, SECOND_LAP) for one in going]
     field = _sorted([*gone, *field[len(going) :]])
     going = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
         return _sorted([one for one in (polished(data, each, LAST_LAP) for each in going) if one is not None])
-    gone = [_better(one, polished(data, one, LAST_LAP)) for one in going]
+    gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in going]
     return _sorted([*gone, *field[len(going) :]])
 
 

@@ -1,7 +1,9 @@
 """From the nominal model to sets of causes: screen by projected scores, race the fits, rank, let the gate decide.
 
-One effect, else two, else three. A larger set is looked for only where no smaller one passes the gate. While nothing
-passes, sets are ranked by plain cost: the noise is not known then, and what whitens a misfit hides it.
+One effect, else two, else three and more, one at a time: from the third on only the best set grows, as long as each
+further cause halves what is left, because a real device is never exactly the model and passes no gate. A larger set
+is looked for only where no smaller one passes. While nothing passes, sets are ranked by plain cost: the noise is not
+known then, and what whitens a misfit hides it.
 """
 
 from __future__ import annotations
@@ -13,25 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.diagnosis.approach import fitted_again, over_stretches
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.directions import ALL, Direction
 from rtctl.diagnosis.gate import Examined, examine, start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
 from rtctl.diagnosis.projection import Projected
+from rtctl.diagnosis.pruning import pruned, without_each
 from rtctl.diagnosis.race import Runner, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked, whitened_bic
 
 FloatArray = NDArray[np.float64]
-LARGEST_SET = 3
+LARGEST_SET = 6
 BEAM = 3
 """Best sets of one size that are extended to the next."""
-MOST_CHILDREN = 9
-"""Mechanisms that a set which has some is extended by."""
+GROWN = 2
+"""Largest set that is extended by all that may act beside it; larger ones grow alone, by the most likely causes."""
+NEAR_BEST = 3.0
+"""Times the lowest cost: beyond, a set is not extended."""
+MOST_CHILDREN = (9, 6)
+"""Mechanisms that a set which has some is extended by: up to `GROWN`, and beyond."""
 CLOSE = 1.5
 """Times the lowest cost: among these a misfit's size alone says little."""
 AGAIN = 2
 """Best sets of one size that are fitted once more from short stretches where none passes."""
-STALLED = (0.8, 0.5, 0.5)
-"""By size: a set that leaves more than this share of what the smaller one left is not extended further."""
+STALLED = (0.8, 0.5, 0.5, 0.25)
+"""By size, the last for all larger ones: a set that leaves more than this share of what the smaller one left is the
+last."""
 WORTH_TELLING = 0.5
 SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
@@ -58,6 +67,10 @@ class Search(NamedTuple):
     """Others of its size that these data explain as well."""
     tried: tuple[tuple[Ranked, ...], ...]
     """By size, best first."""
+    without: tuple[Hypothesis, ...] = ()
+    """The chosen set less each one of its causes, fitted again."""
+    out_of_time: bool = False
+    """Larger sets, or some of this size, were not looked at."""
 
 
 def search(
@@ -67,20 +80,34 @@ def search(
     false_claim_rate: float,
     told: Callable[[str], None] = lambda text: None,
     kept: Callable[[Search], None] = lambda found: None,
+    budget: Budget | None = None,
 ) -> Search:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise."""
-    level = LEVEL * false_claim_rate
+    budget = budget or Budget.of()
+    found = _grown(data, nominal, ids, LEVEL * false_claim_rate, told, kept, budget)
+    found = found._replace(out_of_time=budget.spent and not found.passes)
+    return found._replace(
+        without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, _all(found))
+    )
+
+
+def _grown(
+    data: Data, nominal: Hypothesis, ids: Sequence[str], level: float,
+    told: Callable[[str], None], kept: Callable[[Search], None], budget: Budget,
+) -> Search:  # fmt: skip
     at_nominal = examine(nominal, data, ids)
-    kept(Search(at_nominal, at_nominal, at_nominal.p_value > level, (), ()))
-    if at_nominal.p_value > level:
+    passes = at_nominal.p_value > level
+    kept(Search(at_nominal, at_nominal, passes, (), ()))
+    if passes:
         return Search(at_nominal, at_nominal, True, (), ())
     parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
     for size in range(1, LARGEST_SET + 1):
+        parents = parents if size <= GROWN else [best]
         runners = [runner for parent in parents for runner in _runners(parent)]
-        field = race(data, runners, told)
+        field = race(data, runners, told, budget)
         if not field:
             break
-        last, (best, parents) = best, _front(data, field, ids, level)
+        last, (best, parents) = best, _front(data, field, ids, level, NEAR_BEST if size < GROWN else CLOSE)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             return Search(at_nominal, last, True, _others(data, tried, last, ids), tuple(tried))
@@ -90,10 +117,30 @@ def search(
             return Search(at_nominal, best, True, _others(data, tried, best, ids), tuple(tried))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
-        if best.hypothesis.cost > STALLED[size - 1] * last.hypothesis.cost:
+        if best.hypothesis.cost > STALLED[min(size, len(STALLED)) - 1] * last.hypothesis.cost:
             best = best if _worth_telling(last, best) else last
             break
-    return Search(at_nominal, best, False, (), tuple(tried))
+        if budget.spent:
+            break
+    return _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
+
+
+def _trimmed(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
+    """Less the causes that hardly matter beside those that were found after them."""
+    fewer = pruned(data, found.nominal.hypothesis, found.chosen.hypothesis)
+    if fewer is found.chosen.hypothesis:
+        return found
+    examined = examine(fewer, data, ids)
+    size = len(fewer.mechanisms) - len(found.nominal.hypothesis.mechanisms)
+    known = [one.hypothesis for one in found.tried[size - 1]]
+    own = ranked(data, _each_once([fewer, *known]), examined, plain=True)
+    tried = (*found.tried[: size - 1], own, *found.tried[size:])
+    return found._replace(chosen=examined, tried=tried, passes=examined.p_value > level)
+
+
+def _all(found: Search) -> list[Hypothesis]:
+    """Every set that was fitted."""
+    return [one.hypothesis for ranking in found.tried for one in ranking]
 
 
 def _worth_telling(smaller: Examined, larger: Examined) -> bool:
@@ -115,14 +162,15 @@ def _each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 
 def _front(
-    data: Data, field: Sequence[Hypothesis], ids: Sequence[str], rate: float
+    data: Data, field: Sequence[Hypothesis], ids: Sequence[str], rate: float, near: float
 ) -> tuple[Examined, list[Examined]]:
-    """The one that passes best, else the lowest cost; and those that are extended where none passes."""
+    """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes."""
     likely = by_likelihood(data, field[:BEAM])
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
     if all(one.p_value <= rate for one in examined):
-        again = [*(fitted_again(data, one) for one in field[:AGAIN]), *field[AGAIN:BEAM]]
+        few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
+        again = [*(fitted_again(data, one) for one in few[:AGAIN]), *few[AGAIN:]]
         again = _by_stretches(data, sorted(again, key=lambda one: one.cost))
         known = {id(one.hypothesis): one for one in examined}
         examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
@@ -142,13 +190,15 @@ def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
 def _runners(parent: Examined) -> list[Runner]:
     """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes."""
     made = []
+    large = len(parent.hypothesis.mechanisms) >= GROWN
     for identity, strength in _screened(parent):
         mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
         groups = sorted(
             _by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
         )
-        for group in groups[: 1 if strength < WEAK else SHAPES_TRIED]:
-            for factor in START_FACTORS[: 1 if strength < WEAK else len(START_FACTORS)]:
+        few = strength < WEAK or large
+        for group in groups[: 1 if few else SHAPES_TRIED]:
+            for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
                 made.append(_runner(parent, identity, group, factor))
     return made
 
@@ -167,8 +217,8 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
     }
     top = max(scores.values(), default=0.0) or 1.0
     ranking = sorted(((identity, score / top) for identity, score in scores.items()), key=lambda one: -one[1])
-    limit = len(ranking) if not parent.hypothesis.mechanisms else MOST_CHILDREN
-    return ranking[:limit]
+    size = len(parent.hypothesis.mechanisms)
+    return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
 
 
 def _by_shape(directions: Sequence[Direction], indices: Sequence[int]) -> list[list[int]]:

@@ -159,6 +159,8 @@ def test_an_interrupt_ends_the_search_at_the_next_fit(capsys: pytest.CaptureFixt
         (["--false-claims", "0.7"], "below 0.5"),
         (["--mechanisms", "friction.colomb"], 'did you mean "friction.coulomb"?'),
         (["--mechanisms", ","], "name one at least"),
+        (["--seconds", "-1"], "must be 0 or more"),
+        (["--seconds", "nan"], "must be 0 or more"),
     ],
 )
 def test_wrong_options_are_said(

@@ -1,0 +1,70 @@
+"""What each cause of a set is worth beside the others: the set is fitted again without it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+
+NEGLIGIBLE = 1.1
+"""Times the squared misfit: a cause without which no more than this is left is not needed."""
+ITERATIONS = 20
+
+
+def pruned(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+    """`chosen` without the causes that hardly matter, least first; itself where all of them do."""
+    while len(_added(nominal, chosen)) > 1:
+        rests = without_each(data, nominal, chosen)
+        best = min(rests, key=lambda one: one.cost, default=None)
+        if best is None or best.cost > NEGLIGIBLE * chosen.cost:
+            break
+        chosen = best
+    return chosen
+
+
+def without_each(
+    data: Data, nominal: Hypothesis, chosen: Hypothesis, known: Sequence[Hypothesis] = ()
+) -> tuple[Hypothesis, ...]:
+    """`chosen` less each of its causes in turn; taken from `known` where it is there. Those that diverge are left out.
+
+    Without its only cause a set is `nominal`.
+    """
+    causes = _added(nominal, chosen)
+    if len(causes) < 2:
+        return (nominal,) if causes else ()
+    by_set = {frozenset(one.mechanisms): one for one in (*known, nominal)}
+    found: list[Hypothesis] = []
+    for cause in causes:
+        rest = tuple(name for name in chosen.mechanisms if name != cause)
+        one = by_set.get(frozenset(rest)) or _fitted_without(data, nominal, chosen, rest)
+        found += [one] if one is not None else []
+    return tuple(found)
+
+
+def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
+    return tuple(name for name in chosen.mechanisms if name not in nominal.mechanisms)
+
+
+def _fitted_without(
+    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...]
+) -> Hypothesis | None:
+    """The set `rest`, from the values that its parameters have in `chosen`."""
+    added = tuple(name for name in rest if name not in nominal.mechanisms)
+    simulation = nominal.simulation.extended(added)
+    values = {parameter.name: parameter.value for parameter in chosen.simulation.parameters}
+    simulation = simulation.with_values(np.array([values[one.name] for one in simulation.parameters]))
+    known = {one.name for one in simulation.parameters}
+    still = frozenset(name for name in chosen.still if name in known)
+    starts = chosen.starts[:, : chosen.states]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    if own:
+        apart = chosen.sensitivity.of_record.tolist()
+        kept = [
+            chosen.states + position
+            for position, k in enumerate(apart)
+            if chosen.simulation.parameters[k].name in known
+        ]
+        starts = np.column_stack((starts, chosen.starts[:, kept]))
+    return fitted(data, simulation, rest, starts, ITERATIONS, still)

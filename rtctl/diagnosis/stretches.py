@@ -1,0 +1,56 @@
+"""Records cut into short stretches, each from a state of its own, where a free run never forgets how it began.
+
+A body without a spring adds up every small force for ever: over a whole record anything slow fits its drift, and what
+acts within a stroke does not count. Within a stretch there is no drift. The influence of the initial state says
+whether a record is of that kind: d output / d initial state, at the end of a record against its beginning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.diagnosis.approach import misfit
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.identification.multiple_shooting import cut
+from rtctl.identification.weak_form import half_width
+
+PERIODS = 0.5
+"""Length of a stretch: a stroke."""
+LEAST_SAMPLES = 200
+STILL_KNOWN = 0.3
+"""Of the influence that an initial state had at first, at the end of a record."""
+PARTED = 30.0
+"""Times the influence that it had at first: a double integrator's grows ten times over a record; two runs that part
+exponentially, as between two wells, are no drift."""
+FAR = 0.3
+"""Of the signal's RMS: what a nominal model leaves that drifts away."""
+
+
+def remembers(data: Data, nominal: Hypothesis) -> bool:
+    """Whether the free runs of `nominal`, fitted, drift away and never forget their starts."""
+    if not nominal.states or misfit(data, nominal) < FAR:
+        return False
+    try:
+        lines = nominal.linearise(data)
+    except ArithmeticError:
+        return False
+    lasting = []
+    for line in lines:
+        influence = np.abs(line.own[: nominal.states]).max(axis=(0, 1))
+        tenth = max(1, len(influence) // 10)
+        lasting.append(influence[-tenth:].max() / max(float(influence[:tenth].max()), 1e-300))
+    return bool(STILL_KNOWN < np.median(lasting) < PARTED)
+
+
+def cut_up(data: Data, nominal: Hypothesis) -> Data:
+    """The same records as stretches."""
+    length_s = max(PERIODS * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
+    width_s = half_width(data.records, data.scales.rate)
+    pieces = [
+        segment.record
+        for record in data.records
+        for segment in cut(record, nominal.simulation, length_s, width_s)
+    ]
+    return replace(data, records=tuple(pieces))

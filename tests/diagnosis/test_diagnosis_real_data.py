@@ -1,0 +1,43 @@
+"""Measured devices from their linear models: the causes that others found in them, in the order of their weight.
+
+The whole catalogue takes minutes (`rtctl diagnose`, figures in docs/results.md); here a few of it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.comparison import simulation_for
+from rtctl.diagnosis.diagnose import Diagnosis, diagnose
+from rtctl.measured import open_dataset, read_dataset
+from rtctl.models.oscillator import read_oscillator_model
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+FORCES = ("stiffness.quadratic", "stiffness.cubic", "damping.quadratic", "friction.coulomb")
+OFFSETS = ("drive.offset", "sensor.offset")
+
+
+def diagnosed(name: str, ids: tuple[str, ...]) -> Diagnosis:
+    manifest, model = DATA / name / "dataset.toml", DATA / name / "model.toml"
+    simulation = simulation_for(model, open_dataset(manifest))
+    return diagnose(read_dataset(manifest), read_oscillator_model(model), simulation, ids)
+
+
+@pytest.mark.skipif(not (DATA / "silverbox").is_dir(), reason="../shared/data/silverbox is not there")
+def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small() -> None:
+    found = diagnosed("silverbox", (*FORCES[:3], *OFFSETS))
+    assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
+    assert found.causes[0].id == "stiffness.cubic"
+    assert {cause.id for cause in found.causes} & set(OFFSETS)
+    assert found.gain is not None
+    assert found.gain.after < 0.45e-3  # V, over all three test parts
+
+
+@pytest.mark.skipif(not (DATA / "emps").is_dir(), reason="../shared/data/emps is not there")
+def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction() -> None:
+    found = diagnosed("emps", (*FORCES, *OFFSETS))
+    assert found.causes[0].id == "friction.coulomb"
+    assert "depends on the direction" in found.causes[0].statement
+    assert any("never forgets its start" in warning for warning in found.warnings)
