@@ -20,13 +20,14 @@ from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
+from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search, search
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.subject import Subject
-from rtctl.diagnosis.verdict import left_over_noise, noise_cost_of, verdict_of
+from rtctl.diagnosis.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
@@ -148,7 +149,7 @@ def diagnose(
             data = cut_up(data, nominal)
             nominal = _nominal(data, comparable)
             warnings.append(LONG_MEMORY.format(len(data.records)))
-        data = allowing(data, nominal)
+        data = allowing(data)
         found, stopped = _searched(data, nominal, ids, options, told)
         if stopped:
             warnings.append(stopped)
@@ -157,20 +158,12 @@ def diagnose(
         return _answer(dataset, model, simulation, data, tests, found, warnings, bool(stopped))
 
 
-def allowing(data: Data, nominal: Hypothesis) -> Data:
+def allowing(data: Data) -> Data:
     """With the misfit that is no gap, where the subject has such."""
-    subject = data.subject
-    if not (subject.allowed_share or subject.allowed_of_gap):
+    share = data.subject.allowed_share
+    if not share:
         return data
-    residual = [line.residual for line in nominal.linearise(data)]
-    left = np.concatenate(residual, axis=1).std(axis=1)
-    return replace(
-        data,
-        allowed=tuple(
-            max(subject.allowed_share * data.size(name), subject.allowed_of_gap * float(misfit)) ** 2
-            for name, misfit in zip(nominal.sensitivity.outputs, left, strict=True)
-        ),
-    )
+    return replace(data, allowed=tuple((share * data.size(name)) ** 2 for name in data.outputs))
 
 
 def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
@@ -217,7 +210,7 @@ def _answer(
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
-    verdict = verdict_of(found, noise_cost)
+    verdict = verdict_of(found, data.subject.least_removed)
     causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
     best = found.chosen if causes else found.nominal
     where = places(found.nominal) if verdict != "adequate" else []

@@ -38,6 +38,13 @@ class Data:
     """Of each output, mean square of a misfit that is no gap, since the nominal model never claimed more; (): none."""
 
     @property
+    def outputs(self) -> tuple[str, ...]:
+        """That all records have."""
+        return tuple(
+            name for name in self.records[0].measured if all(name in r.measured for r in self.records)
+        )
+
+    @property
     def glance(self) -> Data:
         """The beginnings of its records, so many samples as a first look at each hypothesis takes."""
         most = self.subject.glance_samples

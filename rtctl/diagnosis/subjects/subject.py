@@ -53,8 +53,8 @@ class Subject:
     """Whether a residual that grows with the motion cannot be noise."""
     allowed_share: float
     """Of an output's size, RMS misfit that the nominal models of this kind never promise to be below; 0: none."""
-    allowed_of_gap: float
-    """Of the nominal model's misfit, that an explanation may leave: mechanisms are named, not copied."""
+    least_removed: float
+    """Of the squared misfit of the re-fitted nominal model: causes that remove less, and leave some, are not named."""
     glance_samples: int | None
     """Of all records together, that a first look at each hypothesis takes; None: all."""
     comparable: Callable[[Simulation, Records], tuple[Simulation, Reader]]
