@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.identification.residual_noise import NoiseModel, fit_noise
+from rtctl.identification.residual_noise import NoiseModel, autocorrelation, autoregression, order_within
 
 FloatArray = NDArray[np.float64]
 LEAST_VISIBLE = 1e-5
 """Squared share of a direction that must remain: below it, it is a combination of others."""
+RESTRICTED_TURNS = 3
+"""Of the noise's estimate; the second knows its size, the third its colour."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -55,6 +58,35 @@ class Rows:
         if len(self.own) == 0:
             return flat, np.zeros((flat.shape[1], 0))
         return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
+
+    def apart(self, noise: Sequence[NoiseModel]) -> Apart:
+        """[residual, shared, directions] less what the own unknowns can follow in the noise's metric."""
+        table = np.concatenate((self.residual[None], self.shared, self.directions))
+        white = _flat(table, noise)
+        if len(self.own) == 0:
+            return Apart(table, white, np.zeros((0, *table.shape[1:])))
+        basis, triangle = np.linalg.qr(_flat(self.own, noise).T)
+        along = white @ basis
+        inverse = np.linalg.pinv(triangle)
+        left = table - np.tensordot(along @ inverse.T, self.own, axes=1)
+        return Apart(left, white - along @ basis.T, np.tensordot(inverse.T, self.own, axes=1))
+
+
+class Apart(NamedTuple):
+    """One record without its own unknowns."""
+
+    table: FloatArray
+    """(1 + p + k, outputs, n) as measured."""
+    white: FloatArray
+    """(1 + p + k, outputs n) whitened."""
+    own: FloatArray
+    """(q, outputs, n): of covariance own^T own is what the own unknowns took of the noise."""
+
+
+def _flat(table: FloatArray, noise: Sequence[NoiseModel]) -> FloatArray:
+    """Rows (m, outputs, n) whitened, (m, outputs n)."""
+    white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
+    return white.reshape(len(table), -1)
 
 
 class Projected:
@@ -151,10 +183,38 @@ def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArr
 
 
 def noise_of(rows: Sequence[Rows]) -> list[NoiseModel]:
-    """Of each output, from what no direction explains; whitened once more with the first answer."""
+    """Of each output, by restricted maximum likelihood: from what no direction explains, and what they took of it.
+
+    Directions take the noise that lies along them, all of them near the resonance; a spectrum of the leftover alone
+    has a hole there, and every statistic would be too large. Under a noise model the leftover and the covariance of
+    what was taken are known (generalised least squares), and both together give the next model.
+    H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545, by expectation and maximisation.
+    """
     outputs = rows[0].residual.shape[0]
-    white = [NoiseModel(np.empty(0), 1.0)] * outputs
-    for _ in range(2):
-        left = leftover(rows, white)
-        white = [fit_noise([one[o] for one in left]) for o in range(outputs)]
-    return white
+    lengths = [row.residual.shape[1] for row in rows]
+    highest, count = order_within(lengths), sum(lengths)
+    models = [NoiseModel(np.empty(0), 1.0)] * outputs
+    for turn in range(RESTRICTED_TURNS):
+        split = [row.apart(models) for row in rows]
+        taken, half = _least_squares(split)
+        models = []
+        for o in range(outputs):
+            sums = np.zeros(highest + 1)
+            for part in split:
+                table = part.table[:, o]
+                sums += autocorrelation(table[0] - taken @ table[1:], highest)
+                if turn > 0:  # the first model's unit is not that of the noise
+                    sums += autocorrelation(np.concatenate((half @ table[1:], part.own[:, o])), highest)
+            models.append(autoregression(sums, count))
+    return models
+
+
+def _least_squares(split: Sequence[Apart]) -> tuple[FloatArray, FloatArray]:
+    """Weights (p + k,) of all directions together, and H (rank, p + k) of which H^T H is their covariance."""
+    gram = np.sum([part.white @ part.white.T for part in split], axis=0)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    normal = gram / scale[:, None] / scale
+    values, vectors = np.linalg.eigh(normal[1:, 1:])
+    good = values > 1e-10 * values[-1] if len(values) else np.zeros(0, bool)
+    half = (vectors[:, good] / np.sqrt(values[good])).T / scale[1:]
+    return half.T @ (half @ gram[1:, 0]), half

@@ -3,7 +3,8 @@
     e_t + a_1 e_{t-1} + ... + a_m e_{t-m} = w_t,   w white
 
 by Yule-Walker and Levinson over all records at once, the order by BIC. Treating coloured residuals as white makes
-every interval too short (often many times).
+every interval too short (often many times). The first m samples of a record are predicted from the fewer that are
+there, by the predictors of lower order: so w is white from the first sample on.
 
 Reference: J. Durbin, The fitting of time-series models (1960).
 """
@@ -16,10 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import lfilter
+from scipy.signal import lfilter, oaconvolve
 
 FloatArray = NDArray[np.float64]
 HIGHEST_ORDER = 60
+ROWS_AT_ONCE = 16
+"""Of a spectrum of many: memory."""
+DIRECT = 12
+"""Highest order that is filtered sample by sample; above, by FFT."""
 
 
 class NoiseModel(NamedTuple):
@@ -29,10 +34,31 @@ class NoiseModel(NamedTuple):
     variance: float
 
     def whiten(self, series: FloatArray) -> FloatArray:
-        """w of the series (..., n), before the first sample taken as zero; standardised to variance 1."""
-        filtered: FloatArray = lfilter(np.append(1.0, self.coefficients), np.ones(1), series, axis=-1)
-        whitened: FloatArray = filtered / np.sqrt(self.variance or 1.0)
+        """w of the series (..., n), standardised to variance 1 from the first sample on."""
+        order = len(self.coefficients)
+        kernel = np.append(1.0, self.coefficients) / np.sqrt(self.variance or 1.0)
+        if order <= DIRECT:
+            whitened: FloatArray = lfilter(kernel, np.ones(1), series, axis=-1)
+        else:
+            shaped = kernel.reshape((1,) * (series.ndim - 1) + (-1,))
+            whitened = oaconvolve(series, shaped, axes=-1)[..., : series.shape[-1]]
+        begin = min(order, series.shape[-1])
+        whitened[..., :begin] = series[..., :begin] @ self._begin()[:begin, :begin].T
         return whitened
+
+    def _begin(self) -> FloatArray:
+        """Lower triangle (m, m): the predictors of order 0 to m - 1, each over its own standard deviation."""
+        a, variance = self.coefficients, self.variance or 1.0
+        triangle = np.zeros((len(a), len(a)))
+        for order in range(len(a) - 1, -1, -1):  # Levinson's recurrence backwards
+            reflection = a[-1]
+            left = 1.0 - reflection**2
+            if not left > 0.0:
+                raise ValueError(f"the autoregression {self.coefficients!r} is not stable")
+            variance = variance / left
+            a = (a[:-1] - reflection * a[-2::-1]) / left
+            triangle[order, : order + 1] = np.append(a[::-1], 1.0) / np.sqrt(variance)
+        return triangle
 
     def power(self, length: int) -> FloatArray:
         """Power (length // 2 + 1,) at the frequencies of a real FFT of `length`; white noise: its variance."""
@@ -44,13 +70,24 @@ class NoiseModel(NamedTuple):
 def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) -> NoiseModel:
     """Of residuals, one array (n,) a record. Constant zero gives variance 0."""
     count = sum(len(one) for one in series)
-    highest = max(0, min(highest_order, count // 20, min(len(one) for one in series) - 1))
-    correlation = np.sum([_autocorrelation(one, highest) for one in series], axis=0) / count
+    highest = order_within([len(one) for one in series], highest_order)
+    correlation = np.sum([autocorrelation(one, highest) for one in series], axis=0)
+    return autoregression(correlation, count)
+
+
+def order_within(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:
+    """Highest order that records of these lengths can carry."""
+    return max(0, min(highest_order, sum(lengths) // 20, min(lengths) - 1))
+
+
+def autoregression(correlation: FloatArray, count: int) -> NoiseModel:
+    """From sums of products (lags,) over `count` samples; the order by BIC."""
+    correlation = correlation / count
     if not correlation[0] > 0.0:
         return NoiseModel(np.empty(0), 0.0)
     best, best_bic = NoiseModel(np.empty(0), float(correlation[0])), count * np.log(correlation[0])
     a, variance = np.empty(0), float(correlation[0])
-    for order in range(1, highest + 1):
+    for order in range(1, len(correlation)):
         reflection = -(correlation[order] + a @ correlation[order - 1 : 0 : -1]) / variance
         a = np.append(a + reflection * a[::-1], reflection)
         variance *= 1.0 - reflection**2
@@ -73,8 +110,13 @@ def coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
     return gram
 
 
-def _autocorrelation(series: FloatArray, highest: int) -> FloatArray:
-    length = int(next_fast_len(len(series) + highest, real=True))
-    power = np.abs(rfft(series, length)) ** 2
+def autocorrelation(series: FloatArray, highest: int) -> FloatArray:
+    """Sums of products (highest + 1,) at lags from 0 of a series (n,), or of all of several (rows, n) together."""
+    rows = np.atleast_2d(series)
+    length = int(next_fast_len(rows.shape[1] + highest, real=True))
+    power = np.zeros(length // 2 + 1)
+    for begin in range(0, len(rows), ROWS_AT_ONCE):
+        spectrum = rfft(rows[begin : begin + ROWS_AT_ONCE], length)
+        power += np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
     found: FloatArray = irfft(power, length)[: highest + 1]
     return found

@@ -1,0 +1,78 @@
+"""Coloured noise: whitening is exact from the first sample on, and unknowns that take noise do not hide it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from rtctl.diagnosis.projection import Rows, noise_of, project
+from rtctl.identification.residual_noise import NoiseModel, fit_noise
+
+FloatArray = NDArray[np.float64]
+SLOW = NoiseModel(np.array([-0.97]), 0.5)
+RESONANT = NoiseModel(np.array([-1.5, 0.9]), 2.0)
+LONG = NoiseModel(np.convolve([1.0, -1.5, 0.9], np.r_[1.0, np.zeros(13), -0.3])[1:], 1.0)
+
+
+@pytest.mark.parametrize("noise", [SLOW, RESONANT, LONG])
+def test_whitened_noise_is_white_from_its_first_sample_on(noise: NoiseModel) -> None:
+    samples, length = 60, 2**14
+    covariance = toeplitz(np.fft.irfft(noise.power(length), length)[:samples])
+    whitening = noise.whiten(np.eye(samples)).T
+    assert whitening @ covariance @ whitening.T == pytest.approx(np.eye(samples), abs=1e-6)
+
+
+def test_a_filter_by_fft_is_the_filter_sample_by_sample() -> None:
+    series = np.random.default_rng(0).standard_normal((3, 500))
+    direct = lfilter(np.append(1.0, LONG.coefficients), np.ones(1), series)
+    order = len(LONG.coefficients)
+    assert LONG.whiten(series)[:, order:] == pytest.approx(direct[:, order:], abs=1e-9)
+
+
+def test_an_unstable_autoregression_is_refused() -> None:
+    with pytest.raises(ValueError, match="not stable"):
+        NoiseModel(np.array([-1.5]), 1.0).whiten(np.ones(10))
+
+
+def test_an_autoregression_is_found_in_its_noise() -> None:
+    noise = lfilter([np.sqrt(2.0)], [1.0, -1.5, 0.9], np.random.default_rng(1).standard_normal((2, 8000)))
+    found = fit_noise(list(noise))
+    assert found.coefficients[:2] == pytest.approx([-1.5, 0.9], abs=0.03)
+    assert found.variance == pytest.approx(2.0, rel=0.05)
+
+
+def narrow_rows(rng: np.random.Generator, directions: int, samples: int = 900) -> Rows:
+    """AR(1) noise, and directions that all lie in one narrow band, as those of a resonator do."""
+    band = lfilter([1.0], [1.0, -1.9, 0.95], rng.standard_normal((directions + 2, samples)))
+    noise = lfilter([1.0], [1.0, -0.8], rng.standard_normal(samples + 200))[200:]
+    return Rows(residual=noise[None], shared=band[:1, None], own=band[1:2, None], directions=band[2:, None])
+
+
+def test_many_directions_in_a_narrow_band_remove_no_more_than_their_number() -> None:
+    rng = np.random.default_rng(2)
+    ratios = []
+    for _ in range(60):
+        rows = [narrow_rows(rng, 40)]
+        statistic, freedom = project(rows, noise_of(rows)).block(np.arange(40))
+        ratios.append(statistic / freedom)
+    # The mean of 60 chi-squares of 40 over their freedom is 1 +- 0.03; the leftover alone gives 1.4.
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.09)
+
+
+def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
+    rng = np.random.default_rng(3)
+    samples, count = 400, 400
+    rows = [
+        Rows(
+            residual=rng.standard_normal((1, samples)),
+            shared=rng.standard_normal((2, 1, samples)),
+            own=np.zeros((0, 1, samples)),
+            directions=rng.standard_normal((count, 1, samples)),
+        )
+        for _ in range(4)
+    ]
+    power = float(noise_of(rows)[0].power(64).mean())
+    assert power == pytest.approx(1.0, abs=0.12)  # three standard errors of 0.04; the leftover alone has 0.75
