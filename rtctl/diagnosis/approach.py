@@ -1,33 +1,46 @@
 """A start for fits of whole records: the parameters that fit short stretches, each from a state of its own.
 
 A lightly damped oscillator whose frequency is off by more than a period in Q has many minima over a whole record, and
-a bistable one as many as turns; over a few periods there is one.
+a bistable one as many as turns; over a few periods there is one. The stretches' states settle first, each at its own
+pace: one in the wrong well would drag the parameters with it, and is left out if it stays there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, sensitivity_of
-from rtctl.identification.levenberg_marquardt import minimise
-from rtctl.identification.multiple_shooting import cut
+from rtctl.identification.levenberg_marquardt import Unknowns, minimise
+from rtctl.identification.multiple_shooting import cut, settled
 from rtctl.identification.segments import Segment, SegmentCost
 from rtctl.identification.sensitivity import Sensitivity
 from rtctl.identification.weak_form import half_width
 
 FloatArray = NDArray[np.float64]
-PERIODS = (4.0, 16.0, 64.0)
+PERIODS = (1.0, 4.0, 16.0, 64.0)
 """Lengths of the stretches, one after the other."""
 ITERATIONS = 8
+MOST_STRETCHES = 30
+"""Of one length, evenly over the records: a start needs no more."""
+SETTLED = 0.01
+ASTRAY = 25.0
+"""Times the median cost of a sample."""
+FITTED = 2
+"""Starts, of those that are nearest, from which whole records are fitted."""
 JUDGED_PERIODS = 1.0
-MOST_STRETCHES = 160
+MOST_JUDGED = 160
 """Of all records together, evenly spread: each costs a simulation with a state of its own."""
 FAR = 0.3
 """Of the signal's RMS: a whole-record fit that leaves less is in the right basin, and no stretches are needed."""
+STEP_ERROR = 0.01
+"""Of the cost, a tenth of the residual's RMS: below, the error is taken off to first order (see `gate`)."""
+FINEST_STEPS = 256.0
+"""A period; then the simulation's own."""
 
 
 def approached(data: Data, simulation: Simulation, still: frozenset[str] = frozenset()) -> list[Simulation]:
@@ -42,17 +55,15 @@ def approached(data: Data, simulation: Simulation, still: frozenset[str] = froze
         own = [simulation.parameters[k].value for k in sensitivity.of_record]
         cost = SegmentCost(
             sensitivity=sensitivity,
-            segments=_stretches(data, simulation, length_s, width_s, own),
+            segments=_stretches(data, simulation, length_s, width_s, own, MOST_STRETCHES),
             sigma=np.array([data.size(name) for name in sensitivity.outputs]),
             executor=data.executor,
             steps_per_period=data.steps_per_period,
         )
         shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
-        cost = _that_run(cost, shared)
+        cost, unknowns = _that_settle(_that_run(cost, shared), shared)
         low, high = bounds(sensitivity, data.scales)
-        reached = minimise(
-            cost.equations, cost.start(shared), low, high, iterations=ITERATIONS, tolerance=1e-4
-        )
+        reached = minimise(cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4)
         if reached is not None:
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
             found.append(simulation)
@@ -76,7 +87,7 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
     )
     cost = SegmentCost(
         sensitivity=sensitivity,
-        segments=_stretches(data, simulation, length_s, width_s, own),
+        segments=_stretches(data, simulation, length_s, width_s, own, MOST_JUDGED),
         sigma=np.array([data.size(name) for name in sensitivity.outputs]),
         executor=data.executor,
         steps_per_period=data.steps_per_period,
@@ -89,11 +100,11 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
 
 
 def _stretches(
-    data: Data, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float]
+    data: Data, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float], most: int
 ) -> list[Segment]:
-    """At most `MOST_STRETCHES`, spread evenly over all records; `own`: what each record has for itself."""
+    """At most so many, spread evenly over all records; `own`: what each record has for itself."""
     pieces = [piece for record in data.records for piece in cut(record, simulation, length_s, width_s)]
-    chosen = np.linspace(0, len(pieces) - 1, min(MOST_STRETCHES, len(pieces))).round().astype(int)
+    chosen = np.linspace(0, len(pieces) - 1, min(most, len(pieces))).round().astype(int)
     return [pieces[k]._replace(joined=False, start=np.append(pieces[k].start, own)) for k in chosen]
 
 
@@ -104,15 +115,24 @@ def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
     return cost.at(segments=kept) if kept else cost
 
 
-def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
-    """The best fit of whole records: from the model's own values, and from those of short stretches if that is far off.
+def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Unknowns]:
+    """States fitted alone, and without the stretches that this leaves far above the others."""
+    unknowns = settled(cost, cost.start(shared), SETTLED)
+    pieces = cost.pieces(unknowns)
+    if pieces is None:
+        return cost, unknowns
+    left = np.array([piece.cost for piece in pieces]) / [one.record.samples for one in cost.segments]
+    kept = np.flatnonzero(left <= ASTRAY * np.median(left)).tolist()
+    cost = cost.at(segments=[cost.segments[k] for k in kept])
+    return cost, unknowns._replace(own=unknowns.own[kept])
 
-    None: it diverges from all of them.
-    """
-    first = fitted(data, simulation, mechanisms)
-    if first is not None and misfit(data, first) < FAR:
-        return first
-    found = [first, *(fitted(data, start, mechanisms) for start in approached(data, simulation)[1:])]
+
+def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
+    """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges."""
+    tried = [
+        fitted(data, start, mechanisms, iterations=0) for start in (simulation, *approached(data, simulation))
+    ]
+    found = [fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)]
     return min((one for one in found if one is not None), key=_cost, default=None)
 
 
@@ -131,11 +151,45 @@ def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:
     """The same set from the values of short stretches, if that is better; as it is where it is not far off."""
     if misfit(data, hypothesis) < FAR:
         return hypothesis
-    found = [hypothesis]
-    for start in approached(data, hypothesis.simulation, hypothesis.still)[1:]:
-        once = fitted(data, start, hypothesis.mechanisms, hypothesis.starts, still=hypothesis.still)
-        found += [once] if once is not None else []
-    return min(found, key=_cost)
+    mechanisms, starts, still = hypothesis.mechanisms, hypothesis.starts, hypothesis.still
+    tried = [
+        fitted(data, start, mechanisms, starts, 0, still)
+        for start in approached(data, hypothesis.simulation, still)
+    ]
+    found = [fitted(data, one.simulation, mechanisms, one.starts, still=still) for one in _nearest(tried)]
+    return min([hypothesis, *(one for one in found if one is not None)], key=_cost)
+
+
+def _nearest(tried: Sequence[Hypothesis | None]) -> list[Hypothesis]:
+    """Those that are worth a fit."""
+    return sorted((one for one in tried if one is not None), key=_cost)[:FITTED]
+
+
+def finely(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis]:
+    """Data with steps so fine that they are not the error, and the nominal model fitted with them.
+
+    Near a ridge between two wells, or over many periods of a light damping, the steps that suit most records leave
+    more than the noise does.
+    """
+    while data.steps_per_period is not None and _step_error(data, nominal) > STEP_ERROR * nominal.cost:
+        steps = 2.0 * data.steps_per_period
+        data = replace(data, steps_per_period=steps if steps <= FINEST_STEPS else None)
+        again = fitted(data, nominal.simulation, nominal.mechanisms, nominal.starts, still=nominal.still)
+        nominal = again if again is not None else nominal
+    return data, nominal
+
+
+def _step_error(data: Data, nominal: Hypothesis) -> float:
+    """What the steps add to the outputs, on the scale of the cost; infinite where fine ones diverge."""
+    total = 0.0
+    for index, record in enumerate(data.records):
+        lanes = (nominal.values_of(index)[None], nominal.start(index)[None])
+        coarse = nominal.simulation.predict(record.stimulus, *lanes, data.steps_per_period)
+        fine = nominal.simulation.predict(record.stimulus, *lanes)
+        for name in nominal.sensitivity.outputs:
+            error = (coarse.outputs[name] - fine.outputs[name])[0, record.first :] / data.size(name)
+            total += 0.5 * float(error @ error)
+    return total if np.isfinite(total) else np.inf
 
 
 def _cost(one: Hypothesis) -> float:

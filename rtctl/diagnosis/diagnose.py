@@ -12,7 +12,7 @@ import numpy as np
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import Cause, as_json, causes_of
-from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.gain import Gain, gain
@@ -141,7 +141,7 @@ def diagnose(
             steps_per_period=STEPS_PER_PERIOD,
         )  # fmt: skip
         told("the nominal model")
-        nominal = _nominal(data, comparable)
+        data, nominal = finely(data, _nominal(data, comparable))
         warnings += short(fit, data.scales.rate)
         warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
         if remembers(data, nominal):

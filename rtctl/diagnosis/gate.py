@@ -28,6 +28,8 @@ from rtctl.identification.residual_noise import NoiseModel
 FloatArray = NDArray[np.float64]
 COARSE = 0.3
 """Of the noise: a converter's step above it shows; random readings lie far closer."""
+FIRST_ORDER = 0.3
+"""Of the residual, by the fits' steps."""
 LAGS = 6
 """Of motion and drive, a quarter of a period apart."""
 
@@ -84,11 +86,25 @@ def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index:
     slopes.append(data.subject.slopes(hypothesis, data, index))
     slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
     return Rows(
-        residual=base.residual,  # type: ignore[attr-defined]
+        residual=resolved(hypothesis, data, index, base.residual),  # type: ignore[attr-defined]
         shared=base.shared,  # type: ignore[attr-defined]
         own=base.own,  # type: ignore[attr-defined]
         directions=np.concatenate(slopes),
     )
+
+
+def resolved(hypothesis: Hypothesis, data: Data, index: int, coarse: FloatArray) -> FloatArray:
+    """The residual at the simulation's own steps: in a slope the fits' coarse ones cancel, in a residual they do not.
+
+    `coarse` (outputs, n) where the difference is beyond the first order that takes the optimum along.
+    """
+    record, sensitivity = data.records[index], hypothesis.sensitivity
+    start = np.atleast_2d(hypothesis.start(index))
+    run = hypothesis.simulation.predict(record.stimulus, hypothesis.values_of(index), start)
+    fine = np.stack([run.outputs[name][0, record.first :] for name in sensitivity.outputs])
+    fine = fine - _measured(data, hypothesis, index)
+    small = np.sum((fine - coarse) ** 2) < FIRST_ORDER**2 * np.sum(coarse**2)
+    return fine if small else coarse
 
 
 def _measured(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:

@@ -100,8 +100,8 @@ def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions)
     reached = []
     for start in starts:
         shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
-        settled = _settled(cost, cost.start(shared))
-        found = minimise(cost.equations, settled, low, high, iterations=options.screening_iterations)
+        states = settled(cost, cost.start(shared))
+        found = minimise(cost.equations, states, low, high, iterations=options.screening_iterations)
         if found is not None:
             reached.append(found)
     if not reached:
@@ -111,8 +111,11 @@ def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions)
     return min(reached, key=lambda found: found.equations.cost)
 
 
-def _settled(cost: SegmentCost, unknowns: Unknowns) -> Unknowns:
-    """Only the states, each segment at its own pace: one that starts near a ridge would hold up all the others."""
+def settled(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unknowns:
+    """Only the states, each segment at its own pace: one that starts near a ridge would hold up all the others.
+
+    Ends early where the sum of costs falls by less than its share `enough`.
+    """
     q = unknowns.own.shape[1]
     damping = np.full(len(unknowns.own), 1e-3)
     here = cost.pieces(unknowns)
@@ -131,8 +134,12 @@ def _settled(cost: SegmentCost, unknowns: Unknowns) -> Unknowns:
             continue
         better = np.array([there.cost < piece.cost for there, piece in zip(trial, here, strict=True)])
         unknowns = unknowns._replace(own=np.where(better[:, None], own, unknowns.own))
+        before = sum(piece.cost for piece in here)
         here = [there if took else piece for there, piece, took in zip(trial, here, better, strict=True)]
         damping = np.where(better, damping / 5.0, damping * 5.0)
+        gained = before - sum(piece.cost for piece in here)
+        if better.any() and gained < enough * before:
+            break
     return unknowns
 
 
