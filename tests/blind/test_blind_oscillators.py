@@ -21,13 +21,7 @@ HIDDEN = (
     (200_014, ("damping.quadratic",)),
     (200_015, ("stiffness.parametric",)),
     (200_016, ("sensor.hum",)),
-    pytest.param(
-        200_017,
-        ("drive.offset",),
-        marks=pytest.mark.xfail(
-            strict=True, reason="hops between two wells: no whole-record fit gets there yet"
-        ),
-    ),
+    (200_017, ("drive.offset",)),
     (200_018, ("friction.coulomb", "stiffness.quadratic")),
 )
 
