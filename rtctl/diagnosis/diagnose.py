@@ -163,7 +163,7 @@ def allowing(data: Data) -> Data:
     share = data.subject.allowed_share
     if not share:
         return data
-    return replace(data, allowed=tuple((share * data.size(name)) ** 2 for name in data.outputs))
+    return replace(data, allowed={name: (share * data.size(name)) ** 2 for name in data.records[0].measured})
 
 
 def _nominal(data: Data, simulation: Simulation) -> Hypothesis:

@@ -72,7 +72,7 @@ def examine(
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
     projected = project(rows, models)
-    tests = _tests(projected, directions, _allowance(data, rows, models))
+    tests = _tests(projected, directions, _allowance(data, hypothesis.sensitivity.outputs, rows, models))
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
@@ -129,13 +129,15 @@ def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
     return np.array(made)
 
 
-def _allowance(data: Data, rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> float:
+def _allowance(
+    data: Data, outputs: Sequence[str], rows: Sequence[Rows], noise: Sequence[NoiseModel]
+) -> float:
     """Noncentrality of a chi-squared whose misfit is as large as is allowed, all of it along the tested directions."""
     if not data.allowed:
         return 0.0
     samples = sum(row.residual.shape[1] for row in rows)
     powers = [float(np.mean(model.power(4096))) for model in noise]
-    shares = [allowed / max(power, 1e-300) for allowed, power in zip(data.allowed, powers, strict=True)]
+    shares = [data.allowed[name] / max(power, 1e-300) for name, power in zip(outputs, powers, strict=True)]
     return float(samples * np.sum(shares))
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,15 +34,8 @@ class Data:
     scales: Scales
     executor: Executor | None = None
     steps_per_period: float | None = None
-    allowed: tuple[float, ...] = ()
-    """Of each output, mean square of a misfit that is no gap, since the nominal model never claimed more; (): none."""
-
-    @property
-    def outputs(self) -> tuple[str, ...]:
-        """That all records have."""
-        return tuple(
-            name for name in self.records[0].measured if all(name in r.measured for r in self.records)
-        )
+    allowed: Mapping[str, float] = field(default_factory=dict)
+    """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
 
     @property
     def glance(self) -> Data:
