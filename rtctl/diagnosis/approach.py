@@ -30,8 +30,10 @@ MOST_STRETCHES = 30
 SETTLED = 0.01
 ASTRAY = 25.0
 """Times the median cost of a sample."""
+TRIAL = 8
+"""Iterations over whole records that show which start is near."""
 FITTED = 2
-"""Starts, of those that are nearest, from which whole records are fitted."""
+"""Starts, of those that are nearest, from which whole records are fitted to the end."""
 JUDGED_PERIODS = 1.0
 MOST_JUDGED = 160
 """Of all records together, evenly spread: each costs a simulation with a state of its own."""
@@ -43,25 +45,33 @@ FINEST_STEPS = 256.0
 """A period; then the simulation's own."""
 
 
-def approached(data: Data, simulation: Simulation, still: frozenset[str] = frozenset()) -> list[Simulation]:
-    """`simulation` after each length of stretches; those over which it diverges are left out."""
+def approached(
+    data: Data, simulation: Simulation, still: frozenset[str] = frozenset(), *, settle: bool = True
+) -> list[Simulation]:
+    """`simulation` after each length of stretches; those over which it diverges are left out.
+
+    `settle`: their states are fitted before any parameter moves, and stretches that stay astray are left out.
+    """
     found: list[Simulation] = []
     if not simulation.state:
         return found
     width_s = half_width(data.records, data.scales.rate)
-    for periods in PERIODS:
+    for periods in PERIODS if settle else PERIODS[1:]:
         length_s = periods * 2.0 * np.pi / data.scales.rate
         sensitivity = sensitivity_of(data, simulation, still)
         own = [simulation.parameters[k].value for k in sensitivity.of_record]
         cost = SegmentCost(
             sensitivity=sensitivity,
-            segments=_stretches(data, simulation, length_s, width_s, own, MOST_STRETCHES),
+            segments=_stretches(
+                data, simulation, length_s, width_s, own, MOST_STRETCHES if settle else MOST_JUDGED
+            ),
             sigma=np.array([data.size(name) for name in sensitivity.outputs]),
             executor=data.executor,
             steps_per_period=data.steps_per_period,
         )
         shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
-        cost, unknowns = _that_settle(_that_run(cost, shared), shared)
+        cost = _that_run(cost, shared)
+        cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
         low, high = bounds(sensitivity, data.scales)
         reached = minimise(cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4)
         if reached is not None:
@@ -128,11 +138,19 @@ def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Un
 
 
 def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
-    """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges."""
+    """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges.
+
+    Where the nearest of them end far off, from every start: a jump between motions makes many minima.
+    """
     tried = [
-        fitted(data, start, mechanisms, iterations=0) for start in (simulation, *approached(data, simulation))
+        fitted(data, start, mechanisms, iterations=TRIAL)
+        for start in (simulation, *approached(data, simulation))
     ]
     found = [fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)]
+    best = min((one for one in found if one is not None), key=_cost, default=None)
+    if best is not None and misfit(data, best) < FAR:
+        return best
+    found += [fitted(data, start, mechanisms) for start in approached(data, simulation, settle=False)]
     return min((one for one in found if one is not None), key=_cost, default=None)
 
 
@@ -153,7 +171,7 @@ def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:
         return hypothesis
     mechanisms, starts, still = hypothesis.mechanisms, hypothesis.starts, hypothesis.still
     tried = [
-        fitted(data, start, mechanisms, starts, 0, still)
+        fitted(data, start, mechanisms, starts, TRIAL, still)
         for start in approached(data, hypothesis.simulation, still)
     ]
     found = [fitted(data, one.simulation, mechanisms, one.starts, still=still) for one in _nearest(tried)]

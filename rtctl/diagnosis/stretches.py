@@ -1,4 +1,4 @@
-"""Records cut into short stretches, each from a state of its own, where a free run never forgets how it began.
+"""Records cut into short stretches, each from a state of its own, where whole free runs are no judge.
 
 A body without a spring adds up every small force for ever: over a whole record anything slow fits its drift, and what
 acts within a stroke does not count. Within a stretch there is no drift. The influence of the initial state says
@@ -16,8 +16,8 @@ from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.identification.multiple_shooting import cut
 from rtctl.identification.weak_form import half_width
 
-PERIODS = 0.5
-"""Length of a stretch: a stroke."""
+STROKE = 0.5
+"""Periods: length of a stretch of what drifts."""
 LEAST_SAMPLES = 200
 STILL_KNOWN = 0.3
 """Of the influence that an initial state had at first, at the end of a record."""
@@ -30,8 +30,9 @@ FAR = 0.3
 
 def remembers(data: Data, nominal: Hypothesis) -> bool:
     """Whether the free runs of `nominal`, fitted, drift away and never forget their starts."""
-    if not nominal.states or misfit(data, nominal) < FAR:
-        return False
+    held = {record.stimulus.holds.get(data.subject.drive) for record in data.records}
+    if not nominal.states or "band-limited" in held or misfit(data, nominal) < FAR:
+        return False  # a piece of a band-limited drive has ends that it never had
     try:
         lines = nominal.linearise(data)
     except ArithmeticError:
@@ -44,9 +45,9 @@ def remembers(data: Data, nominal: Hypothesis) -> bool:
     return bool(STILL_KNOWN < np.median(lasting) < PARTED)
 
 
-def cut_up(data: Data, nominal: Hypothesis) -> Data:
-    """The same records as stretches."""
-    length_s = max(PERIODS * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
+def cut_up(data: Data, nominal: Hypothesis, periods: float = STROKE) -> Data:
+    """The same records as stretches of so many periods."""
+    length_s = max(periods * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
     width_s = half_width(data.records, data.scales.rate)
     pieces = [
         segment.record
