@@ -84,6 +84,8 @@ def wakeup(period_s: float, spin: bool, rounds: int, seconds: float, priority: i
             print("cyclictest is not installed (Debian package rt-tests): no ratio")
             return
         rung = measure_period(scenario, seconds, lambda: False)
+        if rung.fault is not None:
+            print(f"a round ended early by {rung.fault}: {rung.message}")
         missed, steps = missed + rung.timing.overruns, steps + rung.periods
         for name in ratios:
             ours = rung.timing.lateness.summary_us()[name]

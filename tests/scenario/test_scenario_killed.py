@@ -159,6 +159,18 @@ def test_a_replay_says_where_it_differs_first(tmp_path: Path, capsys: pytest.Cap
     assert first["index"] == 100, "the estimate of the sample whose reading is another by 1e-12"
 
 
+def test_a_live_run_replays_to_the_bit_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Readings are a period old there, and periods may be missed."""
+    folder = tmp_path / "run"
+    short_run(folder, "clock.mode=live", "scenario.period=2 ms", "clock.timeout=5 s", "clock.watchdog=10 s")
+    code, found = replayed(folder, capsys)
+    assert (code, found["identical"]) == (0, True)
+    timing = summary_of(folder)["timing"]
+    assert found["rows"] == timing["steps"] > 0
+    assert timing["steps"] + timing["overruns"] == 150
+    assert {request["name"] for request in timing["requests"]} >= {"garbage collection frozen"}
+
+
 def test_a_replay_needs_the_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", str(tmp_path)]) == 2
     assert "a replay needs the folder of an rtctl run" in capsys.readouterr().err
