@@ -48,6 +48,7 @@ benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/estimator_vs_c.py
 	$(BIN)/python benchmarks/oscillator_vs_c.py
 	$(BIN)/python benchmarks/transactions.py
+	$(BIN)/python benchmarks/realtime.py recording wakeup
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

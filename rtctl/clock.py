@@ -16,7 +16,7 @@ from enum import StrEnum
 from typing import NamedTuple, Protocol
 
 SPIN_QUANTILE = 0.998
-SPIN_GAIN_NS = 2000.0
+SPIN_GAIN_NS = 6000.0
 FIRST_SPIN_NS = 60_000.0
 LARGEST_SPIN_SHARE = 0.2
 """Of a period: the kernel stops a real-time task that computes for more than 95 % of a second."""
