@@ -98,7 +98,30 @@ class InProcess(Checked):
     seed: Annotated[int, Field(ge=0)] | None = None
 
 
-class ModbusRtu(Checked):
+class FaultTable(Checked):
+    """[[driver.faults]]: what is done to the wire on purpose."""
+
+    kind: Literal[
+        "delay", "jitter", "drop", "duplicate", "reorder", "bit_flip", "truncate", "stall", "disconnect",
+        "device_reboot", "host_pause",
+    ]  # fmt: skip
+    rate: Annotated[float, Field(ge=0.0, le=1.0)]
+    """Share of the bursts of bytes that it strikes."""
+    duration_s: Annotated[Seconds, Field(alias="duration", ge=0.0, le=60.0)] = 0.0
+    way: Literal["to_device", "to_host"] | None = None
+    """Both, unless given."""
+
+
+class Wire(Checked):
+    """Keys of every driver with a wire."""
+
+    faults: tuple[FaultTable, ...] = ()
+    faults_seed: Annotated[int, Field(ge=0)] = 0
+    device_pid: Annotated[int, Field(gt=0)] | None = None
+    """Of `rtctl serve`, for device_reboot."""
+
+
+class ModbusRtu(Wire):
     """[driver] kind = "modbus-rtu"."""
 
     kind: Literal["modbus-rtu"] = "modbus-rtu"
@@ -107,7 +130,7 @@ class ModbusRtu(Checked):
     unit: Annotated[int, Field(ge=1, le=247)] = 1
 
 
-class ModbusTcp(Checked):
+class ModbusTcp(Wire):
     """[driver] kind = "modbus-tcp"."""
 
     kind: Literal["modbus-tcp"] = "modbus-tcp"
@@ -123,7 +146,7 @@ class ModbusTcp(Checked):
         return address
 
 
-class Serial(Checked):
+class Serial(Wire):
     """[driver] kind = "serial": the plain serial protocol (docs/serial-protocol.md)."""
 
     kind: Literal["serial"] = "serial"

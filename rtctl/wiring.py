@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,14 +18,44 @@ from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plants import support_of
-from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial
+from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
     """The driver of `[driver]`; plant files are looked up beside the scenario, then among the bundled ones."""
     table, profile = scenario.driver, scenario.profile
     builder: Callable[..., Driver] = _DRIVERS[table.kind]
+    if isinstance(table, Wire) and table.faults:
+        return _with_faults(table, profile, lambda reached: builder(reached, profile, folder))
     return builder(table, profile, folder)
+
+
+def _with_faults(
+    table: ModbusRtu | ModbusTcp | Serial, profile: DeviceProfile, build: Callable[[Wire], Driver]
+) -> Driver:
+    """A line with the faults of `[[driver.faults]]` between the driver and its device."""
+    from drivers.fault_line import Disturbance, Kind, Way
+    from drivers.fault_proxy import FaultPlan
+    from drivers.faulty import FaultyDriver
+
+    key = "address" if isinstance(table, ModbusTcp) else "port"
+    plan = FaultPlan(
+        wire="tcp" if isinstance(table, ModbusTcp) else "pty",
+        target=getattr(table, key),
+        disturbances=tuple(
+            Disturbance(
+                kind=Kind(fault.kind),
+                rate=fault.rate,
+                duration_s=fault.duration_s,
+                way=None if fault.way is None else Way(fault.way),
+            )
+            for fault in table.faults
+        ),
+        seed=table.faults_seed,
+        host_pid=os.getpid(),
+        device_pid=table.device_pid or 0,
+    )
+    return FaultyDriver(lambda where: build(table.model_copy(update={key: where})), plan, profile)
 
 
 def _in_process(table: InProcess, profile: DeviceProfile, folder: Path) -> Driver:

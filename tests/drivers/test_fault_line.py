@@ -179,7 +179,7 @@ def test_faults_of_a_wire_are_named_nothing_wrong_is_believed_and_nothing_unsafe
 @pytest.mark.parametrize("kind", [Kind.DUPLICATE, Kind.DELAY, Kind.REORDER])
 def test_what_a_serial_line_can_bear_is_borne(kind: Kind, tmp_path: Path) -> None:
     faults, device, injected = struck_by(
-        "serial", Disturbance(kind=kind, rate=0.2, duration_s=0.01), tmp_path, 60
+        "serial", Disturbance(kind=kind, rate=0.2, duration_s=0.01), tmp_path, 10.0
     )
     assert injected > 5
     assert not faults

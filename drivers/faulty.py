@@ -1,0 +1,88 @@
+"""A driver whose line has faults on purpose: `drivers.fault_proxy` as a process between it and the device."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from drivers.fault_proxy import FaultPlan
+from rtctl.border.errors import DriverError, Fault
+from rtctl.border.records import DeviceProfile, Driver, Measurement
+
+
+class FaultyDriver:
+    """`rtctl.border.records.Driver` around another one. Each opening has a line, and a seed, of its own."""
+
+    def __init__(self, make: Callable[[str], Driver], plan: FaultPlan, profile: DeviceProfile) -> None:
+        """`make`: the driver of a port or HOST:PORT. A pty's link is chosen here."""
+        self.profile = profile
+        self.identity = ""
+        self.injected: Counter[str] = Counter()
+        """What was done, by kind, until the last close."""
+        self._make, self._plan = make, plan
+        self._driver: Driver | None = None
+        self._line = ExitStack()
+
+    def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
+        """As the driver's. Raises DriverError; then nothing stays open."""
+        self._end()
+        try:
+            self._driver = driver = self._make(self._start())
+            first = driver.open(
+                lockstep_period_us=lockstep_period_us, watchdog_ms=watchdog_ms, timeout_s=timeout_s
+            )
+        except BaseException:
+            self._end()
+            raise
+        self.identity = driver.identity
+        return first
+
+    def exchange(self, levels: Sequence[float]) -> Measurement:
+        """As the driver's. Raises DriverError."""
+        if self._driver is None:
+            raise DriverError(Fault.CONNECTION_LOST, "the line with faults is not open")
+        return self._driver.exchange(levels)
+
+    def close(self, safe_levels: Sequence[float]) -> None:
+        """As the driver's; then the line ends. Never raises."""
+        if self._driver is not None:
+            self._driver.close(safe_levels)
+        self._end()
+
+    def _start(self) -> str:
+        folder = Path(self._line.enter_context(tempfile.TemporaryDirectory()))
+        plan = replace(self._plan, link=str(folder / "line"))
+        process = self._line.enter_context(
+            subprocess.Popen(
+                [sys.executable, "-m", "drivers.fault_proxy", plan.to_json()],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        assert process.stdout is not None
+        ready = process.stdout.readline().split()
+        if not ready:
+            assert process.stderr is not None
+            why = process.stderr.read().strip().splitlines() or ["it ended"]
+            raise DriverError(
+                Fault.CONNECTION_LOST, f"{plan.target}: no line with faults can be put there: {why[-1]}"
+            )
+        self._line.callback(self._finish, process)
+        return ready[1]
+
+    def _finish(self, process: subprocess.Popen[str]) -> None:
+        told, _ = process.communicate()  # its input ends, and it with that
+        self.injected.update(line.split()[1] for line in told.splitlines())
+
+    def _end(self) -> None:
+        self._driver = None
+        self._line.close()
+        self._plan = replace(self._plan, seed=self._plan.seed + 1)
