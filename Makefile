@@ -49,6 +49,7 @@ benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/oscillator_vs_c.py
 	$(BIN)/python benchmarks/transactions.py
 	$(BIN)/python benchmarks/realtime.py recording wakeup
+	$(BIN)/python benchmarks/wire_ratios.py
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -16,6 +16,7 @@ import statistics
 import subprocess
 import sys
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -64,10 +65,14 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=34, help="faults of each kind, strength and wire")
     parser.add_argument("--wires", default=",".join(WIRES))
     parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--together", type=int, default=len(WIRES), help="wires at the same time")
     parser.add_argument("--page", type=Path, help="write the table between its marks")
     arguments = parser.parse_args()
-    results, verdicts = [], {}
-    for wire in arguments.wires.split(","):
+    wires = arguments.wires.split(",")
+    results: list[tuple[Cell, dict[str, Any]]] = []
+    verdicts: dict[str, Any] = {}
+
+    def run(wire: str) -> None:
         cells = cells_of(wire, arguments.kinds.split(","), arguments.count)
         for cell, result in zip([*cells, None], run_wire(cells), strict=True):
             if cell is None:
@@ -76,6 +81,9 @@ def main() -> int:
             else:
                 results.append((cell, result))
                 print(progress_line(cell, result), flush=True)
+
+    with ThreadPoolExecutor(arguments.together) as pool:  # they wait most of the time
+        list(pool.map(run, wires))
     table = table_of(results, verdicts)
     print(table)
     if arguments.page is not None:

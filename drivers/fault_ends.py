@@ -55,8 +55,8 @@ class TcpLine:
         except OSError:
             client.close()
             return
-        device.settimeout(None)
         for end in (client, device):
+            end.setblocking(False)  # a descriptor of an old connection may be a new one's when its turn comes
             end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.host, self.device = client.detach(), device.detach()
 

@@ -10,10 +10,11 @@ transaction the write then runs over the settings as well and repeats them as th
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from drivers.modbus_clients import PromptSerialClient, PromptTcpClient
+from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
@@ -34,12 +35,14 @@ from rtctl.border.registers import (
     float32_words,
     reading_count,
     uint32_words,
-    words_float32,
     words_identity,
-    words_uint32,
 )
 
 _REFUSED = int(DeviceStatus.REFUSED)
+_FLOAT32, _WORD = struct.Struct(">f"), struct.Struct(">H")
+_COUNTER_STATUS_TIME = struct.Struct(">IHI")
+_COUNTER_AT, _SEQUENCE_AT = 2 * (COUNTER - READING), 2 * (SEQUENCE_IN_FORCE - READING)
+assert (STATUS, TIME_US) == (COUNTER + 2, COUNTER + 3)  # they are unpacked in one go
 
 
 class ModbusDriver:
@@ -52,6 +55,8 @@ class ModbusDriver:
         check_layout(profile)
         self.profile = profile
         self._reading_count = reading_count(profile)
+        self._sensed_at = [2 * (channel.register - READING) for channel in profile.sensed]
+        self._reference_at = 2 * (profile.reference.register - READING)
         self._settings: list[int] = []  # registers 3-7 in force, where a command has to run over them
         self.identity = ""
         self._make_client = make_client
@@ -128,7 +133,7 @@ class ModbusDriver:
         line.write(WATCHDOG_MS, [watchdog_ms])
         line.write(ENABLE, [1])
         if len(self.profile.commands) > 1:
-            self._settings = list(line.read(ENABLE, FURTHER_COMMANDS - ENABLE))
+            self._settings = list(struct.unpack(">5H", line.read(ENABLE, FURTHER_COMMANDS - ENABLE)))
 
     def _words(self, levels: Sequence[float], sequence: int) -> list[int]:
         """Registers from 0 on: first command, sequence number, then settings and further commands."""
@@ -138,7 +143,7 @@ class ModbusDriver:
             words += float32_words(level)
         return words
 
-    def _command(self, line: ModbusLine, words: list[int]) -> Sequence[int]:
+    def _command(self, line: ModbusLine, words: list[int]) -> bytes:
         if self._has_function_23:
             try:
                 return line.write_then_read(COMMAND, words, READING, self._reading_count)
@@ -149,21 +154,16 @@ class ModbusDriver:
         line.write(COMMAND, words)
         return line.read(READING, self._reading_count)
 
-    def _measurement(self, words: Sequence[int]) -> Measurement:
+    def _measurement(self, registers: bytes) -> Measurement:
         """From registers 100 on."""
-
-        def float_at(register: int) -> float:
-            at = register - READING
-            return words_float32(words[at], words[at + 1])
-
-        counter, time_us = COUNTER - READING, TIME_US - READING
+        counter, status, time_us = _COUNTER_STATUS_TIME.unpack_from(registers, _COUNTER_AT)
         return Measurement(
-            sensed=tuple(float_at(channel.register) for channel in self.profile.sensed),
-            reference=float_at(self.profile.reference.register),
-            counter=words_uint32(words[counter], words[counter + 1]),
-            time_us=words_uint32(words[time_us], words[time_us + 1]),
-            sequence=words[SEQUENCE_IN_FORCE - READING],
-            status=words[STATUS - READING],
+            tuple([_FLOAT32.unpack_from(registers, at)[0] for at in self._sensed_at]),
+            _FLOAT32.unpack_from(registers, self._reference_at)[0],
+            counter,
+            time_us,
+            _WORD.unpack_from(registers, _SEQUENCE_AT)[0],
+            status,
         )
 
     def _disconnect(self) -> None:
@@ -178,7 +178,7 @@ class ModbusRtuDriver(ModbusDriver):
     def __init__(self, *, port: str, baud: int, unit: int, profile: DeviceProfile) -> None:
         """`port`: path of the serial port; `baud` [bit/s]."""
         super().__init__(
-            lambda timeout_s: PromptSerialClient(port, baud, timeout_s), f"modbus-rtu {port}", unit, profile
+            lambda timeout_s: RtuClient(port, baud, timeout_s), f"modbus-rtu {port}", unit, profile
         )
 
 
@@ -187,7 +187,7 @@ class ModbusTcpDriver(ModbusDriver):
 
     def __init__(self, *, host: str, port: int, unit: int, profile: DeviceProfile) -> None:
         super().__init__(
-            lambda timeout_s: PromptTcpClient(host, port, timeout_s),
+            lambda timeout_s: TcpClient(host, port, timeout_s),
             f"modbus-tcp {host}:{port}",
             unit,
             profile,
@@ -197,6 +197,6 @@ class ModbusTcpDriver(ModbusDriver):
 def _read_identity(line: ModbusLine) -> str:
     """The device's name, or "" where the device has none."""
     try:
-        return words_identity(line.read(IDENTITY, IDENTITY_COUNT))
+        return words_identity(struct.unpack(">8H", line.read(IDENTITY, IDENTITY_COUNT)))
     except ExceptionReply:
         return ""

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import struct
 from typing import Protocol
 
-from pymodbus.exceptions import ModbusException, ModbusIOException
-from pymodbus.pdu import ExceptionResponse, ModbusPDU
-from pymodbus.pdu.register_message import (
-    ReadHoldingRegistersRequest,
-    ReadWriteMultipleRegistersRequest,
-    WriteMultipleRegistersRequest,
-)
-
 from drivers.line_errors import lost
+from drivers.modbus_frames import (
+    EXCEPTION,
+    read_request,
+    write_request,
+    write_then_read_request,
+)
 from rtctl.border.errors import DriverError, Fault
 
 ILLEGAL_FUNCTION = 1
@@ -32,7 +30,7 @@ _EXCEPTIONS = {
 class Client(Protocol):
     """What a line needs of `drivers.modbus_clients`."""
 
-    def connect(self) -> bool:
+    def connect(self) -> None:
         """Raises OSError."""
         ...
 
@@ -44,8 +42,8 @@ class Client(Protocol):
         """See to it that the late reply to a failed transaction answers no other."""
         ...
 
-    def execute(self, no_response_expected: bool, request: ModbusPDU) -> ModbusPDU:
-        """One transaction."""
+    def transact(self, unit: int, request: bytes) -> bytes | None:
+        """One transaction: the reply's function code and body; None: no sound one in time. Raises OSError."""
         ...
 
 
@@ -78,53 +76,48 @@ class ModbusLine:
         """Never raises."""
         self._client.disconnect()
 
-    def read(self, address: int, count: int) -> Sequence[int]:
-        """Function 3. Raises DriverError, ExceptionReply."""
-        reply = self._transact(ReadHoldingRegistersRequest(dev_id=self._unit, address=address, count=count))
-        return self._registers(reply, count)
+    def read(self, address: int, count: int) -> bytes:
+        """Function 3: the registers, high byte first. Raises DriverError, ExceptionReply."""
+        return self._registers(self._transact(read_request(address, count)), count)
 
     def write(self, address: int, words: list[int]) -> None:
         """Function 16. Raises DriverError, ExceptionReply."""
-        request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=words)
-        reply = self._transact(request)
-        if (reply.address, reply.count) != (address, len(words)):
-            raise self._stale(f"registers {reply.address}+{reply.count} instead of {address}+{len(words)}")
+        reply = self._transact(write_request(address, words))
+        found, count = struct.unpack(">HH", reply) if len(reply) == 4 else (-1, 0)
+        if (found, count) != (address, len(words)):
+            raise self._stale(f"registers {found}+{count} instead of {address}+{len(words)}")
 
-    def write_then_read(self, address: int, words: list[int], read_address: int, count: int) -> Sequence[int]:
+    def write_then_read(self, address: int, words: list[int], read_address: int, count: int) -> bytes:
         """Function 23: one transaction. Raises DriverError, ExceptionReply."""
-        request = ReadWriteMultipleRegistersRequest(
-            read_address=read_address,
-            read_count=count,
-            write_address=address,
-            write_registers=words,
-            dev_id=self._unit,
+        return self._registers(
+            self._transact(write_then_read_request(address, words, read_address, count)), count
         )
-        return self._registers(self._transact(request), count)
 
-    def _transact(self, request: ModbusPDU) -> ModbusPDU:
-        function = request.function_code
+    def _transact(self, request: bytes) -> bytes:
+        """The reply's body. Raises DriverError, ExceptionReply."""
+        function = request[0]
         try:
-            reply = self._client.execute(False, request)
-        except ModbusIOException:
+            reply = self._client.transact(self._unit, request)
+        except OSError as error:
+            self._client.disconnect()
+            raise lost(self.name, error, self._timeout_s) from None
+        if reply is None:
             self._client.forget()
             raise DriverError(
                 Fault.NO_ANSWER,
                 f"{self.name}: no valid answer to function {function} within {1e3 * self._timeout_s:g} ms; "
                 "is the device on, are baud rate and unit right, is the timeout long enough?",
-            ) from None
-        except (ModbusException, OSError) as error:
-            self._client.disconnect()
-            raise lost(self.name, error, self._timeout_s) from None
-        if isinstance(reply, ExceptionResponse) and reply.function_code == function | 0x80:
-            raise ExceptionReply(function, reply.exception_code)
-        if reply.function_code != function:
-            raise self._stale(f"function {reply.function_code & 0x7F} instead of {function}")
-        return reply
+            )
+        if reply[0] == function | EXCEPTION:
+            raise ExceptionReply(function, reply[1] if len(reply) > 1 else 0)
+        if reply[0] != function:
+            raise self._stale(f"function {reply[0] & 0x7F} instead of {function}")
+        return reply[1:]
 
-    def _registers(self, reply: ModbusPDU, count: int) -> Sequence[int]:
-        if len(reply.registers) != count:
-            raise self._stale(f"{len(reply.registers)} registers instead of {count}")
-        return reply.registers
+    def _registers(self, reply: bytes, count: int) -> bytes:
+        if len(reply) != 1 + 2 * count or reply[0] != 2 * count:
+            raise self._stale(f"{len(reply) // 2} registers instead of {count}")
+        return reply[1:]
 
     def _stale(self, what: str) -> DriverError:
         self._client.forget()

@@ -105,8 +105,6 @@ class SerialDriver:
             for enable in (0, 1):
                 self._set(Settings(enable, int(lockstep), watchdog_ms, lockstep_period_us or 0))
             first = self._reading(self._ask(Request.READ))
-            for _ in range(self._pipeline):
-                self._sent.append(self._ask(Request.READ))  # answers for the first exchanges
         except DriverError:
             self._disconnect()
             raise
@@ -122,6 +120,8 @@ class SerialDriver:
             raise DriverError(
                 Fault.COMMAND_REFUSED, f"{self._name}: command {_text(levels, self.profile)}: {error}"
             ) from None
+        if self._pipeline and not self._sent:  # the first one: so many exchanges need answers of their own
+            self._sent.extend([self._ask(Request.READ) for _ in range(self._pipeline)])
         self._sent.append(self._ask(Request.COMMAND, payload))
         asked = self._sent.popleft()
         measurement = self._reading(asked)

@@ -27,6 +27,7 @@ _CRC = struct.Struct("<H")
 _SETTINGS = struct.Struct("<BBHI")
 _IDENTITY = struct.Struct("<BBB16s")
 _READING = "<HHIIf"
+_CODE = [bytes((length + 1,)) for length in range(255)]
 _LONGEST = MAX_BODY + _CRC.size + 1
 
 
@@ -83,7 +84,7 @@ def frame(kind: int, tag: int, payload: bytes = b"") -> bytes:
     if len(body) > MAX_BODY:
         raise ValueError(f"a message has at most {MAX_BODY} bytes, got {len(body)}")
     body += _CRC.pack(crc_hqx(body, 0xFFFF))
-    return b"\0" + b"".join([bytes((len(run) + 1,)) + run for run in body.split(b"\0")]) + b"\0"
+    return b"\0" + b"".join([_CODE[len(run)] + run for run in body.split(b"\0")]) + b"\0"
 
 
 def unframe(stuffed: bytes) -> Message | None:
@@ -118,7 +119,8 @@ class FrameReader:
 
     def feed(self, data: bytes) -> list[Message]:
         """The messages that `data` completes."""
-        *whole, self._rest = (self._rest + data).split(b"\0")
+        whole = (self._rest + data).split(b"\0")
+        self._rest = whole.pop()
         if len(self._rest) > _LONGEST:  # no frame is so long: a babbling line must not fill the memory
             self._rest = self._rest[:1]  # what is left of it fails its check
             self.damaged += 1
@@ -180,5 +182,6 @@ class Layout:
         """None where the length is wrong."""
         if len(payload) != self._reading.size:
             return None
-        sequence, status, counter, time_us, reference, *sensed = self._reading.unpack(payload)
-        return Measurement(tuple(sensed), reference, counter, time_us, sequence, status)
+        values = self._reading.unpack(payload)
+        sequence, status, counter, time_us, reference = values[:5]
+        return Measurement(values[5:], reference, counter, time_us, sequence, status)

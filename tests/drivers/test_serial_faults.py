@@ -186,11 +186,13 @@ def test_the_loop_drives_the_reference_device_over_a_pty(pipeline: int | None, t
     live = ["clock.mode=live", f"driver.pipeline={pipeline}", "clock.timeout=2 s", "clock.watchdog=4 s"]
     settings = ["driver.kind=serial", f"driver.port={link}", *([] if pipeline is None else live)]
     with subprocess.Popen([program, str(link)], stdout=subprocess.PIPE) as device:
-        assert device.stdout is not None
-        device.stdout.readline()
-        told = [word for setting in settings for word in ("--set", setting)]
-        assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *told]) == 0
-        device.terminate()
+        try:
+            assert device.stdout is not None
+            device.stdout.readline()
+            told = [word for setting in settings for word in ("--set", setting)]
+            assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *told]) == 0
+        finally:
+            device.kill()
     (record,) = (tmp_path / "data").glob("r0*.parquet")
     resistance = pq.read_table(record)["resistance"].to_numpy()
     assert resistance.max() > 5.0 * resistance.min(), "the second level is hotter"
