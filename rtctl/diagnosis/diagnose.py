@@ -33,8 +33,6 @@ from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
-STEPS_PER_PERIOD = 64.0
-"""Of the fits: their errors cancel in the differences that are tested; the gain is measured at the full number."""
 RIVALS = 3
 """Candidates that the next experiment has to tell apart, at most."""
 
@@ -138,7 +136,7 @@ def diagnose(
         data = Data(
             subject=subject, records=fit, scales=scales_of(fit, subject.output, subject.drive),
             executor=executor if len(fit) > 1 else None,
-            steps_per_period=STEPS_PER_PERIOD,
+            steps_per_period=subject.steps_per_period,
         )  # fmt: skip
         told("the nominal model")
         data, nominal = finely(data, _nominal(data, comparable))

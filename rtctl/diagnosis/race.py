@@ -19,6 +19,8 @@ LAST_LAP = 40
 SECOND = 8
 """Sets that enter the second lap."""
 LAST = 4
+FINISHED = 3
+"""Of those, sets that are fitted to all samples where the laps before took a glance at a few."""
 HOPELESS = 30.0
 """Times the cost of the best after the first lap."""
 
@@ -55,9 +57,15 @@ def race(
     field = _sorted([*gone, *field[len(going) :]])
     going = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
-        return _sorted([one for one in (polished(data, each, LAST_LAP) for each in going) if one is not None])
+        return _sorted([one for one in (_on_all(data, each) for each in going[:FINISHED]) if one is not None])
     gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in going]
     return _sorted([*gone, *field[len(going) :]])
+
+
+def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
+    """To the end at a glance, then on all samples."""
+    end = _better(one, polished(data.glance, one, LAST_LAP))
+    return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
 
 
 def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:

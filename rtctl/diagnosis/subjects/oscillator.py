@@ -132,6 +132,7 @@ OSCILLATOR = Subject(
     grows_with_motion=True,
     allowed_share=0.0,
     least_removed=0.9,
+    steps_per_period=64.0,
     glance_samples=None,
     comparable=_comparable,
     inner=_as_it_is,

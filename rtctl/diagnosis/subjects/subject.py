@@ -55,6 +55,9 @@ class Subject:
     """Of an output's size, RMS misfit that the nominal models of this kind never promise to be below; 0: none."""
     least_removed: float
     """Of the squared misfit of the re-fitted nominal model: causes that remove less, and leave some, are not named."""
+    steps_per_period: float
+    """Of the fits, as `Simulation.predict` has it: their errors cancel in the differences that are tested; the gain is
+    measured at the full number."""
     glance_samples: int | None
     """Of all records together, that a first look at each hypothesis takes; None: all."""
     comparable: Callable[[Simulation, Records], tuple[Simulation, Reader]]

@@ -218,6 +218,7 @@ VO2 = Subject(
     grows_with_motion=False,
     allowed_share=0.005,
     least_removed=0.6,
+    steps_per_period=8.0,
     glance_samples=12_000,
     comparable=_comparable,
     inner=_inner,
