@@ -22,7 +22,6 @@ from generator import Truth, generate
 from rtctl.comparison import simulation_for
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.checks import split
-from rtctl.diagnosis.diagnose import STEPS_PER_PERIOD
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.subjects import SUBJECTS
@@ -102,7 +101,7 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Data]:
         subject=subject,
         records=fit,
         scales=scales_of(fit, subject.output, subject.drive),
-        steps_per_period=STEPS_PER_PERIOD,
+        steps_per_period=OSCILLATOR.steps_per_period,
     )
     nominal = fitted_nominal(data, simulation, ())
     if nominal is None:
