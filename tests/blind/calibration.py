@@ -101,7 +101,7 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Data]:
         subject=subject,
         records=fit,
         scales=scales_of(fit, subject.output, subject.drive),
-        steps_per_period=OSCILLATOR.steps_per_period,
+        steps_per_period=subject.steps_per_period,
     )
     nominal = fitted_nominal(data, simulation, ())
     if nominal is None:
