@@ -52,11 +52,11 @@ class Cause(NamedTuple):
         }
 
 
-def causes_of(search: Search, noise_cost: float) -> list[Cause]:
-    """Most certain first."""
+def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Cause]:
+    """Most certain first; values by the fit `estimated` of what was chosen."""
     chosen = search.chosen
     probabilities = _probabilities(search)
-    together = joint_statements(chosen.hypothesis.simulation)
+    together = joint_statements(estimated.hypothesis.simulation)
     found = [
         Cause(
             id=mechanism.id,
@@ -70,7 +70,7 @@ def causes_of(search: Search, noise_cost: float) -> list[Cause]:
         for mechanism in chosen.hypothesis.simulation.mechanisms
         if mechanism.id in chosen.hypothesis.mechanisms
         and mechanism.id not in search.nominal.hypothesis.mechanisms
-        for estimates in (estimates_of(chosen, mechanism.id),)
+        for estimates in (estimates_of(estimated, mechanism.id),)
     ]
     return sorted(found, key=lambda cause: (-cause.probability, -cause.share_removed))
 

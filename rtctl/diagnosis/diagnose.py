@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.gain import Gain, gain
-from rtctl.diagnosis.gate import Examined
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
@@ -61,6 +61,13 @@ class DiagnosisOptions:
     """Processor time of the search, after which no further fit is begun."""
 
 
+class Fits(NamedTuple):
+    """The nominal model re-fitted, and with the causes; the same twice where there are none."""
+
+    before: Examined
+    after: Examined
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
     """The answer and all that its page shows."""
@@ -86,10 +93,8 @@ class Diagnosis:
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
 
-    @property
-    def best(self) -> Examined:
-        """What the extended model is: with the causes, or the re-fitted nominal one."""
-        return self.search.chosen if self.causes else self.search.nominal
+    fits: Fits
+    """Over whole records: what gain, extended model and pictures are of."""
 
     @property
     def json(self) -> dict[str, Any]:
@@ -142,6 +147,7 @@ def diagnose(
         data, nominal = finely(data, _nominal(data, comparable))
         warnings += short(fit, data.scales.rate)
         warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
+        whole, nominal_whole = data, nominal
         if remembers(data, nominal):
             told("the nominal model within short stretches")
             data = cut_up(data, nominal)
@@ -153,7 +159,8 @@ def diagnose(
             warnings.append(stopped)
         if found.out_of_time:
             warnings.append(OUT_OF_TIME.format(options.seconds))
-        return _answer(dataset, model, simulation, data, tests, found, warnings, bool(stopped))
+        fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
+        return _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
 
 
 def allowing(data: Data) -> Data:
@@ -204,13 +211,15 @@ def _searched(
 
 def _answer(
     dataset: Dataset, model: Any, before: Simulation, data: Data, tests: tuple[FitRecord, ...], found: Search,
-    warnings: list[str], stopped: bool,
+    whole: Fits | None, warnings: list[str], stopped: bool,
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
     verdict = verdict_of(found, data.subject.least_removed)
-    causes = causes_of(found, noise_cost) if verdict in ("explained", "partly_explained") else []
-    best = found.chosen if causes else found.nominal
+    named = verdict in ("explained", "partly_explained")
+    fits = whole or Fits(found.nominal, found.chosen)
+    fits = fits if named else Fits(fits.before, fits.before)
+    causes = causes_of(found, noise_cost, fits.after) if named else []
     where = places(found.nominal) if verdict != "adequate" else []
     units, output = dict(dataset.units), data.subject.output
     gap = verdict in ("unexplained", "partly_explained")
@@ -218,14 +227,24 @@ def _answer(
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
-        gain=gain(found.nominal.hypothesis.simulation, best.hypothesis.simulation, tests, output, units[output],
+        gain=gain(fits.before.hypothesis.simulation, fits.after.hypothesis.simulation, tests, output, units[output],
                   noise_rms, data.scales.rate),
-        model=data.subject.extended_model(model, best), units=units, isolability=isolability(found.nominal),
+        fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
+        isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip
+
+
+def _over_whole_records(whole: Data, nominal: Hypothesis, found: Search) -> Fits | None:
+    """What was chosen within stretches, fitted to free runs; None: it does not fit them, or less well."""
+    chosen = found.chosen.hypothesis
+    again = fitted(whole, chosen.simulation, chosen.mechanisms, still=chosen.still)
+    if again is None or again.cost > nominal.cost:
+        return None
+    return Fits(examine(nominal, whole, ()), examine(again, whole, ()))
 
 
 def _rivals(found: Search, verdict: str) -> list[Hypothesis]:

@@ -18,6 +18,8 @@ from rtctl.identification.fit_record import FitRecord
 FloatArray = NDArray[np.float64]
 RESAMPLES = 400
 BLOCK_PERIODS = 8.0
+LEAST_BLOCKS = 12
+"""Of all test records; shorter ones where they are few periods."""
 START_ITERATIONS = 4
 NUDGE = 1e-4
 """Of the largest reading: finite differences of the start."""
@@ -102,6 +104,7 @@ def _interval(
 ) -> tuple[float, float]:
     """95 % of the ratio of RMS errors."""
     length = max(8, round(BLOCK_PERIODS * 2.0 * np.pi / rate / period_s))
+    length = max(1, min(length, sum(len(one) for one in old) // LEAST_BLOCKS))
     squares = []
     for first, second in zip(old, new, strict=True):
         count = max(1, len(first) // length)

@@ -69,7 +69,7 @@ def pictures(found: Diagnosis) -> list[Picture]:
 
 def before_after(found: Diagnosis) -> list[BeforeAfter]:
     """Free runs over the test records, the worst first; over the fitted ones where none is a test."""
-    before, after = found.search.nominal.hypothesis.simulation, found.best.hypothesis.simulation
+    before, after = found.fits.before.hypothesis.simulation, found.fits.after.hypothesis.simulation
     records = found.tests or found.data.records
     made = [_one(record, before, after, found) for record in records]
     return sorted(made, key=lambda one: -float(np.mean(one.errors[0] ** 2)))

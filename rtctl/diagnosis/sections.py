@@ -136,8 +136,8 @@ def proposal(found: Diagnosis) -> str:
 
 def parameters(found: Diagnosis) -> str:
     """Of the model: as the file has them, re-fitted, and with the causes."""
-    nominal = estimates_of(found.search.nominal, "")
-    extended = estimates_of(found.best, "") if found.causes else {}
+    nominal = estimates_of(found.fits.before, "")
+    extended = estimates_of(found.fits.after, "") if found.causes else {}
     given = {one.name: one for one in found.before.parameters}
     rows = []
     for name, one in nominal.items():

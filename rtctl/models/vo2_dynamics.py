@@ -6,7 +6,7 @@ it. `used` names what has a place in the loop, `left_out` what has none.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from rtctl.models.vo2 import Vo2Model
@@ -20,6 +20,11 @@ LEFT_OUT = {
     "hysteresis.shape": "identify the loops anew instead",
 }
 """Mechanisms without a place in the loop, and why."""
+NOT_TRUSTED = {
+    "hysteresis.rate_dependence": "identified loops do not part what lags from what does not",
+    "structure.resonance": "the margins that it asks for cost more than the swing",
+}
+"""Mechanisms with which the loop tracked worse than without, and why."""
 
 
 class Affine(NamedTuple):
@@ -124,3 +129,11 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         used=(*(one for one in MECHANISMS if one in acting - LEFT_OUT.keys()), *model.corrections),
         left_out=tuple(one.id for one in simulation.mechanisms if one.id in LEFT_OUT or one.id not in acting),
     )
+
+
+def loop_dynamics(model: Vo2Model) -> Vo2Dynamics:
+    """Of what the loop takes of a model: `dynamics_of` without what is not trusted. Raises InputError."""
+    kept = tuple(one for one in model.mechanisms if one.id not in NOT_TRUSTED)
+    dropped = tuple(one.id for one in model.mechanisms if one.id in NOT_TRUSTED)
+    found = dynamics_of(replace(model, mechanisms=kept))
+    return replace(found, left_out=(*found.left_out, *dropped))

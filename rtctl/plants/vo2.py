@@ -19,7 +19,7 @@ from rtctl.interfaces import Estimator
 from rtctl.limits import CommandLimits
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model, read_model
-from rtctl.models.vo2_dynamics import LEFT_OUT, Vo2Dynamics, dynamics_of
+from rtctl.models.vo2_dynamics import LEFT_OUT, NOT_TRUSTED, Vo2Dynamics, loop_dynamics
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.plants.support import Control
 from rtctl.scenario import PiTable, Scenario
@@ -40,7 +40,10 @@ class Vo2Support:
 
     def unused(self, model: Vo2Model) -> tuple[str, ...]:
         """Mechanisms without a place in the loop, and why."""
-        return tuple(f"{one} ({LEFT_OUT.get(one, 'at neutral')})" for one in dynamics_of(model).left_out)
+        return tuple(
+            f"{one} ({(LEFT_OUT | NOT_TRUSTED).get(one, 'at neutral')})"
+            for one in loop_dynamics(model).left_out
+        )
 
     def output_range(self, scenario: Scenario, model: Vo2Model) -> Span:
         """Deflections that were seen at identification [um]."""
@@ -69,7 +72,7 @@ def controllable(model: Vo2Model) -> WorkingRange:
         working = working_range(model.deflection_preisach, model.current)
     except ValueError as error:
         raise InputError(f"the model cannot be controlled: {error}") from None
-    dynamics = dynamics_of(model)
+    dynamics = loop_dynamics(model)
     if dynamics.is_plain:
         return working
     low, high = (max(dynamics.current.back(end), 0.0) for end in working.current)
@@ -101,7 +104,7 @@ def build_controller(
     table = scenario.controller
     if not isinstance(table, PiTable):
         raise InputError(f'controller.kind = "{table.kind}" does not control a "vo2"; use "pi"')
-    dynamics = dynamics_of(model)
+    dynamics = loop_dynamics(model)
     if table.kp is not None and table.ki is not None:
         gains = PiGains(kp=table.kp, ki=table.ki)
         tuning = _given(gains, scenario, model, dynamics, working, delay)
@@ -123,7 +126,7 @@ def _feedforward(table: PiTable, scenario: Scenario, model: Vo2Model, working: W
     if table.feedforward == "none":
         return NoFeedforward()
     limits = current_limits(scenario, working)
-    command, dynamics = Span(limits.low, limits.high), dynamics_of(model)
+    command, dynamics = Span(limits.low, limits.high), loop_dynamics(model)
     if dynamics.is_plain:
         return InverseFeedforward(model, command)
     return ExtendedFeedforward(model, dynamics, command, scenario.scenario.period_s)
