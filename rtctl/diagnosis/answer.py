@@ -72,7 +72,8 @@ def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Ca
         and mechanism.id not in search.nominal.hypothesis.mechanisms
         for estimates in (estimates_of(estimated, mechanism.id),)
     ]
-    return sorted(found, key=lambda cause: (-cause.probability, -cause.share_removed))
+    qualifies = {"drive.offset"} if together else set()  # says how the friction depends on direction
+    return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
 
 
 def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:

@@ -12,12 +12,12 @@ from rtctl.estimators.gap_free import GapFreeEstimator
 from rtctl.estimators.observer import ObserverEstimator
 from rtctl.interfaces import Estimator
 from rtctl.models.vo2 import Vo2Model
-from rtctl.models.vo2_dynamics import loop_dynamics
+from rtctl.models.vo2_dynamics import dynamics_of
 
 
 def observer_of(model: Vo2Model) -> Estimator:
     """The observer that the model needs: the compiled one of a nominal model, or that of its mechanisms."""
-    dynamics = loop_dynamics(model)
+    dynamics = dynamics_of(model)
     return ObserverEstimator(model) if dynamics.is_plain else ExtendedObserver(model, dynamics)
 
 
@@ -25,7 +25,7 @@ def corrected(estimator: Callable[[Vo2Model], Estimator]) -> Callable[[Vo2Model]
     """`estimator`, behind the sensor of an extended model where it is one."""
 
     def of(model: Vo2Model) -> Estimator:
-        dynamics = loop_dynamics(model)
+        dynamics = dynamics_of(model)
         return estimator(model) if dynamics.is_plain else CorrectedEstimator(estimator(model), dynamics)
 
     return of

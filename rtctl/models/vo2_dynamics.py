@@ -21,10 +21,10 @@ LEFT_OUT = {
 }
 """Mechanisms without a place in the loop, and why."""
 NOT_TRUSTED = {
-    "hysteresis.rate_dependence": "identified loops do not part what lags from what does not",
-    "structure.resonance": "the margins that it asks for cost more than the swing",
+    "hysteresis.rate_dependence": "in the observer only: identified loops do not part what lags from what does not",
+    "structure.resonance": "in the observer only: the margins that it asks for cost more than the swing",
 }
-"""Mechanisms with which the loop tracked worse than without, and why."""
+"""Mechanisms with which tuning and feedforward made the loop track worse than without, and why."""
 
 
 class Affine(NamedTuple):
@@ -132,7 +132,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
 
 
 def loop_dynamics(model: Vo2Model) -> Vo2Dynamics:
-    """Of what the loop takes of a model: `dynamics_of` without what is not trusted. Raises InputError."""
+    """Of what tuning and feedforward take of a model: `dynamics_of` without what is not trusted. Raises InputError."""
     kept = tuple(one for one in model.mechanisms if one.id not in NOT_TRUSTED)
     dropped = tuple(one.id for one in model.mechanisms if one.id in NOT_TRUSTED)
     found = dynamics_of(replace(model, mechanisms=kept))

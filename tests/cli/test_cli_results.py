@@ -30,7 +30,8 @@ def test_the_summary_has_the_agreed_fields(model_file: Path, tmp_path: Path) -> 
     assert {"mean_abs_um", "max_abs_um"} <= summary["self_sensing"].keys()
     timing = summary["timing"]
     times = {"lateness_us", "round_trip_us", "compute_us"}
-    assert timing.keys() == {"period_s", "steps", "overruns", *times}
+    kept = {"missed", "requests", "histograms_us"}
+    assert timing.keys() == {"period_s", "steps", "overruns", *times, *kept}
     assert (timing["period_s"], timing["steps"], timing["overruns"]) == (1e-3, 50, 0)
     for name in times:
         assert timing[name].keys() == PERCENTILES
@@ -88,7 +89,7 @@ def test_a_run_that_breaks_while_writing_leaves_no_summary_of_an_older_one(
     def no_space(*_: Any) -> None:
         raise OSError(28, "No space left on device", "signals.parquet")
 
-    monkeypatch.setattr("rtctl.recording.write_parquet", no_space)
+    monkeypatch.setattr("rtctl.run_folder.write_parquet_parts", no_space)
     assert run(model_file, tmp_path, "--quiet") == 1
     assert not (tmp_path / "summary.json").exists()
 

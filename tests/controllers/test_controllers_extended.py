@@ -18,7 +18,8 @@ from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
 from rtctl.controllers.tuning import margins, tune
 from rtctl.models.span import Span
-from rtctl.models.vo2_dynamics import dynamics_of
+from rtctl.models.vo2_dynamics import dynamics_of, loop_dynamics
+from rtctl.simulations.vo2 import extended_model
 
 H, TAU, GAIN = 1e-3, 1.8e-3, 40.0
 ASKED = {"least_gain_margin": 2.0, "least_phase_margin_deg": 60.0}
@@ -118,3 +119,15 @@ def test_played_open_loop_it_puts_the_models_deflection_on_the_setpoint(identity
     error = np.abs(deflection[after] - wanted(time_s[after]))
     assert error.mean() < 0.3, "um"
     assert feedforward.preview_s == pytest.approx(values.get("delay", 0.0))
+
+
+def test_tuning_leaves_out_what_the_loop_tracked_worse_with():
+    made = simulation(
+        structure__resonance={"participation": 1.0, "frequency": 90.0, "damping_ratio": 0.05},
+        hysteresis__rate_dependence={"time_constant": 3e-3},
+        actuation__delay={"delay": 2e-3},
+    )
+    found = loop_dynamics(extended_model(made))
+    assert found.used == ("actuation.delay",)
+    assert set(found.left_out) == {"structure.resonance", "hysteresis.rate_dependence"}
+    assert (found.delay_s, found.participation, found.balance.lag_s) == (2e-3, 0.0, 0.0)
