@@ -27,7 +27,7 @@ from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.subject import Subject
-from rtctl.diagnosis.verdict import verdict_of
+from rtctl.diagnosis.verdict import confirmed, verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
@@ -40,6 +40,7 @@ LONG_MEMORY = (
     "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
     "from a state of its own; the errors on test records are of free runs over whole records all the same"
 )
+NOT_HELD = "{} would remove most of the error on the fitted records, but not on the test records: not named"
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
 OUT_OF_TIME = (
     "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
@@ -215,20 +216,27 @@ def _answer(
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
-    verdict = verdict_of(found, data.subject.least_removed)
-    named = verdict in ("explained", "partly_explained")
+    units, output = dict(dataset.units), data.subject.output
     fits = whole or Fits(found.nominal, found.chosen)
+
+    def gained(fits: Fits) -> Gain | None:
+        before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
+        return gain(before, after, tests, output, units[output], noise_rms, data.scales.rate)
+
+    judged, gain_of_chosen = verdict_of(found, data.subject.least_removed), gained(fits)
+    verdict = confirmed(judged, gain_of_chosen)
+    if verdict != judged:
+        warnings.append(NOT_HELD.format(", ".join(found.chosen.hypothesis.mechanisms)))
+    named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []
     where = places(found.nominal) if verdict != "adequate" else []
-    units, output = dict(dataset.units), data.subject.output
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
-        gain=gain(fits.before.hypothesis.simulation, fits.after.hypothesis.simulation, tests, output, units[output],
-                  noise_rms, data.scales.rate),
+        gain=gain_of_chosen if named else gained(fits),
         fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,

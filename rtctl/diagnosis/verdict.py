@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.search import Search
+
+LEAST_GAIN = 1.5
+"""Times less error on records that no fit saw: a part that is explained and gains less there is not named."""
 
 
 def verdict_of(search: Search, least_removed: float) -> str:
@@ -11,3 +15,10 @@ def verdict_of(search: Search, least_removed: float) -> str:
         return "adequate" if search.chosen is search.nominal else "explained"
     nominal, best = search.nominal.hypothesis.cost, search.chosen.hypothesis.cost
     return "partly_explained" if best < (1.0 - least_removed) * nominal else "unexplained"
+
+
+def confirmed(verdict: str, gain: Gain | None) -> str:
+    """`verdict`, once the test records were simulated: a part that is explained must be so on them too."""
+    if verdict == "partly_explained" and gain is not None and not gain.ratio_low > LEAST_GAIN:
+        return "unexplained"
+    return verdict

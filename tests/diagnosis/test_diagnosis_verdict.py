@@ -1,0 +1,29 @@
+"""What may be said once the test records were simulated."""
+
+from __future__ import annotations
+
+import pytest
+
+from rtctl.diagnosis.gain import Gain
+from rtctl.diagnosis.verdict import confirmed
+
+
+def of_ratio(ratio: float) -> Gain:
+    return Gain("displacement", "mm", ratio, 1.0, 0.1, ratio, 0.9 * ratio, 1.1 * ratio)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "gain", "said"),
+    [
+        ("partly_explained", of_ratio(3.0), "partly_explained"),
+        ("partly_explained", of_ratio(0.96), "unexplained"),
+        ("partly_explained", of_ratio(float("nan")), "unexplained"),
+        ("partly_explained", None, "partly_explained"),
+        ("explained", of_ratio(1.0), "explained"),  # a hum's phase in a test record is nobody's
+        ("adequate", of_ratio(1.0), "adequate"),
+    ],
+)
+def test_a_part_is_explained_only_if_it_is_on_records_that_no_fit_saw(
+    verdict: str, gain: Gain | None, said: str
+) -> None:
+    assert confirmed(verdict, gain) == said
