@@ -127,13 +127,18 @@ def _plain(unit: str) -> str:
 
 
 def _probabilities(search: Search) -> dict[str, float]:
-    """Of each id, from the BIC weights of all sets of the chosen size; never certain."""
+    """Of each id, from the BIC weights of all sets of the chosen size; never certain.
+
+    Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much as it does.
+    """
     ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
     if not ranking:
         return {}
     size = len(search.chosen.hypothesis.mechanisms)
     ranking = next((one for one in search.tried if len(one[0].hypothesis.mechanisms) == size), ranking)
-    weights = [math.exp(-0.5 * min(one.bic - ranking[0].bic, 1400.0)) for one in ranking]
+    mine = frozenset(search.chosen.hypothesis.mechanisms)
+    first = next((one.bic for one in ranking if frozenset(one.hypothesis.mechanisms) == mine), ranking[0].bic)
+    weights = [math.exp(-0.5 * min(max(one.bic - first, 0.0), 1400.0)) for one in ranking]
     total = sum(weights)
     found: dict[str, float] = {}
     for one, weight in zip(ranking, weights, strict=True):

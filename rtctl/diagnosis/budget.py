@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-SECONDS = 75.0
+SECONDS = 90.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,6 +19,7 @@ from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.directions import ALL, Direction
 from rtctl.diagnosis.gate import Examined, examine, start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
+from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.projection import Projected
 from rtctl.diagnosis.pruning import pruned, without_each
 from rtctl.diagnosis.race import Runner, race
@@ -41,6 +42,11 @@ AGAIN = 2
 STALLED = (0.8, 0.5, 0.5, 0.25)
 """By size, the last for all larger ones: a set that leaves more than this share of what the smaller one left is the
 last."""
+ANOTHER = 3
+WORTH_ANOTHER = 0.92
+"""Instead, for the third cause of a measured device: two that are right leave far more than the noise, and what is
+small beside them is real."""
+FAR_ABOVE_NOISE = 3.0
 WORTH_TELLING = 0.5
 SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
@@ -117,12 +123,19 @@ def _grown(
             return Search(at_nominal, best, True, _others(data, tried, best, ids), tuple(tried))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
-        if best.hypothesis.cost > STALLED[min(size, len(STALLED)) - 1] * last.hypothesis.cost:
+        if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
             best = best if _worth_telling(last, best) else last
             break
         if budget.spent:
             break
     return _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
+
+
+def _stalled(size: int, last: Examined) -> float:
+    """Share of what a smaller set left, above which one of `size` is the last."""
+    if size == ANOTHER and left_over_noise(last) > FAR_ABOVE_NOISE:
+        return WORTH_ANOTHER
+    return STALLED[min(size, len(STALLED)) - 1]
 
 
 def _trimmed(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
