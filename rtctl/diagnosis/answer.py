@@ -129,7 +129,7 @@ def _plain(unit: str) -> str:
 def _probabilities(search: Search) -> dict[str, float]:
     """Of each id, from the BIC weights of all sets of the chosen size; never certain.
 
-    Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much as it does.
+    Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much.
     """
     ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
     if not ranking:

@@ -128,7 +128,8 @@ def _grown(
             break
         if budget.spent:
             break
-    return _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
+    found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
+    return found._replace(equivalent=_others(data, found.tried, found.chosen, ids))
 
 
 def _stalled(size: int, last: Examined) -> float:
