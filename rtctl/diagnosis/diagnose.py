@@ -40,7 +40,10 @@ LONG_MEMORY = (
     "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
     "from a state of its own; the errors on test records are of free runs over whole records all the same"
 )
-NOT_HELD = "{} would remove most of the error on the fitted records, but not on the test records: not named"
+NOT_HELD = (
+    "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
+    "imitate another: not named"
+)
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
 OUT_OF_TIME = (
     "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
@@ -224,9 +227,10 @@ def _answer(
         return gain(before, after, tests, output, units[output], noise_rms, data.scales.rate)
 
     judged, gain_of_chosen = verdict_of(found, data.subject.least_removed), gained(fits)
-    verdict = confirmed(judged, gain_of_chosen)
+    added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
+    verdict = confirmed(judged, added, gain_of_chosen)
     if verdict != judged:
-        warnings.append(NOT_HELD.format(", ".join(found.chosen.hypothesis.mechanisms)))
+        warnings.append(NOT_HELD.format(", ".join(added)))
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []

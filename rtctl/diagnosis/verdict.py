@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.search import Search
 
+DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
 LEAST_GAIN = 1.5
 """Times less error on records that no fit saw: a part that is explained and gains less there is not named."""
 
@@ -17,8 +20,13 @@ def verdict_of(search: Search, least_removed: float) -> str:
     return "partly_explained" if best < (1.0 - least_removed) * nominal else "unexplained"
 
 
-def confirmed(verdict: str, gain: Gain | None) -> str:
-    """`verdict`, once the test records were simulated: a part that is explained must be so on them too."""
-    if verdict == "partly_explained" and gain is not None and not gain.ratio_low > LEAST_GAIN:
+def confirmed(verdict: str, causes: Sequence[str], gain: Gain | None) -> str:
+    """`verdict`, once the test records were simulated: a part that is explained must be so on them too.
+
+    Nor is it explained by two laws of dissipation that leave something: together they imitate a third.
+    """
+    if verdict != "partly_explained":
+        return verdict
+    if len(DISSIPATION & set(causes)) > 1 or (gain is not None and not gain.ratio_low > LEAST_GAIN):
         return "unexplained"
     return verdict

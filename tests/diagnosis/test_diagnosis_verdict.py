@@ -13,17 +13,20 @@ def of_ratio(ratio: float) -> Gain:
 
 
 @pytest.mark.parametrize(
-    ("verdict", "gain", "said"),
+    ("verdict", "causes", "gain", "said"),
     [
-        ("partly_explained", of_ratio(3.0), "partly_explained"),
-        ("partly_explained", of_ratio(0.96), "unexplained"),
-        ("partly_explained", of_ratio(float("nan")), "unexplained"),
-        ("partly_explained", None, "partly_explained"),
-        ("explained", of_ratio(1.0), "explained"),  # a hum's phase in a test record is nobody's
-        ("adequate", of_ratio(1.0), "adequate"),
+        ("partly_explained", "stiffness.cubic drive.offset", of_ratio(3.0), "partly_explained"),
+        ("partly_explained", "friction.coulomb drive.offset", of_ratio(3.0), "partly_explained"),
+        ("partly_explained", "friction.coulomb damping.nonlinear", of_ratio(3.0), "unexplained"),
+        ("partly_explained", "stiffness.quintic", of_ratio(0.96), "unexplained"),
+        ("partly_explained", "stiffness.quintic", of_ratio(float("nan")), "unexplained"),
+        ("partly_explained", "stiffness.cubic", None, "partly_explained"),
+        ("explained", "sensor.hum", of_ratio(1.0), "explained"),  # its phase in a test record is nobody's
+        ("explained", "friction.coulomb damping.quadratic", of_ratio(9.0), "explained"),
+        ("adequate", "", of_ratio(1.0), "adequate"),
     ],
 )
 def test_a_part_is_explained_only_if_it_is_on_records_that_no_fit_saw(
-    verdict: str, gain: Gain | None, said: str
+    verdict: str, causes: str, gain: Gain | None, said: str
 ) -> None:
-    assert confirmed(verdict, gain) == said
+    assert confirmed(verdict, causes.split(), gain) == said
