@@ -71,8 +71,10 @@ def examine(
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
-    projected = project(rows, models)
-    tests = _tests(projected, directions, _allowance(data, hypothesis.sensitivity.outputs, rows, models))
+    outputs = hypothesis.sensitivity.outputs
+    wider = _widened(data, outputs, models)
+    projected = project(rows, wider)
+    tests = _tests(projected, directions, _allowance(data, outputs, rows, wider))
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
@@ -129,15 +131,26 @@ def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
     return np.array(made)
 
 
+def _widened(data: Data, outputs: Sequence[str], noise: Sequence[NoiseModel]) -> list[NoiseModel]:
+    """Noise with the variance of what is allowed beside it: else a quiet output allows for what a loud one shows."""
+    wider = []
+    for name, model in zip(outputs, noise, strict=True):
+        power = max(float(np.mean(model.power(4096))), 1e-300)
+        wider.append(model._replace(variance=model.variance * (1.0 + data.allowed.get(name, 0.0) / power)))
+    return wider
+
+
 def _allowance(
     data: Data, outputs: Sequence[str], rows: Sequence[Rows], noise: Sequence[NoiseModel]
 ) -> float:
-    """Noncentrality of a chi-squared whose misfit is as large as is allowed, all of it along the tested directions."""
-    if not data.allowed:
-        return 0.0
+    """Noncentrality of a chi-squared whose misfit is as large as is allowed, all of it along the tested directions,
+    in `noise` that is widened by it.
+    """
     samples = sum(row.residual.shape[1] for row in rows)
-    powers = [float(np.mean(model.power(4096))) for model in noise]
-    shares = [data.allowed[name] / max(power, 1e-300) for name, power in zip(outputs, powers, strict=True)]
+    shares = [
+        data.allowed.get(name, 0.0) / max(float(np.mean(model.power(4096))), 1e-300)
+        for name, model in zip(outputs, noise, strict=True)
+    ]
     return float(samples * np.sum(shares))
 
 
