@@ -20,6 +20,7 @@ VERBS = {
     "identify": "measured data -> model",
     "simulate": "how far a model is from a dataset",
     "diagnose": "what the simulation gets wrong, why, and the model with it",
+    "reproduce": "a paper's study on our plants, its tables and figures beside ours",
     "latency": "which period this machine and a wire hold: lateness, round trip, compute",
     "serve": "a simulated device on a wire",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",

@@ -7,7 +7,6 @@ from html import escape
 from typing import Any
 
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.page import figure, page, tile
 from rtctl.diagnosis.pictures import Picture, pictures
 from rtctl.diagnosis.sections import (
     candidates,
@@ -21,6 +20,7 @@ from rtctl.diagnosis.sections import (
     verdict_sentence,
 )
 from rtctl.measured.dataset import Dataset
+from rtctl.page import figure, page, tile
 
 CAPTIONS = {
     "stretch": "Free runs from each record's start (two fitted numbers: a first sample is noisy), no measured output "

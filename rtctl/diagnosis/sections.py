@@ -9,8 +9,8 @@ from typing import Any
 
 from rtctl.diagnosis.answer import Estimate, estimates_of
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.page import significant, table
 from rtctl.diagnosis.pictures import ranking_of
+from rtctl.page import significant, table
 
 MOST_ROWS = 8
 
