@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -317,13 +317,8 @@ def play(
     stop_requested: Callable[[], bool],
 ) -> tuple[Mapping[str, FloatArray], LoopOutcome]:
     """Play levels of the first command open-loop on an open driver; the recorded signals. Closes the driver."""
-    from rtctl.estimators.none import NoEstimator
-
-    estimator, controller, limits = NoEstimator(), _playback(scenario), build_limits(scenario, None)
-    recording = in_memory(signal_columns(driver.profile, estimator, controller), TIMING_COLUMNS)
-    parts = _parts(scenario, driver, estimator, controller, limits, recording, stop_requested)
-    outcome, _ = run_in_time(scenario, parts, loop_plan(scenario, levels), first)
-    return recording.close()[0], outcome
+    played = _played(scenario, driver, levels, first, stop_requested, None)
+    return played.signals, played.outcome
 
 
 def time_the_loop(
@@ -335,6 +330,25 @@ def time_the_loop(
     folder: RunFolder,
 ) -> tuple[LoopOutcome, StepTiming, list[Request]]:
     """`play`, recorded into `folder` as a run is, of which only the times are wanted. Closes the driver."""
+    played = _played(scenario, driver, levels, first, stop_requested, folder)
+    return played.outcome, played.timing, played.requests
+
+
+class _Played(NamedTuple):
+    signals: Mapping[str, FloatArray]
+    outcome: LoopOutcome
+    timing: StepTiming
+    requests: list[Request]
+
+
+def _played(
+    scenario: Scenario,
+    driver: Driver,
+    levels: FloatArray,
+    first: Measurement,
+    stop_requested: Callable[[], bool],
+    folder: RunFolder | None,
+) -> _Played:
     from rtctl.estimators.none import NoEstimator
 
     estimator, controller, limits = NoEstimator(), _playback(scenario), build_limits(scenario, None)
@@ -344,8 +358,8 @@ def time_the_loop(
     try:
         outcome, requests = run_in_time(scenario, parts, loop_plan(scenario, levels), first)
     finally:
-        recording.close()
-    return outcome, parts.timing, requests
+        signals, _ = recording.close()
+    return _Played(signals, outcome, parts.timing, requests)
 
 
 def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:

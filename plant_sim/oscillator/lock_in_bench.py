@@ -21,12 +21,11 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from plant_sim.bounds import POSITIVE
 from plant_sim.oscillator.device_table import read_device_table
 from plant_sim.oscillator.equation import Equation
-from plant_sim.oscillator.me_device_file import LockIn
+from plant_sim.oscillator.me_device_file import CoilDriver, LockIn
 from plant_sim.oscillator.me_resonator import converted
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.model import oscillator_simulation
@@ -36,7 +35,7 @@ from plant_sim.oscillator.streaming import Path as SignalPath
 from plant_sim.sensing import NoiseSource
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import read_model_file
-from rtctl.border.quantities import Checked, Quantity, check, read_toml
+from rtctl.border.quantities import Checked, check, read_toml
 from rtctl.border.records import ME
 
 FloatArray = NDArray[np.float64]
@@ -58,29 +57,11 @@ class Nameplate(Checked):
     """Model file of the beam, beside this one; drive in mA, displacement in um."""
 
 
-class Coil(Checked):
-    """The `[coil]` table: limits of the driver."""
-
-    current_high: Annotated[float, Quantity("mA"), POSITIVE]
-    frequency_low: Annotated[float, Quantity("Hz"), POSITIVE]
-    frequency_high: Annotated[float, Quantity("Hz"), POSITIVE]
-    frequency_rest: Annotated[float, Quantity("Hz"), POSITIVE]
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Coil:
-        if not self.frequency_low <= self.frequency_rest <= self.frequency_high:
-            raise ValueError(
-                f"frequency_rest ({self.frequency_rest} Hz) must lie in [{self.frequency_low}, "
-                f"{self.frequency_high}] Hz"
-            )
-        return self
-
-
 class BenchFile(Checked):
     """A whole file."""
 
     plant: Nameplate
-    coil: Coil
+    coil: CoilDriver
     lock_in: LockIn
 
 

@@ -21,13 +21,9 @@ class Nameplate(Checked):
     """Of the instruments' noise."""
 
 
-class Coil(Checked):
-    """The `[coil]` table: the driver asks for `current_high` at most; the voltage that it sets is R i_cmd."""
+class CoilDriver(Checked):
+    """Limits of what drives a coil."""
 
-    resistance: Annotated[float, Quantity("ohm"), POSITIVE]
-    inductance: Annotated[float, Quantity("H"), POSITIVE]
-    field: Annotated[float, Quantity("T/A"), POSITIVE]
-    """Flux density a current."""
     current_high: Annotated[float, Quantity("mA"), POSITIVE]
     """The device's own limit of the commanded amplitude."""
     frequency_low: Annotated[float, Quantity("Hz"), POSITIVE]
@@ -36,13 +32,22 @@ class Coil(Checked):
     """Before the first command, and when the watchdog trips (the current is 0 then)."""
 
     @model_validator(mode="after")
-    def _ordered(self) -> Coil:
+    def _ordered(self) -> CoilDriver:
         if not self.frequency_low <= self.frequency_rest <= self.frequency_high:
             raise ValueError(
                 f"frequency_rest ({self.frequency_rest} Hz) must lie in [{self.frequency_low}, "
                 f"{self.frequency_high}] Hz"
             )
         return self
+
+
+class Coil(CoilDriver):
+    """The `[coil]` table: the driver asks for `current_high` at most; the voltage that it sets is R i_cmd."""
+
+    resistance: Annotated[float, Quantity("ohm"), POSITIVE]
+    inductance: Annotated[float, Quantity("H"), POSITIVE]
+    field: Annotated[float, Quantity("T/A"), POSITIVE]
+    """Flux density a current."""
 
 
 class Magnetisation(Checked):

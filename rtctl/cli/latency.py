@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rtctl.histogram import Histogram
+    from rtctl.latency import Ladder, Rung
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,10 +40,10 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.border.quantities import parse_quantity
     from rtctl.cli.options import output_folder, stop_on_interrupt
     from rtctl.latency import PERIODS_S, cyclictest, known_kinds, measure
-    from rtctl.latency_report import HEADERS, conclusion, document, rows, text_histogram, verdict
+    from rtctl.latency_report import document
     from rtctl.metrics import write_json
     from rtctl.plots.latency import Curve, plot_latency
-    from rtctl.progress import print_table, say
+    from rtctl.progress import say
     from rtctl.scenario import overridden
 
     folder = output_folder(args.out)
@@ -69,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     reference = cyclictest(fastest_s, duration_s, args.priority)
     found = document(ladders, reference)
     write_json(folder / "latency.json", found)
-    curves = [(f"{ladder.kind}, {1e3 * rung.period_s:g} ms", rung.timing) for ladder, rung in shown]
+    curves = [(_name(ladder, rung), rung.timing) for ladder, rung in shown]
     plot_latency(
         folder / "latency.png",
         [Curve(name, timing.lateness) for name, timing in curves],
@@ -80,20 +86,39 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(json.loads((folder / "latency.json").read_text(encoding="utf-8")), indent=2))
     elif not args.quiet:
-        print_table("times in us", HEADERS, [row for ladder in ladders for row in rows(ladder)])
-        for (name, timing), (_, rung) in zip(curves, shown, strict=True):
-            for title, histogram in (("lateness", timing.lateness), ("round trip", timing.round_trip)):
-                print("\n".join(text_histogram(f"{name}: {title}", histogram)))
-            for request in rung.requests:
-                if not request.applied:
-                    print(f"{name}: {request.describe()}")
-        if reference is not None:
-            title = f"cyclictest, {1e3 * fastest_s:g} ms: lateness"
-            print("\n".join(text_histogram(title, reference)))
-        else:
-            print("cyclictest is not installed here (Debian package rt-tests): nothing to compare with")
-        for ladder in ladders:
-            print(verdict(ladder))
-        print(f"results in {folder}")
-        print(conclusion(ladders))
+        _print(ladders, shown, reference, fastest_s, folder)
     return 0 if all(ladder.held is not None for ladder in ladders) else 1
+
+
+def _name(ladder: Ladder, rung: Rung) -> str:
+    return f"{ladder.kind}, {1e3 * rung.period_s:g} ms"
+
+
+def _print(
+    ladders: Sequence[Ladder],
+    shown: Sequence[tuple[Ladder, Rung]],
+    reference: Histogram | None,
+    fastest_s: float,
+    folder: Path,
+) -> None:
+    """Tables, histograms and what they mean."""
+    from rtctl.latency_report import HEADERS, conclusion, rows, text_histogram, verdict
+    from rtctl.progress import print_table
+
+    print_table("times in us", HEADERS, [row for ladder in ladders for row in rows(ladder)])
+    for ladder, rung in shown:
+        name, timing = _name(ladder, rung), rung.timing
+        for title, histogram in (("lateness", timing.lateness), ("round trip", timing.round_trip)):
+            print("\n".join(text_histogram(f"{name}: {title}", histogram)))
+        for request in rung.requests:
+            if not request.applied:
+                print(f"{name}: {request.describe()}")
+    if reference is not None:
+        title = f"cyclictest, {1e3 * fastest_s:g} ms: lateness"
+        print("\n".join(text_histogram(title, reference)))
+    else:
+        print("cyclictest is not installed here (Debian package rt-tests): nothing to compare with")
+    for ladder in ladders:
+        print(verdict(ladder))
+    print(f"results in {folder}")
+    print(conclusion(ladders))

@@ -7,8 +7,8 @@ from pathlib import Path
 from rtctl.diagnosis.diagnose import Diagnosis
 
 VERDICTS = {
-    "adequate": "Nothing is wrong: what is left is noise.",
-    "explained": "Explained: with the causes below, what is left is noise.",
+    "adequate": "Nothing is wrong: what is left is {rest}.",
+    "explained": "Explained: with the causes below, what is left is {rest}.",
     "partly_explained": "Partly explained: the causes below remove most of it, and something else is left.",
     "unexplained": "Unexplained: something is wrong, and nothing in the catalogue explains it.",
 }
@@ -16,7 +16,7 @@ VERDICTS = {
 
 def print_diagnosis(found: Diagnosis, folder: Path) -> None:
     """Verdict, causes, gain, place, warnings, and where the files are."""
-    print(VERDICTS[found.verdict])
+    print(VERDICTS[found.verdict].format(rest=found.data.subject.rest))
     for cause in found.causes:
         others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
         print(

@@ -156,13 +156,11 @@ def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]
 
 def misfit(data: Data, hypothesis: Hypothesis) -> float:
     """RMS of what is left as a share of that of the signals about their means, over all outputs."""
-    left = signal = 0.0
-    outputs = hypothesis.sensitivity.outputs
-    for name in outputs:
+    signal = 0.0
+    for name in hypothesis.sensitivity.outputs:
         readings = np.concatenate([record.measured[name][record.first :] for record in data.records])
-        signal += float(np.var(readings)) / data.size(name) ** 2
-        left = 2.0 * hypothesis.cost / len(readings)
-    return float(np.sqrt(left / signal)) if signal > 0.0 else np.inf
+        signal += float(np.sum((readings - readings.mean()) ** 2)) / data.size(name) ** 2
+    return float(np.sqrt(2.0 * hypothesis.cost / signal)) if signal > 0.0 else np.inf
 
 
 def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:

@@ -83,6 +83,8 @@ class Diagnosis:
     search: Search
     data: Data
     tests: tuple[FitRecord, ...]
+    fits: Fits
+    """Over whole records: what gain, extended model and pictures are of."""
     before: Simulation
     """As the model's file has it."""
     model: Any
@@ -96,9 +98,6 @@ class Diagnosis:
     """Of the missing force, where nothing explains it."""
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
-
-    fits: Fits
-    """Over whole records: what gain, extended model and pictures are of."""
 
     @property
     def json(self) -> dict[str, Any]:
@@ -222,13 +221,18 @@ def _answer(
     units, output = dict(dataset.units), data.subject.output
     fits = whole or Fits(found.nominal, found.chosen)
 
-    def gained(fits: Fits) -> Gain | None:
+    def gained(fits: Fits, output: str) -> Gain | None:
         before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
-        return gain(before, after, tests, output, units[output], noise_rms, data.scales.rate)
+        return gain(before, after, tests, output, units.get(output, ""), noise_rms, data.scales.rate)
 
-    judged, gain_of_chosen = verdict_of(found, data.subject.least_removed), gained(fits)
+    judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
-    verdict = confirmed(judged, added, gain_of_chosen)
+    seen = [
+        name
+        for name in found.nominal.hypothesis.sensitivity.outputs
+        if all(name in t.measured for t in tests)
+    ]
+    verdict = confirmed(judged, added, [gained(fits, name) for name in seen])
     if verdict != judged:
         warnings.append(NOT_HELD.format(", ".join(added)))
     named = verdict in ("explained", "partly_explained")
@@ -240,8 +244,7 @@ def _answer(
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
-        gain=gain_of_chosen if named else gained(fits),
-        fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
+        gain=gained(fits, output), fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),

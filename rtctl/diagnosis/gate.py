@@ -71,10 +71,12 @@ def examine(
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
     models = list(noise) if noise is not None else noise_of(rows)
-    outputs = hypothesis.sensitivity.outputs
-    wider = _widened(data, outputs, models)
-    projected = project(rows, wider)
-    tests = _tests(projected, directions, _allowance(data, outputs, rows, wider))
+    projected, outputs = project(rows, models), hypothesis.sensitivity.outputs
+    if data.allowed:
+        wider = _widened(data, outputs, models)
+        tests = _tests(project(rows, wider), directions, _allowance(data, outputs, rows, wider))
+    else:
+        tests = _tests(projected, directions, 0.0)
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
@@ -136,7 +138,7 @@ def _widened(data: Data, outputs: Sequence[str], noise: Sequence[NoiseModel]) ->
     wider = []
     for name, model in zip(outputs, noise, strict=True):
         power = max(float(np.mean(model.power(4096))), 1e-300)
-        wider.append(model._replace(variance=model.variance * (1.0 + data.allowed.get(name, 0.0) / power)))
+        wider.append(model._replace(variance=model.variance * (1.0 + data.allowed[name] / power)))
     return wider
 
 
@@ -148,7 +150,7 @@ def _allowance(
     """
     samples = sum(row.residual.shape[1] for row in rows)
     shares = [
-        data.allowed.get(name, 0.0) / max(float(np.mean(model.power(4096))), 1e-300)
+        data.allowed[name] / max(float(np.mean(model.power(4096))), 1e-300)
         for name, model in zip(outputs, noise, strict=True)
     ]
     return float(samples * np.sum(shares))

@@ -103,7 +103,9 @@ def _of_the_motion(found: Diagnosis) -> list[Picture]:
             "stretch", stretch_figure(shown, found.noise_rms, extended=extended), "measured and simulated"
         ),
         Picture("spectrum", spectrum_figure(shown, frequency, density, extended=extended), "error spectra"),
-        Picture("plane", plane_figure(records, extended=extended), "error over displacement and velocity"),
+        Picture(
+            "plane", plane_figure(records, extended=extended), f"error over {records[0].output} and its rate"
+        ),
     ]
 
 

@@ -23,10 +23,10 @@ from rtctl.measured.dataset import Dataset
 from rtctl.page import figure, page, tile
 
 CAPTIONS = {
-    "stretch": "Free runs from each record's start (two fitted numbers: a first sample is noisy), no measured output "
+    "stretch": "Free runs from each record's start{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
-    "plane": "Mean error of all records that are compared, over displacement and velocity. A "
+    "plane": "Mean error of all records that are compared, over {output} and its rate. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
     "where": "How much of the error of today's model a force along this coordinate alone would remove. Coordinates "
     "overlap, so the shares do not add up.",
@@ -76,7 +76,9 @@ def _figure(found: Diagnosis, picture: Picture, number: int) -> str:
     shape = ""
     if found.shape is not None:
         shape = f"it would remove {found.shape.share:.0%} of the error beyond the noise"
-    caption = CAPTIONS[picture.section].format(whose=whose, shape=shape)
+    start = " (two fitted numbers: a first sample is noisy)" if found.fits.before.hypothesis.states else ""
+    output = found.data.subject.output
+    caption = CAPTIONS[picture.section].format(whose=whose, shape=shape, start=start, output=output)
     return figure(picture.data_uri(), picture.alternative, caption, number)
 
 

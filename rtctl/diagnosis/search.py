@@ -1,8 +1,8 @@
 """From the nominal model to sets of causes: screen by projected scores, race the fits, rank, let the gate decide.
 
-One effect, else two, else three and more, one at a time: from the third on only the best set grows, as long as each
-further cause halves what is left, because a real device is never exactly the model and passes no gate. A larger set
-is looked for only where no smaller one passes. While nothing passes, sets are ranked by plain cost: the noise is not
+One effect, else two, else three and more, one at a time: from the third on only the best set grows, because a real
+device is never exactly the model and passes no gate: by a cause that halves what is left, by a small third one where
+two leave far more than the noise. A larger set is looked for only where no smaller one passes. While nothing passes, sets are ranked by plain cost: the noise is not
 known then, and what whitens a misfit hides it.
 """
 
@@ -116,11 +116,11 @@ def _grown(
         last, (best, parents) = best, _front(data, field, ids, level, NEAR_BEST if size < GROWN else CLOSE)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
-            return Search(at_nominal, last, True, _others(data, tried, last, ids), tuple(tried))
+            return Search(at_nominal, last, True, _others(data, tried, last), tuple(tried))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
-            return Search(at_nominal, best, True, _others(data, tried, best, ids), tuple(tried))
+            return Search(at_nominal, best, True, _others(data, tried, best), tuple(tried))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
@@ -129,7 +129,7 @@ def _grown(
         if budget.spent:
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
-    return found._replace(equivalent=_others(data, found.tried, found.chosen, ids))
+    return found._replace(equivalent=_others(data, found.tried, found.chosen))
 
 
 def _stalled(size: int, last: Examined) -> float:
@@ -274,9 +274,7 @@ def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> Floa
     return steps
 
 
-def _others(
-    data: Data, tried: Sequence[Sequence[Ranked]], best: Examined, ids: Sequence[str]
-) -> tuple[Hypothesis, ...]:
+def _others(data: Data, tried: Sequence[Sequence[Ranked]], best: Examined) -> tuple[Hypothesis, ...]:
     """Sets of the same size that the data do not tell from the best."""
     size = len(best.hypothesis.mechanisms)
     rivals = [

@@ -22,9 +22,10 @@ def verdict_sentence(found: Diagnosis) -> str:
     rivals = [one for cause in found.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(found.causes) == 1 else "them"
+    rest = escape(found.data.subject.rest)
     texts = {
-        "adequate": "Nothing is wrong: what the model leaves is noise.",
-        "explained": f"Explained by {names}{undecided}: with {them}, what is left is noise.",
+        "adequate": f"Nothing is wrong: what the model leaves is {rest}.",
+        "explained": f"Explained by {names}{undecided}: with {them}, what is left is {rest}.",
         "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
         "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
     }
@@ -34,7 +35,7 @@ def verdict_sentence(found: Diagnosis) -> str:
 def place(found: Diagnosis) -> str:
     """Where the error lives, in words."""
     if not found.where:
-        return "<p>Along no coordinate: what is left is noise.</p>"
+        return f"<p>Along no coordinate: what is left is {escape(found.data.subject.rest)}.</p>"
     first, *others = (f"{escape(one.coordinate.replace('_', ' '))} ({one.share:.0%})" for one in found.where)
     return f"<p>Mostly along {first}" + (f"; then {', '.join(others[:3])}" if others else "") + ".</p>"
 

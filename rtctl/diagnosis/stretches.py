@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.approach import misfit
+from rtctl.diagnosis.approach import FAR, misfit
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.identification.multiple_shooting import cut
 from rtctl.identification.weak_form import half_width
@@ -24,8 +24,6 @@ STILL_KNOWN = 0.3
 PARTED = 30.0
 """Times the influence that it had at first: a double integrator's grows ten times over a record; two runs that part
 exponentially, as between two wells, are no drift."""
-FAR = 0.3
-"""Of the signal's RMS: what a nominal model leaves that drifts away."""
 
 
 def remembers(data: Data, nominal: Hypothesis) -> bool:
@@ -45,9 +43,9 @@ def remembers(data: Data, nominal: Hypothesis) -> bool:
     return bool(STILL_KNOWN < np.median(lasting) < PARTED)
 
 
-def cut_up(data: Data, nominal: Hypothesis, periods: float = STROKE) -> Data:
-    """The same records as stretches of so many periods."""
-    length_s = max(periods * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
+def cut_up(data: Data, nominal: Hypothesis) -> Data:
+    """The same records as stretches of a stroke."""
+    length_s = max(STROKE * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
     width_s = half_width(data.records, data.scales.rate)
     pieces = [
         segment.record

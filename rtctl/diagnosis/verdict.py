@@ -20,13 +20,16 @@ def verdict_of(search: Search, least_removed: float) -> str:
     return "partly_explained" if best < (1.0 - least_removed) * nominal else "unexplained"
 
 
-def confirmed(verdict: str, causes: Sequence[str], gain: Gain | None) -> str:
-    """`verdict`, once the test records were simulated: a part that is explained must be so on them too.
+def confirmed(verdict: str, causes: Sequence[str], gains: Sequence[Gain | None]) -> str:
+    """`verdict`, once the test records were simulated: a part that is explained must be so on them too, in one of the
+    outputs at least (what ails a sensor shows in its own alone).
 
     Nor is it explained by two laws of dissipation that leave something: together they imitate a third.
     """
     if verdict != "partly_explained":
         return verdict
-    if len(DISSIPATION & set(causes)) > 1 or (gain is not None and not gain.ratio_low > LEAST_GAIN):
+    measured = [one for one in gains if one is not None]
+    held = not measured or any(one.ratio_low > LEAST_GAIN for one in measured)
+    if len(DISSIPATION & set(causes)) > 1 or not held:
         return "unexplained"
     return verdict

@@ -29,4 +29,12 @@ def of_ratio(ratio: float) -> Gain:
 def test_a_part_is_explained_only_if_it_is_on_records_that_no_fit_saw(
     verdict: str, causes: str, gain: Gain | None, said: str
 ) -> None:
-    assert confirmed(verdict, causes.split(), gain) == said
+    assert confirmed(verdict, causes.split(), [gain]) == said
+
+
+def test_what_ails_a_sensor_shows_in_its_own_output_alone() -> None:
+    assert (
+        confirmed("partly_explained", ["sensor.ageing"], [of_ratio(4.0), of_ratio(1.0)]) == "partly_explained"
+    )
+    assert confirmed("partly_explained", ["sensor.ageing"], [of_ratio(1.1), of_ratio(1.0)]) == "unexplained"
+    assert confirmed("partly_explained", ["sensor.ageing"], []) == "partly_explained"

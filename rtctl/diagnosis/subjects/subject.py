@@ -72,6 +72,13 @@ class Subject:
     """To a file, with its provenance."""
 
     @property
+    def rest(self) -> str:
+        """What a model that is adequate leaves, in words."""
+        if not self.allowed_share:
+            return "noise"
+        return f"noise, or less than {self.allowed_share:.1%} of an output's variation, which no model of this kind promises"
+
+    @property
     def coordinates(self) -> Sequence[str]:
         """Along which its forces live, each once."""
         return tuple(dict.fromkeys(force.coordinate for force in self.forces))
