@@ -1,9 +1,9 @@
 """From the nominal model to sets of causes: screen by projected scores, race the fits, rank, let the gate decide.
 
 One effect, else two, else three and more, one at a time: from the third on only the best set grows, because a real
-device is never exactly the model and passes no gate: by a cause that halves what is left, by a small third one where
-two leave far more than the noise. A larger set is looked for only where no smaller one passes. While nothing passes, sets are ranked by plain cost: the noise is not
-known then, and what whitens a misfit hides it.
+device is never exactly the model and passes no gate: by a cause that halves what is left, or by a small third one
+where two leave far more than the noise. A larger set is looked for only where no smaller one passes. While nothing
+passes, sets are ranked by plain cost: the noise is not known then, and what whitens a misfit hides it.
 """
 
 from __future__ import annotations

@@ -78,7 +78,8 @@ def test_the_loop_is_measured_and_told(tmp_path: Path, capsys: pytest.CaptureFix
     (driver,) = found["drivers"]
     assert [entry["period_s"] for entry in driver["periods"]] == [0.02, 0.01]
     for entry in driver["periods"]:
-        assert entry["steps"] + entry["overruns"] == 200
+        counted = entry["steps"] + entry["overruns"]
+        assert counted == 200 or (counted < 200 and entry["fault"]), "a stalled machine trips the watchdog"
         assert sum(entry["histograms_us"]["round_trip"]["count"]) == entry["steps"]
         assert entry["lateness_us"]["p50"] <= entry["lateness_us"]["p99"] <= entry["lateness_us"]["max"]
     assert (tmp_path / "latency.png").stat().st_size > 10_000

@@ -76,7 +76,8 @@ class Subject:
         """What a model that is adequate leaves, in words."""
         if not self.allowed_share:
             return "noise"
-        return f"noise, or less than {self.allowed_share:.1%} of an output's variation, which no model of this kind promises"
+        share = f"less than {self.allowed_share:.1%} of an output's variation"
+        return f"noise, or {share}, which no model of this kind promises"
 
     @property
     def coordinates(self) -> Sequence[str]:
