@@ -14,6 +14,19 @@ import struct
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
+from drivers.compiled.exchange import CompiledExchange, Kernel, compiled_exchange
+from drivers.compiled.memory import (
+    OK,
+    OVERFLOW,
+    REGISTERS,
+    SENSED_AT,
+    SETTINGS,
+    UNIT,
+    WireMemory,
+    wire_memory,
+)
+from drivers.compiled.memory import SEQUENCE as SEQUENCE_SLOT
+from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
 from rtctl.border.errors import DriverError, Fault, InputError
@@ -49,22 +62,31 @@ class ModbusDriver:
     """`rtctl.border.records.Driver` over any Modbus client; use it through the two classes below."""
 
     def __init__(
-        self, make_client: Callable[[float], Client], name: str, unit: int, profile: DeviceProfile
+        self,
+        make_client: Callable[[float, WireMemory], Client],
+        name: str,
+        unit: int,
+        profile: DeviceProfile,
+        kernel: Kernel | None,
     ) -> None:
-        """`make_client` takes the timeout [s]; `name` stands in messages."""
+        """`make_client` takes the timeout [s]; `name` stands in messages; `kernel`: the exchange compiled, or None."""
         check_layout(profile)
         self.profile = profile
         self._reading_count = reading_count(profile)
         self._sensed_at = [2 * (channel.register - READING) for channel in profile.sensed]
         self._reference_at = 2 * (profile.reference.register - READING)
-        self._settings: list[int] = []  # registers 3-7 in force, where a command has to run over them
         self.identity = ""
         self._make_client = make_client
         self._name = name
         self._unit = unit
         self._line: ModbusLine | None = None
-        self._sequence = 0
         self._has_function_23 = True
+        self._kernel = kernel
+        self._compiled: CompiledExchange | None = None
+        self._memory = memory = wire_memory(profile)
+        places = [*self._sensed_at, self._reference_at]
+        memory.line[SENSED_AT : SENSED_AT + len(places)] = places
+        memory.line[REGISTERS], memory.line[UNIT] = self._reading_count, unit
 
     def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
         """Connect, set clock [us] and watchdog [ms], re-arm, read once. `timeout_s` is for one transaction.
@@ -73,7 +95,12 @@ class ModbusDriver:
         """
         if not 0 <= watchdog_ms <= 0xFFFF:
             raise InputError(f"{self._name}: watchdog must be 0 (none) to 65535 ms, got {watchdog_ms!r} ms")
-        self._line = line = ModbusLine(self._make_client(timeout_s), self._name, self._unit, timeout_s)
+        if (
+            self._kernel is not None and self._compiled is None
+        ):  # before the device is armed: it may last seconds
+            self._compiled = compiled_exchange(self._kernel, self._memory)
+        client = self._make_client(timeout_s, self._memory)
+        self._line = line = ModbusLine(client, self._name, self._unit, timeout_s)
         try:
             line.connect()
             self._set_up(line, lockstep_period_us, watchdog_ms)
@@ -87,17 +114,22 @@ class ModbusDriver:
         except DriverError:
             self._disconnect()
             raise
-        self._sequence = first.sequence
+        self._memory.line[SEQUENCE_SLOT] = first.sequence
         return first
 
     def exchange(self, levels: Sequence[float]) -> Measurement:
         """Command `levels` (profile's units) and read. Raises DriverError."""
         if self._line is None:
             raise DriverError(Fault.CONNECTION_LOST, f"{self._name}: is not open")
-        self._sequence = sequence = (self._sequence + 1) & 0xFFFF  # never sent twice, whatever comes of it
         try:
-            words = self._words(levels, sequence)
-            measurement = self._measurement(self._command(self._line, words))
+            if self._compiled is None or not self._has_function_23:
+                measurement = self._exchange_readable(self._line, levels, self._next_sequence())
+            else:
+                self._line.connect()
+                ended = self._compiled.run(levels)
+                if ended == OK:
+                    return self._compiled.measurement()
+                measurement = self._explained(self._line, ended, levels)
         except (ExceptionReply, OverflowError) as refusal:
             asked = ", ".join(
                 f"{level:g} {channel.unit}"
@@ -106,6 +138,7 @@ class ModbusDriver:
             raise DriverError(
                 Fault.COMMAND_REFUSED, f"{self._line.name}: command {asked}: {refusal}"
             ) from None
+        sequence = int(self._memory.line[SEQUENCE_SLOT])
         if measurement.sequence != sequence and not measurement.status & _REFUSED:
             raise DriverError(
                 Fault.STALE_REPLY,
@@ -133,12 +166,38 @@ class ModbusDriver:
         line.write(WATCHDOG_MS, [watchdog_ms])
         line.write(ENABLE, [1])
         if len(self.profile.commands) > 1:
-            self._settings = list(struct.unpack(">5H", line.read(ENABLE, FURTHER_COMMANDS - ENABLE)))
+            settings = struct.unpack(">5H", line.read(ENABLE, FURTHER_COMMANDS - ENABLE))
+            self._memory.line[SETTINGS : SETTINGS + 5] = settings  # a command has to run over them
+
+    def _next_sequence(self) -> int:
+        """Never sent twice, whatever comes of it."""
+        sequence = (int(self._memory.line[SEQUENCE_SLOT]) + 1) & 0xFFFF
+        self._memory.line[SEQUENCE_SLOT] = sequence
+        return sequence
+
+    def _exchange_readable(self, line: ModbusLine, levels: Sequence[float], sequence: int) -> Measurement:
+        """What the compiled exchange does, in Python: its oracle, and for devices without function 23."""
+        return self._measurement(self._command(line, self._words(levels, sequence)))
+
+    def _explained(self, line: ModbusLine, ended: int, levels: Sequence[float]) -> Measurement:
+        """Of a compiled exchange that ended otherwise than well: its measurement, if it has one. Raises as Python's."""
+        sequence = int(self._memory.line[SEQUENCE_SLOT])
+        if ended == OVERFLOW:
+            return self._exchange_readable(line, levels, sequence)
+        try:
+            return self._measurement(line.explain(ended, self._memory, self._reading_count))
+        except ExceptionReply as reply:
+            if reply.code != ILLEGAL_FUNCTION:
+                raise
+            self._has_function_23 = False
+        return self._exchange_readable(line, levels, sequence)
 
     def _words(self, levels: Sequence[float], sequence: int) -> list[int]:
         """Registers from 0 on: first command, sequence number, then settings and further commands."""
         first, *further = levels
-        words = [*float32_words(first), sequence, *self._settings]
+        words = [*float32_words(first), sequence]
+        if further:
+            words += self._memory.line[SETTINGS : SETTINGS + 5].tolist()
         for level in further:
             words += float32_words(level)
         return words
@@ -175,22 +234,32 @@ class ModbusDriver:
 class ModbusRtuDriver(ModbusDriver):
     """A device on a serial port, 8N1."""
 
-    def __init__(self, *, port: str, baud: int, unit: int, profile: DeviceProfile) -> None:
-        """`port`: path of the serial port; `baud` [bit/s]."""
+    def __init__(
+        self, *, port: str, baud: int, unit: int, profile: DeviceProfile, compiled: bool = True
+    ) -> None:
+        """`port`: path of the serial port; `baud` [bit/s]; `compiled`: False: the exchange in Python."""
         super().__init__(
-            lambda timeout_s: RtuClient(port, baud, timeout_s), f"modbus-rtu {port}", unit, profile
+            lambda timeout_s, memory: RtuClient(port, baud, timeout_s, memory),
+            f"modbus-rtu {port}",
+            unit,
+            profile,
+            exchange_rtu if compiled else None,
         )
 
 
 class ModbusTcpDriver(ModbusDriver):
     """A device behind a TCP address."""
 
-    def __init__(self, *, host: str, port: int, unit: int, profile: DeviceProfile) -> None:
+    def __init__(
+        self, *, host: str, port: int, unit: int, profile: DeviceProfile, compiled: bool = True
+    ) -> None:
+        """`compiled`: False: the exchange in Python."""
         super().__init__(
-            lambda timeout_s: TcpClient(host, port, timeout_s),
+            lambda timeout_s, memory: TcpClient(host, port, timeout_s, memory),
             f"modbus-tcp {host}:{port}",
             unit,
             profile,
+            exchange_tcp if compiled else None,
         )
 
 

@@ -10,8 +10,10 @@ import socket
 import struct
 import time
 
+from drivers.compiled.exchange import attach
+from drivers.compiled.memory import TIMEOUT_NS, TRANSACTION, WireMemory
 from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp
-from drivers.serial_port import SerialPort
+from drivers.serial_port import FULL, SerialPort
 
 _RECEIVE_BYTES = 4096
 
@@ -19,17 +21,24 @@ _RECEIVE_BYTES = 4096
 class RtuClient:
     """Modbus RTU, 8N1. A late reply may answer a later request: what has arrived by then is drained."""
 
-    def __init__(self, port: str, baud: int, timeout_s: float) -> None:
+    full = FULL
+
+    def __init__(self, port: str, baud: int, timeout_s: float, memory: WireMemory) -> None:
+        """`memory` learns the descriptor, for the compiled exchange."""
         self._path, self._baud, self._timeout_s = port, baud, timeout_s
         self._port: SerialPort | None = None
+        self._memory = memory
+        memory.line[TIMEOUT_NS] = round(1e9 * timeout_s)
 
     def connect(self) -> None:
         """Open the port unless it is open. Raises OSError."""
         if self._port is None:
             self._port = SerialPort(self._path, self._baud, self._timeout_s)
+            attach(self._memory, self._port.descriptor)
 
     def disconnect(self) -> None:
         """Close the port. Never raises."""
+        attach(self._memory, -1)
         if self._port is not None:
             self._port.close()
         self._port = None
@@ -58,10 +67,15 @@ class RtuClient:
 class TcpClient:
     """Modbus TCP. A connection whose transaction failed is given up, and its late reply with it."""
 
-    def __init__(self, host: str, port: int, timeout_s: float) -> None:
+    full = "the connection takes no more bytes, nobody reads at its other end"
+
+    def __init__(self, host: str, port: int, timeout_s: float, memory: WireMemory) -> None:
+        """`memory` learns the descriptor, for the compiled exchange, and counts the transactions."""
         self._address, self._timeout_s = (host, port), timeout_s
         self._socket: socket.socket | None = None
-        self._transaction = 0
+        self._memory = memory
+        memory.line[TIMEOUT_NS] = round(1e9 * timeout_s)
+        memory.line[TRANSACTION] = 0
 
     def connect(self) -> None:
         """Connect unless connected. Raises OSError."""
@@ -73,9 +87,11 @@ class TcpClient:
             wait = struct.pack("@ll", seconds, max(1, round(1e6 * (self._timeout_s - seconds))))
             for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
                 self._socket.setsockopt(socket.SOL_SOCKET, option, wait)
+            attach(self._memory, self._socket.fileno())
 
     def disconnect(self) -> None:
         """Close the connection. Never raises."""
+        attach(self._memory, -1)
         if self._socket is not None:
             self._socket.close()
         self._socket = None
@@ -89,11 +105,12 @@ class TcpClient:
         self.connect()
         connection = self._socket
         assert connection is not None
-        self._transaction = transaction = (self._transaction + 1) & 0xFFFF
+        transaction = (int(self._memory.line[TRANSACTION]) + 1) & 0xFFFF
+        self._memory.line[TRANSACTION] = transaction
         deadline_s = time.monotonic() + self._timeout_s
         frame = to_tcp(transaction, unit, request)
         if connection.send(frame) != len(frame):
-            raise OSError("the connection takes no more bytes, nobody reads at its other end")
+            raise OSError(self.full)
         arrived = b""
         while time.monotonic() < deadline_s:
             try:

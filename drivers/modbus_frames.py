@@ -25,12 +25,13 @@ def _crc_table() -> tuple[int, ...]:
     return tuple(table)
 
 
-_TABLE = _crc_table()
+CRC_TABLE = _crc_table()
+"""Of the low byte; the compiled exchange has it too."""
 
 
 def crc16(data: bytes) -> int:
     """The serial line's checksum: polynomial 0xA001 (reflected 0x8005), start 0xFFFF."""
-    crc, table = 0xFFFF, _TABLE
+    crc, table = 0xFFFF, CRC_TABLE
     for byte in data:
         crc = crc >> 8 ^ table[(crc ^ byte) & 0xFF]
     return crc

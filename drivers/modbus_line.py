@@ -5,9 +5,12 @@ from __future__ import annotations
 import struct
 from typing import Protocol
 
+from drivers.compiled.exchange import system_error
+from drivers.compiled.memory import FULL, REPLY_AT, REPLY_LENGTH, SILENT, SYSTEM, WireMemory
 from drivers.line_errors import lost
 from drivers.modbus_frames import (
     EXCEPTION,
+    WRITE_THEN_READ,
     read_request,
     write_request,
     write_then_read_request,
@@ -30,8 +33,11 @@ _EXCEPTIONS = {
 class Client(Protocol):
     """What a line needs of `drivers.modbus_clients`."""
 
+    full: str
+    """What is wrong where bytes can no longer be sent."""
+
     def connect(self) -> None:
-        """Raises OSError."""
+        """Unless connected. Raises OSError."""
         ...
 
     def disconnect(self) -> None:
@@ -95,12 +101,26 @@ class ModbusLine:
 
     def _transact(self, request: bytes) -> bytes:
         """The reply's body. Raises DriverError, ExceptionReply."""
-        function = request[0]
         try:
             reply = self._client.transact(self._unit, request)
         except OSError as error:
-            self._client.disconnect()
-            raise lost(self.name, error, self._timeout_s) from None
+            raise self._lost(error) from None
+        return self._body(request[0], reply)
+
+    def explain(self, ended: int, memory: WireMemory, count: int) -> bytes:
+        """The registers of a compiled function 23 that ended in order. Raises DriverError, ExceptionReply."""
+        if ended in (SYSTEM, FULL):
+            raise self._lost(system_error(memory) if ended == SYSTEM else OSError(self._client.full))
+        at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
+        reply = None if ended == SILENT else memory.inbox[at : at + length].tobytes()
+        return self._registers(self._body(WRITE_THEN_READ, reply), count)
+
+    def _lost(self, error: OSError) -> DriverError:
+        self._client.disconnect()
+        return lost(self.name, error, self._timeout_s)
+
+    def _body(self, function: int, reply: bytes | None) -> bytes:
+        """Of the reply to a request of `function`; None: there was no sound one in time."""
         if reply is None:
             self._client.forget()
             raise DriverError(

@@ -18,7 +18,24 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
+from drivers.compiled.exchange import CompiledExchange, attach, compiled_exchange, system_error
+from drivers.compiled.memory import (
+    DAMAGED,
+    FULL,
+    OK,
+    REPLY_AT,
+    REPLY_LENGTH,
+    SEQUENCE,
+    SILENT,
+    STALE,
+    SYSTEM,
+    TIMEOUT_NS,
+    wire_memory,
+)
+from drivers.compiled.memory import REPLY as REPLY_CODE
+from drivers.compiled.serial import exchange_serial
 from drivers.line_errors import lost
+from drivers.serial_port import FULL as NO_ROOM
 from drivers.serial_port import SerialPort
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
@@ -60,10 +77,12 @@ class SerialDriver:
         profile: DeviceProfile,
         pipeline: int = 0,
         first_tag: int | None = None,
+        compiled: bool = True,
     ) -> None:
         """`baud` [bit/s], 8N1; `pipeline`: how many answers may be under way when a command is sent.
 
         `first_tag`: number of the first request (default: any, so that no answer to an earlier program fits).
+        `compiled`: False: the exchange in Python, as it is when pipelined.
         """
         if pipeline < 0:
             raise InputError(f"serial {port}: pipeline must be 0 or more periods, got {pipeline!r}")
@@ -73,7 +92,10 @@ class SerialDriver:
         self._name = f"serial {port}"
         self._layout = Layout(profile)
         self._reader = FrameReader()
-        self._tag = (secrets.randbelow(1 << 16) if first_tag is None else first_tag) - 1
+        self._memory = wire_memory(profile)
+        self._memory.line[SEQUENCE] = (secrets.randbelow(1 << 16) if first_tag is None else first_tag) - 1
+        self._compiles = compiled and not pipeline
+        self._compiled: CompiledExchange | None = None
         self._waiting: deque[Message] = deque()  # arrived, not looked at yet
         self._sent: deque[_Asked] = deque()  # without an answer yet, oldest first
         self._settings = Settings(0, 0, 0, 0)
@@ -95,11 +117,15 @@ class SerialDriver:
                 f"{self._name}: the period must be 0 to {_UINT32} us, got {lockstep_period_us} us"
             )
         self._disconnect()
+        if self._compiles and self._compiled is None:  # before the device is armed: it may last seconds
+            self._compiled = compiled_exchange(exchange_serial, self._memory)
         self._timeout_s = timeout_s
+        self._memory.line[TIMEOUT_NS] = round(1e9 * timeout_s)
         try:
             self._port = SerialPort(self._path, self._baud, timeout_s)
         except OSError as error:
             raise lost(self._name, error, timeout_s) from None
+        attach(self._memory, self._port.descriptor)
         try:
             self._identify()
             for enable in (0, 1):
@@ -108,18 +134,46 @@ class SerialDriver:
         except DriverError:
             self._disconnect()
             raise
-        if (self._tag + 1) & 0xFFFF == first.sequence:
-            self._tag += 1  # the number in force would count for nothing
+        if (self._memory.line[SEQUENCE] + 1) & 0xFFFF == first.sequence:
+            self._memory.line[SEQUENCE] += 1  # the number in force would count for nothing
         return first
 
     def exchange(self, levels: Sequence[float]) -> Measurement:
         """Command `levels` (profile's units); the answer, to the command `pipeline` calls ago. Raises DriverError."""
+        if self._compiled is None or self._port is None:
+            return self._exchange_readable(levels)
+        ended = self._compiled.run(levels)
+        return self._compiled.measurement() if ended == OK else self._explained(ended, levels)
+
+    def _explained(self, ended: int, levels: Sequence[float]) -> Measurement:
+        """What Python's exchange would have raised where a compiled one ended otherwise than well."""
+        memory = self._memory
+        asked = _Asked(Request.COMMAND, int(memory.line[SEQUENCE]))
+        if ended in (SYSTEM, FULL):
+            raise self._lost(system_error(memory) if ended == SYSTEM else OSError(NO_ROOM))
+        if ended == SILENT:
+            raise self._silent_in_time(asked, int(memory.line[DAMAGED]))
+        if ended == STALE:
+            assert self._compiled is not None
+            raise self._stale(asked, self._compiled.measurement())
+        if ended == REPLY_CODE:
+            at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
+            body = memory.inbox[at : at + length].tobytes()
+            raise self._refused(asked, body[3:]) if body[0] == ERROR else self._of_another_length()
+        self._payload(levels)  # says what is wrong
+        raise AssertionError(f"an exchange ended as {ended}, which nothing explains")
+
+    def _payload(self, levels: Sequence[float]) -> bytes:
         try:
-            payload = self._layout.command(levels)
+            return self._layout.command(levels)
         except (OverflowError, struct.error) as error:
             raise DriverError(
                 Fault.COMMAND_REFUSED, f"{self._name}: command {_text(levels, self.profile)}: {error}"
             ) from None
+
+    def _exchange_readable(self, levels: Sequence[float]) -> Measurement:
+        """What the compiled exchange does, in Python: its oracle, and for pipelined lines."""
+        payload = self._payload(levels)
         if self._pipeline and not self._sent:  # the first one: so many exchanges need answers of their own
             self._sent.extend([self._ask(Request.READ) for _ in range(self._pipeline)])
         self._sent.append(self._ask(Request.COMMAND, payload))
@@ -127,7 +181,10 @@ class SerialDriver:
         measurement = self._reading(asked)
         if asked.kind == Request.READ or measurement.sequence == asked.tag or measurement.status & _REFUSED:
             return measurement
-        raise DriverError(
+        raise self._stale(asked, measurement)
+
+    def _stale(self, asked: _Asked, measurement: Measurement) -> DriverError:
+        return DriverError(
             Fault.STALE_REPLY,
             f"{self._name}: command number {measurement.sequence} is in force, sent was {asked.tag}: another program "
             "commands this device too, or it has restarted",
@@ -167,7 +224,8 @@ class SerialDriver:
         """Send one request."""
         if self._port is None:
             raise DriverError(Fault.CONNECTION_LOST, f"{self._name}: is not open")
-        self._tag = tag = (self._tag + 1) & 0xFFFF  # never sent twice, whatever comes of it
+        tag = (int(self._memory.line[SEQUENCE]) + 1) & 0xFFFF
+        self._memory.line[SEQUENCE] = tag  # never sent twice, whatever comes of it
         try:
             self._port.send(frame(kind, tag, payload))
         except OSError as error:
@@ -189,12 +247,7 @@ class SerialDriver:
                     raise self._silent(asked, "though a later request has been answered")
             arrived = self._receive(deadline_s)
             if not arrived:
-                noise = self._reader.damaged - damaged
-                raise self._silent(
-                    asked,
-                    f"within {1e3 * self._timeout_s:g} ms ({noise} damaged frames); is the device on, is the baud rate "
-                    "right, is the timeout long enough?",
-                )
+                raise self._silent_in_time(asked, self._reader.damaged - damaged)
             self._waiting.extend(self._reader.feed(arrived))
 
     def _receive(self, deadline_s: float) -> bytes:
@@ -209,11 +262,14 @@ class SerialDriver:
         """The measurement that answers a command or a read. Raises DriverError."""
         measurement = self._layout.measurement(self._answer(asked).payload)
         if measurement is None:
-            raise DriverError(
-                Fault.COMMAND_REFUSED,
-                f"{self._name}: the reading has another length: is this device of kind {self.profile.kind}?",
-            )
+            raise self._of_another_length()
         return measurement
+
+    def _of_another_length(self) -> DriverError:
+        return DriverError(
+            Fault.COMMAND_REFUSED,
+            f"{self._name}: the reading has another length: is this device of kind {self.profile.kind}?",
+        )
 
     def _refused(self, asked: _Asked, payload: bytes) -> DriverError:
         code = payload[0] if payload else 0
@@ -228,11 +284,19 @@ class SerialDriver:
         what = f"no answer to {asked.kind.name.lower()} {asked.tag}"
         return DriverError(Fault.NO_ANSWER, f"{self._name}: {what} {how}")
 
+    def _silent_in_time(self, asked: _Asked, damaged: int) -> DriverError:
+        return self._silent(
+            asked,
+            f"within {1e3 * self._timeout_s:g} ms ({damaged} damaged frames); is the device on, is the baud rate "
+            "right, is the timeout long enough?",
+        )
+
     def _lost(self, error: OSError) -> DriverError:
         self._disconnect()
         return lost(self._name, error, self._timeout_s)
 
     def _disconnect(self) -> None:
+        attach(self._memory, -1)
         if self._port is not None:
             self._port.close()
         self._port = None

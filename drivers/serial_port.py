@@ -9,6 +9,7 @@ from contextlib import suppress
 
 import serial
 
+FULL = "the port takes no more bytes, nobody reads at its other end"
 _RECEIVE_BYTES = 4096
 
 
@@ -20,7 +21,7 @@ class SerialPort:
         self._port = serial.Serial(path, baud, timeout=0, write_timeout=timeout_s, exclusive=True)
         with suppress(OSError, ValueError, NotImplementedError):  # FTDI: 1 ms instead of 16
             self._port.set_low_latency_mode(True)
-        self._fd = self._port.fileno()
+        self._fd = self.descriptor = self._port.fileno()
         self._poll = select.poll()
         self._poll.register(self._fd, select.POLLIN)
 
@@ -54,5 +55,5 @@ def write_all(fd: int, data: bytes) -> int:
     except BlockingIOError:
         written = 0
     if written != len(data):
-        raise OSError("the port takes no more bytes, nobody reads at its other end")
+        raise OSError(FULL)
     return written

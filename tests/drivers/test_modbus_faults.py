@@ -20,7 +20,7 @@ from drivers.modbus import ModbusDriver, ModbusRtuDriver, ModbusTcpDriver
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import VO2, DeviceStatus
 
-pytestmark = pytest.mark.wire
+pytestmark = [pytest.mark.wire, pytest.mark.usefixtures("either_form")]
 
 TIMEOUT_S = 0.15
 

@@ -12,7 +12,7 @@ from transcripts import rtu
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from rtctl.border.records import VO2, Measurement
 
-pytestmark = pytest.mark.wire
+pytestmark = [pytest.mark.wire, pytest.mark.usefixtures("either_form")]
 
 AFTER_42 = Measurement((1005.0,), -5.0, 2, 1_000_000, 42, 1)
 AFTER_43 = Measurement((1011.0,), -11.0, 3, 2_000_000, 43, 1)

@@ -13,7 +13,7 @@ from drivers.modbus import ModbusTcpDriver
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import ME, Measurement
 
-pytestmark = pytest.mark.wire
+pytestmark = [pytest.mark.wire, pytest.mark.usefixtures("either_form")]
 
 SETTINGS = (  # enable 1, watchdog 250 ms, lockstep, 1 000 000 us
     "0005 0000 0006 01 03 0003 0005",

@@ -18,7 +18,7 @@ from rtctl.border.records import ME, VO2, DeviceStatus
 from rtctl.border.serial_frames import frame
 from rtctl.cli import main
 
-pytestmark = pytest.mark.wire
+pytestmark = [pytest.mark.wire, pytest.mark.usefixtures("either_form")]
 
 HANDSHAKE: Script = [(exchange.request, exchange.reply) for exchange in sessions()[0][:4]]
 TIMEOUT_S = 0.15

@@ -31,6 +31,7 @@ def messages(data: bytes) -> list[Message]:
 
 
 @pytest.mark.wire
+@pytest.mark.usefixtures("either_form")
 def test_the_driver_says_what_the_page_says() -> None:
     session = sessions()[0]
     end = PtyEnd()

@@ -1,0 +1,137 @@
+"""The system's calls from compiled code: write, wait, read, the monotonic clock; a signal interrupts none for good.
+
+A call that a signal has cut short is made again with the time that is left (Python runs its handlers after the
+exchange). Reference: POSIX.1-2017 write, ppoll, read, send, clock_gettime.
+"""
+
+from __future__ import annotations
+
+import errno
+import select
+import socket
+import sys
+from typing import Any
+
+import numba
+
+from drivers.compiled.memory import CLOCK, ERRNO, FD, POLL, ByteArray
+from rtctl.border.kernels import IntArray, background_kernel
+
+_of_numba: Any = numba  # which mypy knows by half
+carray = _of_numba.carray
+AVAILABLE = sys.platform == "linux" and sys.byteorder == "little" and not _of_numba.config.DISABLE_JIT
+"""Whether this machine's system calls are the ones that are written here."""
+
+types = _of_numba.types
+_SECOND_NS = 1_000_000_000
+_MONOTONIC = 1
+_EINTR, _EAGAIN = errno.EINTR, errno.EAGAIN
+_POLLIN = int(select.POLLIN)
+_NOSIGNAL = int(getattr(socket, "MSG_NOSIGNAL", 0))
+
+
+def _external(name: str, answer: Any, *arguments: Any) -> Any:
+    """A function of the C library; found by its name when the machine code is loaded, so that this can be cached."""
+    return types.ExternalFunction(name, answer(*arguments))
+
+
+_write = _external("write", types.intp, types.int32, types.uintp, types.uintp)
+_send = _external("send", types.intp, types.int32, types.uintp, types.uintp, types.int32)
+_read = _external("read", types.intp, types.int32, types.uintp, types.uintp)
+_ppoll = _external("ppoll", types.int32, types.uintp, types.uintp, types.uintp, types.uintp)
+_clock_gettime = _external("clock_gettime", types.int32, types.int32, types.uintp)
+_errno_location = _external("__errno_location", types.CPointer(types.int32))
+
+
+@background_kernel
+def last_errno() -> int:
+    """Why the last call failed."""
+    found: int = carray(_errno_location(), 1)[0]
+    return found
+
+
+@background_kernel
+def now_ns(line: IntArray) -> int:
+    """The monotonic clock [ns]."""
+    _clock_gettime(_MONOTONIC, line.ctypes.data + 8 * CLOCK)
+    found: int = line[CLOCK] * _SECOND_NS + line[CLOCK + 1]
+    return found
+
+
+@background_kernel
+def sent(line: IntArray, out: ByteArray, length: int, is_socket: bool) -> int:
+    """Write `length` bytes at once or not at all: 1; 0: there is no room; -1: `ERRNO` says why not."""
+    while True:
+        if is_socket:
+            written = _send(line[FD], out.ctypes.data, length, _NOSIGNAL)
+        else:
+            written = _write(line[FD], out.ctypes.data, length)
+        if written == length:
+            return 1
+        if written >= 0:
+            return 0
+        line[ERRNO] = last_errno()
+        if line[ERRNO] == _EAGAIN:
+            return 0
+        if line[ERRNO] != _EINTR:
+            return -1
+
+
+@background_kernel
+def received(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int:
+    """Bytes that have come, read to `inbox` from `at` on, as soon as there are any; 0: none until the deadline.
+
+    -1: the call failed, or (`ERRNO` 0) the other end hung up.
+    """
+    while True:
+        left_ns = max(deadline_ns - now_ns(line), 0)
+        line[POLL] = line[FD] | _POLLIN << 32
+        line[CLOCK] = left_ns // _SECOND_NS
+        line[CLOCK + 1] = left_ns % _SECOND_NS
+        ready = _ppoll(line.ctypes.data + 8 * POLL, 1, line.ctypes.data + 8 * CLOCK, 0)
+        if ready == 0:
+            return 0
+        if ready > 0:
+            got = _read(line[FD], inbox.ctypes.data + at, inbox.size - at)
+            if got > 0:
+                found: int = got
+                return found
+            line[ERRNO] = 0 if got == 0 else last_errno()
+        else:
+            line[ERRNO] = last_errno()
+        if line[ERRNO] not in (_EINTR, _EAGAIN):
+            return -1
+        if left_ns == 0:
+            return 0
+
+
+@background_kernel
+def received_blocking(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int:
+    """The same of a socket that blocks, and whose own timeout ends a wait: one call less."""
+    while True:
+        got = _read(line[FD], inbox.ctypes.data + at, inbox.size - at)
+        if got > 0:
+            found: int = got
+            return found
+        line[ERRNO] = 0 if got == 0 else last_errno()
+        if line[ERRNO] == _EAGAIN or (line[ERRNO] == _EINTR and now_ns(line) >= deadline_ns):
+            return 0
+        if line[ERRNO] != _EINTR:
+            return -1
+
+
+@background_kernel
+def drained(line: IntArray, inbox: ByteArray, deadline_ns: int) -> bool:
+    """Read and forget what has arrived, of a descriptor that does not block. False: `ERRNO` says why not."""
+    while True:
+        got = _read(line[FD], inbox.ctypes.data, inbox.size)
+        if got < 0:
+            line[ERRNO] = last_errno()
+            if line[ERRNO] == _EAGAIN:
+                return True
+            if line[ERRNO] != _EINTR:
+                return False
+        elif got == 0:
+            return True
+        if now_ns(line) >= deadline_ns:
+            return True  # a babbling line has an end too

@@ -1,0 +1,85 @@
+"""What a compiled exchange remembers and answers: one array of numbers a line, and the codes of how it ended.
+
+The numbers are int64; the slots from `POLL` on are laid out as the system calls want them (`struct pollfd`, `struct
+timespec`), little-endian.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.kernels import FloatArray, IntArray
+from rtctl.border.records import DeviceProfile
+
+FD, TIMEOUT_NS, UNIT, TRANSACTION, SEQUENCE, REGISTERS, ARRIVED, ERRNO, REPLY_AT, REPLY_LENGTH, DAMAGED = (
+    range(11)
+)
+"""Descriptor; timeout [ns]; Modbus unit; last transaction; last sequence number or tag; registers of a reading; bytes
+of an unfinished frame; errno of a failed call (0: the other end hung up); where a reply lies that is no reading;
+damaged frames of this exchange."""
+SETTINGS = 11
+"""Five Modbus registers that a command of several channels runs over."""
+COUNTER, TIME_US, IN_FORCE, STATUS = 16, 17, 18, 19
+"""Of the reading."""
+SENSED_AT = 20
+"""Where each reading lies in the registers [bytes]; the reference is the last."""
+MOST_READINGS = 8
+POLL = 30
+CLOCK = 32
+LINE_SIZE = 40
+
+INBOX_BYTES = 4096
+OUT_BYTES = 320
+
+ByteArray = NDArray[np.uint8]
+
+
+class Ended(IntEnum):
+    """How an exchange ended; all but `OK` are explained by the driver."""
+
+    OK = 0
+    SILENT = 1
+    SYSTEM = 2
+    FULL = 3
+    REPLY = 4
+    STALE = 5
+    OVERFLOW = 6
+
+
+OK, SILENT, SYSTEM, FULL, REPLY, STALE, OVERFLOW = (
+    int(code) for code in Ended
+)  # a kernel knows plain integers
+
+
+class WireMemory(NamedTuple):
+    """Arguments of a compiled exchange, in its order."""
+
+    levels: FloatArray
+    """(commands,) in: the profile's units."""
+    reading: FloatArray
+    """(sensed + 1,) out: what is sensed, then the reference."""
+    line: IntArray
+    out: ByteArray
+    inbox: ByteArray
+
+
+def wire_memory(profile: DeviceProfile) -> WireMemory:
+    """Of a line to a device of this kind, closed."""
+    readings = len(profile.sensed) + 1
+    if readings > MOST_READINGS:
+        raise ValueError(
+            f"profile {profile.kind}: at most {MOST_READINGS - 1} sensed channels, got {readings - 1}"
+        )
+    line = np.zeros(LINE_SIZE, dtype=np.int64)
+    line[FD] = -1
+    return WireMemory(
+        np.zeros(len(profile.commands)),
+        np.zeros(readings),
+        line,
+        np.zeros(OUT_BYTES, dtype=np.uint8),
+        np.zeros(INBOX_BYTES, dtype=np.uint8),
+    )

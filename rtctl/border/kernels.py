@@ -1,0 +1,77 @@
+"""Compiled kernels: `numba.njit` with the signature kept for mypy and a cache that cannot be stale.
+
+`fastmath` stays off (a kernel must keep NaN and the order of its sums); division by zero gives inf as in
+numpy, so a kernel raises nothing and a status says what went wrong. A kernel takes plain scalars, C-contiguous
+float64 arrays and NamedTuples of them. It is compiled into its callers: left to itself LLVM calls some, and each
+call counts references on every array of a NamedTuple, which made the observer three times as slow.
+
+numba keys its cache on the file of the kernel alone: edit a kernel in another file and callers that have
+compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels
+and NamedTuples in the kernel's module, and of this file. Import both by name, above the kernels; constants
+from other modules are not followed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+P = ParamSpec("P")
+T = TypeVar("T")
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """`function`, compiled at its first call for the types of its arguments and kept on disk."""
+    return _compiled(function)
+
+
+def background_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """A kernel of whole records, during which other threads run; for single samples that costs more than it gives."""
+    return _compiled(function, nogil=True)
+
+
+def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T]:
+    compiled: Any = numba.njit(
+        cache=True, fastmath=False, error_model="numpy", forceinline=True, nogil=nogil
+    )(function)
+    if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
+        return function
+    # numba has no public way to say "this cache also depends on"; a test holds that this one works.
+    compiled._cache._cache_file._source_stamp = "|".join(
+        [_stamp(compiled), *sorted({_file_stamp(__name__), *_parts(function)})]
+    )
+    result: Callable[P, T] = compiled
+    return result
+
+
+def _parts(function: Callable[..., Any]) -> Iterator[str]:
+    """Stamps of what the module of `function` has imported or defined so far and may compile into it.
+
+    All of it, not only the names in `function`: it may reach them through a kernel further down its file.
+    """
+    for value in function.__globals__.values():
+        if isinstance(value, numba.core.dispatcher.Dispatcher):
+            yield _stamp(value)
+        elif isinstance(value, type) and issubclass(value, tuple):
+            yield _file_stamp(value.__module__)
+
+
+def _stamp(compiled: Any) -> str:
+    stamp: Any = compiled._cache._cache_file._source_stamp
+    return stamp.hex() if isinstance(stamp, bytes) else str(stamp)
+
+
+@lru_cache
+def _file_stamp(module: str) -> str:
+    source = sys.modules[module].__file__
+    return hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else module
