@@ -16,6 +16,7 @@ from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.joint_statements import joint_statements
 from rtctl.diagnosis.ranking import Ranked
 from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.wrong_values import WrongValue
 
 FloatArray = NDArray[np.float64]
 NORMAL_95 = 1.96
@@ -74,6 +75,23 @@ def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Ca
     ]
     qualifies = {"drive.offset"} if together else set()  # says how the friction depends on direction
     return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
+
+
+def wrong_value_cause(wrong: WrongValue) -> Cause:
+    """The cause `parameter.<name>`: the structure is right, a value is off."""
+    estimate = estimates_of(wrong.revised, "")[wrong.name]
+    given = next(one for one in wrong.given.hypothesis.simulation.parameters if one.name == wrong.name)
+    unit = _plain(given.unit)
+    return Cause(
+        id=f"parameter.{wrong.name}",
+        statement=f"The structure is right, a value is off: {wrong.name} is {estimate.value:.4g} {unit}, "
+        f"and the model has {given.value:.4g} {unit}.",
+        kind="parameter",
+        probability=min(MOST_CERTAIN, wrong.probability),
+        parameters={wrong.name: estimate},
+        share_removed=wrong.share_removed,
+        indistinguishable_from=tuple(f"parameter.{name}" for name in wrong.equivalent),
+    )
 
 
 def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.answer import Cause, as_json, causes_of
+from rtctl.diagnosis.answer import Cause, as_json, causes_of, wrong_value_cause
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
@@ -28,6 +28,7 @@ from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.verdict import confirmed, verdict_of
+from rtctl.diagnosis.wrong_values import wrong_value
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
@@ -163,7 +164,10 @@ def diagnose(
         if found.out_of_time:
             warnings.append(OUT_OF_TIME.format(options.seconds))
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
-        return _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
+        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
+        if answer.verdict != "adequate" or fits is not None:
+            return answer
+        return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
 
 
 def allowing(data: Data) -> Data:
@@ -222,8 +226,7 @@ def _answer(
     fits = whole or Fits(found.nominal, found.chosen)
 
     def gained(fits: Fits, output: str) -> Gain | None:
-        before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
-        return gain(before, after, tests, output, units.get(output, ""), noise_rms, data.scales.rate)
+        return _gained(fits, output, units, tests, noise_rms, data)
 
     judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
@@ -250,6 +253,32 @@ def _answer(
         next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
+    )  # fmt: skip
+
+
+def _gained(
+    fits: Fits,
+    output: str,
+    units: Mapping[str, str],
+    tests: tuple[FitRecord, ...],
+    noise_rms: float,
+    data: Data,
+) -> Gain | None:
+    before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
+    return gain(before, after, tests, output, units.get(output, ""), noise_rms, data.scales.rate)
+
+
+def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rate: float) -> Diagnosis:
+    """`answer`, adequate once it was re-fitted; explained where one value of the file alone is what was wrong."""
+    data = answer.data
+    wrong = wrong_value(data, given, data.subject.spreads(model), answer.search.nominal, rate)
+    if wrong is None:
+        return answer
+    fits = Fits(wrong.given, wrong.revised)
+    return replace(
+        answer, verdict="explained", causes=(wrong_value_cause(wrong),), fits=fits,
+        gain=_gained(fits, data.subject.output, answer.units, answer.tests, answer.noise_rms, data),
+        model=data.subject.extended_model(model, wrong.revised),
     )  # fmt: skip
 
 

@@ -112,6 +112,8 @@ class Projected:
         """(p,) along the shared unknowns, what the whitened residual still asks of them."""
         self.standard_errors = np.sqrt(np.maximum(np.diag(self._solve), 0.0)) / scale[1 : 1 + shared]
         """(p,) of the shared unknowns, for noise of variance 1 after whitening."""
+        self.covariance = self._solve / np.outer(scale[1 : 1 + shared], scale[1 : 1 + shared])
+        """(p, p) of the shared unknowns."""
 
     @property
     def usable(self) -> NDArray[np.bool_]:

@@ -137,7 +137,8 @@ def proposal(found: Diagnosis) -> str:
 
 def parameters(found: Diagnosis) -> str:
     """Of the model: as the file has them, re-fitted, and with the causes."""
-    nominal = estimates_of(found.fits.before, "")
+    off = any(cause.kind == "parameter" for cause in found.causes)
+    nominal = estimates_of(found.search.nominal if off else found.fits.before, "")
     extended = estimates_of(found.fits.after, "") if found.causes else {}
     given = {one.name: one for one in found.before.parameters}
     rows = []
@@ -145,7 +146,8 @@ def parameters(found: Diagnosis) -> str:
         file = f"{given[name].value:.6g} {readable(given[name].unit)}"
         row = [escape(name), file, _estimate("", one).removeprefix(" = ")]
         rows.append([*row, _estimate("", extended[name]).removeprefix(" = ")] if name in extended else row)
-    headers = ["parameter", "model file", "re-fitted, 95 %"] + (["with the causes, 95 %"] if extended else [])
+    last = ["with one value mended, 95 %" if off else "with the causes, 95 %"] if extended else []
+    headers = ["parameter", "model file", "re-fitted, 95 %", *last]
     return "<h2>The model's parameters</h2>" + table(headers, rows)
 
 

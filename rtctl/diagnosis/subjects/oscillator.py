@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rtctl.diagnosis.hypothesis import Data, Hypothesis
 
 FloatArray = NDArray[np.float64]
+NORMAL_95 = 1.96
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
     ("z^2", "displacement", lambda z, v, u, t: z**2),
@@ -108,6 +109,15 @@ def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
     write_oscillator_model(path, model.model_copy(update={"provenance": provenance}))
 
 
+def _spreads(model: ModelFile) -> dict[str, float]:
+    """Of the intervals, taken as 95 %."""
+    found = {}
+    for name, one in model.model.parameters.items():
+        if one.low is not None and one.high is not None and one.value:
+            found[name] = (one.high - one.low) / (2.0 * NORMAL_95 * abs(one.value))
+    return found
+
+
 def _as_it_is(simulation: Simulation) -> Simulation:
     return simulation
 
@@ -137,6 +147,7 @@ OSCILLATOR = Subject(
     comparable=_comparable,
     inner=_as_it_is,
     read_model=read_oscillator_model,
+    spreads=_spreads,
     extended_model=extended_model,
     write_model=_write,
 )

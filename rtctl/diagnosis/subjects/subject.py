@@ -66,6 +66,8 @@ class Subject:
     inner: Callable[[Simulation], Simulation]
     """Back from `comparable`."""
     read_model: Callable[[Path], Any]
+    spreads: Callable[[Any], Mapping[str, float]]
+    """Standard errors over values, by name, of a model's parameters whose file has an interval."""
     extended_model: Callable[[Any, Examined], Any]
     """The model of a file with the values and mechanisms of a fitted hypothesis."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]

@@ -223,6 +223,7 @@ VO2 = Subject(
     comparable=_comparable,
     inner=_inner,
     read_model=read_model,
+    spreads=lambda model: {},
     extended_model=extended_model,
     write_model=_write,
 )
