@@ -17,6 +17,7 @@ from rtctl.guards import ReadingGuard
 from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
+from rtctl.orbits.forced import Forced
 from rtctl.plants import support_of
 from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
 
@@ -206,6 +207,14 @@ def build_simulation(model: ModelFile | Vo2Model, units: Mapping[str, str], sour
             f'{source}: a model of kind "{model.kind}" cannot be simulated{nearest(model.kind, known)}'
         )
     return known[model.kind](model, units, source)
+
+
+def build_forced(model: ModelFile, units: Mapping[str, str], source: str) -> Forced:
+    """An oscillator's `model` under harmonic drive, bound to `units`. Raises InputError that names `source`."""
+    from plant_sim.oscillator.forced import forced_oscillator
+    from plant_sim.oscillator.model import oscillator_simulation
+
+    return forced_oscillator(oscillator_simulation(model, units, source), source)
 
 
 def serve_plant(

@@ -21,6 +21,7 @@ VERBS = {
     "simulate": "how far a model is from a dataset",
     "diagnose": "what the simulation gets wrong, why, and the model with it",
     "reproduce": "a paper's study on our plants, its tables and figures beside ours",
+    "sweep": "many simulations of one model, on all cores or a cluster",
     "latency": "which period this machine and a wire hold: lateness, round trip, compute",
     "serve": "a simulated device on a wire",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",

@@ -1,0 +1,56 @@
+"""Parts on the cores of this machine, in processes of their own."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+
+from rtctl.border.errors import RunError
+from rtctl.campaign.part import compute_part
+from rtctl.campaign.plan import Plan
+
+WAITING = 2
+"""Parts handed out for each worker: the next begins at once."""
+
+
+def cores() -> int:
+    """That this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def on_this_machine(plan: Plan, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, bytes]]:
+    """Each part's number and content, as they are done. Raises RunError where a process dies."""
+    workers = min(workers, len(numbers))
+    if workers <= 1:
+        for number in numbers:
+            yield number, compute_part(plan, number)
+        return
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["rtctl.campaign.part"])
+    queue = iter(numbers)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    pending: dict[Future[bytes], int] = {}
+    try:
+        while True:
+            for number in queue:
+                pending[pool.submit(compute_part, plan, number)] = number
+                if len(pending) >= WAITING * workers:
+                    break
+            if not pending:
+                return
+            for done in wait(pending, return_when=FIRST_COMPLETED).done:
+                yield pending.pop(done), done.result()
+    except BrokenProcessPool:
+        raise RunError(
+            "a worker process was ended from outside (out of memory?); what is done is kept, the same command goes on"
+        ) from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,225 @@
+"""A campaign made ready: units resolved, the design's axes, the parts that are the tasks."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl import __version__
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.model_file import ModelFile
+from rtctl.border.quantities import parse_quantity
+from rtctl.campaign.design import Axis, Design, grid_size
+from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, read_campaign
+from rtctl.models.oscillator import read_oscillator_model
+from rtctl.orbits.forced import Forced
+from rtctl.wiring import build_forced, find_plant
+
+STEPS_PER_PERIOD = 128
+STEPS_OF_FASTEST = 64.0
+"""Steps a period of the model's fastest pole, at least."""
+NS_A_STEP = 3.0
+"""A lane's, with what is measured beside it; for the size of a part alone."""
+PART_S = 4.0
+LEAST_PARTS = 8
+LANES = 64
+
+
+class Plan(NamedTuple):
+    """All that a task needs beside its number; it travels to workers as it is."""
+
+    campaign: Campaign
+    model: ModelFile
+    units: Mapping[str, str]
+    design: Design
+    fixed: Mapping[str, float]
+    """Settings that are no factors, in the units of the data."""
+    steps_per_period: int
+    rounded_to: float
+    part: int
+    """Trajectories a task."""
+
+    @property
+    def parts(self) -> int:
+        """Number of tasks."""
+        return math.ceil(self.design.samples / self.part)
+
+    @property
+    def fingerprint(self) -> str:
+        """Of everything that the results depend on."""
+        asked = self.campaign.model_copy(update={"picture": None}).model_dump_json()
+        text = "|".join(
+            [__version__, asked, self.model.model_dump_json(), str(self.steps_per_period), str(self.part)]
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def unit(self, setting: str) -> str:
+        """Of a frequency, an amplitude, a displacement or a velocity."""
+        z, u = self.units["displacement"], self.units["drive"]
+        return {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}[setting]
+
+    def forced(self) -> Forced:
+        """The model, compiled where it is called."""
+        return build_forced(self.model, self.units, self.campaign.campaign.model)
+
+
+def read_plan(path: Path) -> Plan:
+    """Of a campaign file. Raises InputError with every finding."""
+    campaign = read_campaign(path)
+    model_path = find_plant(campaign.campaign.model, path.parent)
+    model = read_oscillator_model(model_path)
+    units = _units(campaign, model, path)
+    forced = build_forced(model, units, str(model_path))
+    resolved = _Resolved(path, {one.name: one.unit for one in forced.parameters}, units)
+    axes = tuple(resolved.axis(name, factor) for name, factor in campaign.factors.items())
+    fixed = resolved.settings(campaign)
+    rounded = resolved.number("follow.rounded_to", campaign.follow.rounded_to, units["displacement"], 0.1)
+    resolved.raise_all()
+    samples = grid_size(axes) if campaign.design.kind == "grid" else campaign.design.samples or 1
+    design = Design(campaign.design.kind, axes, samples, campaign.design.seed)
+    steps = campaign.follow.steps_per_period or _steps(forced, design, fixed)
+    part = campaign.campaign.part or _part(campaign, design, fixed, steps)
+    return Plan(campaign, model, units, design, fixed, steps, rounded, part)
+
+
+class _Resolved:
+    """Numbers in the units of the data, and what was found wrong so far."""
+
+    def __init__(self, path: Path, parameters: Mapping[str, str], units: Mapping[str, str]) -> None:
+        z, u = units["displacement"], units["drive"]
+        self._path, self._lines = path, list[str]()
+        own = {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}
+        self._units = {**own, **parameters}
+
+    def raise_all(self) -> None:
+        if self._lines:
+            raise InputError("\n".join(f"{self._path}: {line}" for line in self._lines))
+
+    def number(self, key: str, raw: Raw | None, unit: str, default: float) -> float:
+        """A quantity of the file; NaN, which no further finding is told of, where it is none."""
+        if raw is None:
+            return default
+        try:
+            value = parse_quantity(raw, unit)
+        except ValueError as error:
+            self._lines.append(f'key "{key}": {error}')
+            return math.nan
+        if not math.isfinite(value):
+            self._lines.append(f'key "{key}": must be finite, got {raw!r}')
+        return value
+
+    def axis(self, name: str, factor: FactorTable) -> Axis:
+        """A factor."""
+        key = f"factors.{name}"
+        if name not in self._units:
+            self._lines.append(f'unknown factor "{name}"{nearest(name, self._units)}')
+            return Axis(name, "", 0.0, 1.0, (0.0,))
+        unit = self._units[name]
+        if factor.values is not None:
+            values = tuple(
+                self.number(f"{key}.values.{k}", raw, unit, 0.0) for k, raw in enumerate(factor.values)
+            )
+            self._checked_sign(name, key, min(values))
+            return Axis(name, unit, min(values), max(values), values)
+        low = self.number(f"{key}.low", factor.low, unit, 0.0)
+        high = self.number(f"{key}.high", factor.high, unit, 1.0)
+        logarithmic = factor.scale == "log"
+        if low >= high and factor.count != 1:
+            self._lines.append(f'key "{key}.low": {low:g} must be below high = {high:g} {unit}')
+        if logarithmic and low <= 0.0:
+            self._lines.append(f'key "{key}.low": {low:g} {unit} must be above 0 for scale = "log"')
+            logarithmic = False
+        self._checked_sign(name, key, low)
+        axis = Axis(name, unit, low, high, (), logarithmic)
+        if factor.count is None:
+            return axis
+        shares = np.linspace(0.0, 1.0, factor.count)
+        return axis._replace(values=tuple(axis.at(shares).tolist()))
+
+    def settings(self, campaign: Campaign) -> dict[str, float]:
+        """What is no factor; the drive's must be somewhere."""
+        given = {
+            "frequency": ("drive", campaign.drive.frequency), "amplitude": ("drive", campaign.drive.amplitude),
+            "displacement": ("start", campaign.start.displacement), "velocity": ("start", campaign.start.velocity),
+        }  # fmt: skip
+        fixed = {}
+        for name in SETTINGS:
+            table, raw = given[name]
+            if name in campaign.factors:
+                if raw is not None:
+                    self._lines.append(f'key "{table}.{name}" is a factor as well; keep one of both')
+                continue
+            if raw is None and table == "drive":
+                self._lines.append(f'key "drive.{name}" is missing; give it, or make it a factor')
+            fixed[name] = self.number(f"{table}.{name}", raw, self._units[name], 0.0)
+            if raw is not None:
+                self._checked_sign(name, f"{table}.{name}", fixed[name])
+        return fixed
+
+    def _checked_sign(self, name: str, key: str, least: float) -> None:
+        if name == "frequency" and least <= 0.0:
+            self._lines.append(f'key "{key}": a frequency must be above 0 Hz, got {least:g} Hz')
+
+
+def _units(campaign: Campaign, model: ModelFile, path: Path) -> dict[str, str]:
+    """Of drive and displacement."""
+    found = {}
+    for name in ("drive", "displacement"):
+        device = model.device.get(name)
+        own = device.get("unit") if isinstance(device, dict) else None
+        unit = getattr(campaign.units, name) or own
+        if unit is None:
+            raise InputError(f'{path}: key "units.{name}" is missing: the model has no [device] that says it')
+        found[name] = str(unit)
+    return found
+
+
+def _range(design: Design, fixed: Mapping[str, float], name: str) -> tuple[float, float]:
+    """Least and largest of a setting."""
+    for axis in design.axes:
+        if axis.name == name:
+            return axis.low, axis.high
+    return fixed[name], fixed[name]
+
+
+def _steps(forced: Forced, design: Design, fixed: Mapping[str, float]) -> int:
+    """Of a period of the slowest drive, so that the model's fastest pole is resolved in a whole number of 32s."""
+    own = np.array([one.value for one in forced.parameters])
+    corners = np.array([own, own])
+    for k, one in enumerate(forced.parameters):
+        for axis in design.axes:
+            if axis.name == one.name:
+                corners[:, k] = axis.low, axis.high
+    reach = max(abs(value) for value in _range(design, fixed, "displacement"))
+    drive = max(abs(value) for value in _range(design, fixed, "amplitude"))
+    fastest = forced.fastest_hz(corners, reach, drive)
+    wanted = STEPS_OF_FASTEST * fastest / _range(design, fixed, "frequency")[0]
+    return max(STEPS_PER_PERIOD, 32 * math.ceil(wanted / 32.0))
+
+
+def _part(campaign: Campaign, design: Design, fixed: Mapping[str, float], steps: int) -> int:
+    """Trajectories of some seconds' work, whatever the machine: a result must not depend on who computed it."""
+    low, high = _range(design, fixed, "frequency")
+    seconds = campaign.follow.look * math.sqrt(low * high) * steps * NS_A_STEP * 1e-9
+    wanted = min(PART_S / seconds, design.samples / LEAST_PARTS)
+    return LANES * max(1, min(1024, math.ceil(wanted / LANES)))
+
+
+def described(plan: Plan) -> dict[str, Any]:
+    """What stands in DIR/campaign.json."""
+    return {
+        "title": plan.campaign.campaign.title,
+        "fingerprint": plan.fingerprint,
+        "version": __version__,
+        "trajectories": plan.design.samples,
+        "part": plan.part,
+        "parts": plan.parts,
+        "steps_per_period": plan.steps_per_period,
+        "units": dict(plan.units),
+        "factors": [axis.name for axis in plan.design.axes],
+    }

@@ -1,0 +1,77 @@
+"""A campaign from file to folder: what is missing is computed and kept part by part, then counted and drawn."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow.dataset as ds
+
+from rtctl.border.errors import RunError
+from rtctl.campaign.cluster import on_cluster
+from rtctl.campaign.local import on_this_machine
+from rtctl.campaign.plan import Plan
+from rtctl.campaign.store import Store, open_store
+from rtctl.metrics import write_json
+
+
+def run_campaign(
+    plan: Plan,
+    folder: Path,
+    *,
+    workers: int,
+    scheduler: str | None,
+    stop: Callable[[], bool],
+    advance: Callable[[int], None],
+) -> dict[str, Any]:
+    """Compute what `folder` lacks, on `workers` processes or on the cluster at `scheduler`; returns the summary.
+
+    Raises InputError for a folder or an address that does not fit, RunError where it was stopped or workers are gone.
+    """
+    store = open_store(folder, plan)
+    missing = store.missing(plan)
+    begun, kept = time.monotonic(), plan.parts - len(missing)
+    computed = 0
+    for number, content in _computed(plan, missing, workers, scheduler):
+        store.keep(number, content)
+        kept, computed = kept + 1, computed + 1
+        advance(min(kept * plan.part, plan.design.samples))
+        if stop() and kept < plan.parts:
+            raise RunError(
+                f"stopped with {kept} of {plan.parts} parts done; the same command goes on from there"
+            )
+    summary = {
+        "title": plan.campaign.campaign.title,
+        "trajectories": plan.design.samples,
+        "parts": {"all": plan.parts, "computed": computed, "found": plan.parts - computed},
+        "wall_s": time.monotonic() - begun,
+        **counted(store),
+    }
+    write_json(folder / "summary.json", summary)
+    return summary
+
+
+def _computed(
+    plan: Plan, missing: list[int], workers: int, scheduler: str | None
+) -> Iterator[tuple[int, bytes]]:
+    if not missing:
+        return iter(())
+    if scheduler is None:
+        return on_this_machine(plan, missing, workers)
+    return on_cluster(plan, missing, scheduler)
+
+
+def counted(store: Store) -> dict[str, Any]:
+    """How many trajectories of each kind and period, where the campaign has these outputs."""
+    found: dict[str, Any] = {}
+    table = ds.dataset(store.folder / "parts", format="parquet")
+    for name in ("kind", "kind_by_rule", "period"):
+        if name in table.schema.names:
+            counts: Counter[str] = Counter()
+            for batch in table.to_batches(columns=[name]):
+                counts.update(str(value) for value in batch.column(0).to_pylist())
+            found[name] = dict(sorted(counts.items()))
+    return found

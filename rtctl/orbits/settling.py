@@ -1,0 +1,78 @@
+"""Follow motions until they repeat: an adaptive transient and the period by the stroboscopic map.
+
+A motion has settled on period p once x(n) and x(n - p) differ by less than a tolerance throughout a whole block of
+periods, p the least that does. Who has not settled goes on, whoever has waits no longer: a fixed transient of 100 s is
+too short for a tenth of the bistable beam's starts and a hundred times too long for most.
+
+A slow decay repeats nearly, too: at damping d a difference of D over p periods is what is left of
+D / (1 - exp(-d p T / 2)), so the tolerance is far below what anything is judged by afterwards.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.orbits.forced import Drive, FloatArray, IntArray, Lanes
+
+TOLERANCE = 1e-6
+"""Of the motion's size."""
+LONGEST_PERIOD = 16
+CLEARLY = 1e3
+"""Times the difference over p periods is that over any fewer: a free oscillation that decays and nearly fits p periods
+of the drive would pass for a subharmonic otherwise."""
+BLOCK_PERIODS = 64
+ABSURD = 1e100
+"""A displacement that only a model without bound reaches, in any unit."""
+
+
+class Settled(NamedTuple):
+    """Where motions have got to, lane by lane."""
+
+    state: FloatArray
+    """(lanes, 2) at a crest of the drive; NaN of a motion without bound."""
+    period: IntArray
+    """In periods of the drive; 0: not settled, -1: without bound."""
+    after_periods: IntArray
+    """Marched when that was seen."""
+
+
+def settle(
+    drive: Drive, lanes: Lanes, start: FloatArray, most_periods: IntArray, *, tolerance: float = TOLERANCE
+) -> Settled:
+    """Each of `lanes` from `start` (lanes, 2) until it repeats, for `most_periods` (lanes,) at most."""
+    state = start.copy()
+    period = np.zeros(lanes.number, np.int64)
+    after = np.zeros(lanes.number, np.int64)
+    under_way: IntArray = np.flatnonzero(most_periods > 0)
+    while len(under_way):
+        motion = drive.march(lanes.of(under_way), state[under_way], BLOCK_PERIODS)
+        after[under_way] += BLOCK_PERIODS
+        state[under_way, 0], state[under_way, 1] = motion.displacement[-1], motion.velocity[-1]
+        with np.errstate(invalid="ignore"):
+            bounded = np.abs(motion.displacement[-1]) < ABSURD
+        speed = 2.0 * np.pi * lanes.frequency_hz[under_way]
+        found = repeats(motion.displacement, motion.velocity / speed, tolerance)
+        period[under_way] = np.where(bounded, found, -1)
+        state[under_way[~bounded]] = np.nan
+        going = bounded & (found == 0) & (after[under_way] < most_periods[under_way])
+        under_way = under_way[going]
+    return Settled(state, period, after)
+
+
+def repeats(z: FloatArray, w: FloatArray, tolerance: float) -> IntArray:
+    """The least period (lanes,) of stroboscopic points z and w (points, lanes), in one unit; 0 where there is none."""
+    found = np.zeros(z.shape[1], np.int64)
+    with np.errstate(invalid="ignore"):
+        size = np.maximum(np.abs(z), np.abs(w)).max(axis=0)
+        nearest = np.full(z.shape[1], np.inf)
+        for candidate in range(1, LONGEST_PERIOD + 1):
+            apart = np.maximum(
+                np.abs(z[candidate:] - z[:-candidate]), np.abs(w[candidate:] - w[:-candidate])
+            ).max(axis=0)
+            same: NDArray[np.bool_] = (apart <= tolerance * size) & (CLEARLY * apart <= nearest)
+            found[same & (found == 0)] = candidate
+            nearest = np.minimum(nearest, apart)
+    return found
