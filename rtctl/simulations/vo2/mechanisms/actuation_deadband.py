@@ -67,7 +67,7 @@ MECHANISM = Vo2Mechanism(
             "width", "mA", "half of the dead band", 0.1 * TYPICAL_CURRENT_MA, default=0.0, low=0.0, high=10.0
         ),
         coefficient(
-            "zone", "mA", "of the current, that does not heat", 0.1 * TYPICAL_CURRENT_MA,
+            "zone", "mA", "of the current, that does not heat", 0.3 * TYPICAL_CURRENT_MA,
             default=0.0, low=0.0, high=10.0,
         ),
         shape(
