@@ -8,7 +8,7 @@ import json
 import shlex
 from pathlib import Path
 
-STUDIES: tuple[str, ...] = ()
+STUDIES: tuple[str, ...] = ("bistable",)
 """Each a package of that name in `rtctl.reproduce`, whose `study.py` has a `STUDY`."""
 
 

@@ -139,10 +139,10 @@ def _rows(
     if record.samples < 2 * m + 1:
         return
     signals = _signals(record, m)
-    columns = [_Column(signals.z, _bump(m, h, 2), np.ones_like(signals.z))]
+    columns = [_Column(signals.z, bump(m, h, 2), np.ones_like(signals.z))]
     for term in (TERMS[name] for name in names):
         by_hold = _held_bump(m, h, record.stimulus.holds.get("drive", "linear"))
-        kernel = by_hold if term.is_drive else _bump(m, h, term.order) * (-1.0) ** term.order
+        kernel = by_hold if term.is_drive else bump(m, h, term.order) * (-1.0) ** term.order
         columns.append(_Column(term.feature(signals), term.sign * kernel, _slope(term, signals)))
     hop = max(1, m // BUMPS_PER_HALF_WIDTH)
     positions = np.arange(0, record.samples - 2 * m, hop)
@@ -195,7 +195,7 @@ def _signals(record: FitRecord, m: int) -> Sampled:
         v = record.measured["velocity"]
     else:
         narrow = max(2, m // 2)
-        kernel = _bump(narrow, record.period_s, 1) / np.sum(_bump(narrow, record.period_s, 0))
+        kernel = bump(narrow, record.period_s, 1) / np.sum(bump(narrow, record.period_s, 0))
         v = np.convolve(np.pad(z, narrow, mode="edge"), kernel, mode="valid")  # convolution turns -phi' round
     return Sampled(z, v, u, white_noise(z))
 
@@ -213,7 +213,7 @@ def _polynomial(derivative: int) -> FloatArray:
     return np.asarray(polynomial.polyder(polynomial.polypow([1.0, 0.0, -1.0], ORDER), derivative), np.float64)
 
 
-def _bump(m: int, h: float, derivative: int) -> FloatArray:
+def bump(m: int, h: float, derivative: int) -> FloatArray:
     """Samples (2 m + 1,) of a derivative by time, times the sampling period: a sum over samples is the integral."""
     x = np.arange(-m, m + 1) / m
     return np.asarray(polynomial.polyval(x, _polynomial(derivative)) * h / (m * h) ** derivative, np.float64)
@@ -222,14 +222,14 @@ def _bump(m: int, h: float, derivative: int) -> FloatArray:
 def _held_bump(m: int, h: float, hold: str) -> FloatArray:
     """Weights of the drive's samples: the bump averaged over what each sample holds."""
     if hold == "band-limited":
-        return _bump(m, h, 0)
+        return bump(m, h, 0)
     legendre, double = np.polynomial.legendre.leggauss(6)
     nodes, weights = 0.5 * (legendre + 1.0), 0.5 * double
     x = (np.arange(-m, m + 1)[:, None] + nodes) / m
-    bump = polynomial.polyval(np.clip(x, -1.0, 1.0), _polynomial(0))
+    within = polynomial.polyval(np.clip(x, -1.0, 1.0), _polynomial(0))
     if hold == "zero":  # a sample acts from its own instant to the next
-        held: FloatArray = h * (bump @ weights)
+        held: FloatArray = h * (within @ weights)
         return held
-    falling, rising = bump @ (weights * (1.0 - nodes)), bump @ (weights * nodes)
+    falling, rising = within @ (weights * (1.0 - nodes)), within @ (weights * nodes)
     result: FloatArray = h * (falling + np.concatenate(([0.0], rising[:-1])))
     return result

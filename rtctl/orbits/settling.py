@@ -62,7 +62,7 @@ def settle(
     return Settled(state, period, after)
 
 
-def repeats(z: FloatArray, w: FloatArray, tolerance: float) -> IntArray:
+def repeats(z: FloatArray, w: FloatArray, tolerance: float, clearly: float = CLEARLY) -> IntArray:
     """The least period (lanes,) of stroboscopic points z and w (points, lanes), in one unit; 0 where there is none."""
     found = np.zeros(z.shape[1], np.int64)
     with np.errstate(invalid="ignore"):
@@ -72,7 +72,7 @@ def repeats(z: FloatArray, w: FloatArray, tolerance: float) -> IntArray:
             apart = np.maximum(
                 np.abs(z[candidate:] - z[:-candidate]), np.abs(w[candidate:] - w[:-candidate])
             ).max(axis=0)
-            same: NDArray[np.bool_] = (apart <= tolerance * size) & (CLEARLY * apart <= nearest)
+            same: NDArray[np.bool_] = (apart <= tolerance * size) & (clearly * apart <= nearest)
             found[same & (found == 0)] = candidate
             nearest = np.minimum(nearest, apart)
     return found

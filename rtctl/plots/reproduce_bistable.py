@@ -1,0 +1,87 @@
+"""Pictures of the bistable beam's study: clouds over frequency, restoring forces, phase portraits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rtctl.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    house_style,
+    new_figure,
+    save_png,
+)
+
+FloatArray = NDArray[np.float64]
+COLORS = {
+    "HM": BLUE, "local RM": VERMILION, "RM5": GREEN, "RM5c": PURPLE, "weak form": ORANGE, "truth": BLACK,
+    "record": BLACK, "intrawell": SKY, "interwell": BLUE,
+}  # fmt: skip
+
+
+class Cloud(NamedTuple):
+    """Points over frequency of one model; those of records through both wells are filled."""
+
+    name: str
+    frequency_hz: FloatArray
+    value: FloatArray
+    interwell: NDArray[np.bool_]
+
+
+def draw(
+    path: Path, size: tuple[float, float], shape: tuple[int, int], fill: Callable[[list[Axes]], None]
+) -> None:
+    """A figure of `shape` axes, filled and saved."""
+    with house_style():
+        figure: Figure = new_figure(*size)
+        axes = np.atleast_1d(figure.subplots(*shape)).ravel().tolist()
+        fill(axes)
+        save_png(figure, path)
+
+
+def over_frequency(axes: Axes, clouds: Sequence[Cloud], label: str) -> None:
+    """Dots a record: open in one well, filled through both."""
+    for k, cloud in enumerate(clouds):
+        color = COLORS[cloud.name]
+        shift = 0.05 * (k - 0.5 * (len(clouds) - 1))
+        for inside, face, words in ((False, "none", "one well"), (True, color, "both wells, chaotic")):
+            chosen = cloud.interwell == inside
+            axes.plot(
+                cloud.frequency_hz[chosen] + shift, cloud.value[chosen], "o", markersize=3.2, markerfacecolor=face,
+                markeredgecolor=color, markeredgewidth=0.7, linestyle="none", label=f"{cloud.name}, {words}",
+            )  # fmt: skip
+    axes.set_xlabel("excitation frequency [Hz]")
+    axes.set_ylabel(label)
+
+
+def forces(axes: Axes, curves: Mapping[str, FloatArray], z: FloatArray, well_mm: float) -> None:
+    """Restoring forces over displacement, the well as a cross."""
+    for name, force in curves.items():
+        axes.plot(
+            z, force / 1000.0, color=COLORS[name], linewidth=2.2 if name == "truth" else 1.2, label=name
+        )
+    axes.plot([well_mm], [0.0], "x", color=BLACK, markersize=8, label="measured well")
+    axes.set_xlabel("displacement [mm]")
+    axes.set_ylabel("restoring force [m/s²]")
+    axes.legend()
+
+
+def portrait(axes: Axes, curves: Sequence[tuple[str, FloatArray, FloatArray]], title: str) -> None:
+    """Velocity over displacement."""
+    for name, z, v in curves:
+        axes.plot(z, v, color=COLORS[name], linewidth=1.6 if name == "record" else 1.0, label=name)
+    axes.set_xlabel("displacement [mm]")
+    axes.set_ylabel("velocity [mm/s]")
+    axes.set_title(title)

@@ -1,0 +1,117 @@
+"""The bistable beam's study: each step yields its section, and what it claims holds on the short campaign."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rtctl.border.simulation import Stimulus
+from rtctl.cli import main
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.streaming_gram import filtered_gram, weak_gram
+from rtctl.identification.weak_form import regress
+from rtctl.reproduce.bistable.models import HM, RM5, TRUTH, heuristic
+from rtctl.reproduce.bistable.protocol import DEVELOPMENT_SEED, RATE_HZ, Recorded, record, shaker
+from rtctl.reproduce.bistable.regression import QUINTIC, constrained, least_squares
+from rtctl.reproduce.bistable.study import STUDY
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("bistable")
+    assert main(["reproduce", "bistable", "--out", str(out), "--short", "--quiet"]) == 0
+    return out
+
+
+def quantity(report: Path, name: str, section: str = "") -> dict[str, Any]:
+    """A row of the report's comparisons."""
+    results = json.loads((report / "results.json").read_text(encoding="utf-8"))
+    rows = [
+        row
+        for one in results["sections"]
+        if section in ("", one["name"])
+        for part in one["parts"]
+        if part["kind"] == "comparison"
+        for row in part["rows"]
+        if row["quantity"] == name
+    ]
+    assert len(rows) == 1, name
+    return dict(rows[0])
+
+
+def test_every_step_yields_its_section_and_every_picture_is_there(report: Path) -> None:
+    results = json.loads((report / "results.json").read_text(encoding="utf-8"))
+    assert [one["name"] for one in results["sections"]] == [step.name for step in STUDY.steps]
+    text = (report / "report.md").read_text(encoding="utf-8")
+    for one in results["sections"]:
+        for part in one["parts"]:
+            if part["kind"] == "picture":
+                assert 5_000 < (report / "pictures" / part["file"]).stat().st_size < 100_000
+                assert part["file"] in text
+
+
+def test_the_threshold_finds_the_second_mode_of_the_short_campaign(report: Path) -> None:
+    assert quantity(report, "records below R² 0.84")["ours"] == 1
+    assert quantity(report, "of these without a second mode")["ours"] == 0
+
+
+def test_the_truth_has_the_heuristic_models_wells_and_the_regressions_outer_force() -> None:
+    assert TRUTH.well_mm == pytest.approx(HM.well_mm, rel=1e-9)
+    assert TRUTH.well_hz == pytest.approx(HM.well_hz, rel=1e-9)
+    at = np.array([12.5])
+    assert TRUTH.force(at) == pytest.approx(RM5.force(at), rel=1e-9)
+    assert heuristic(HM.well_mm, HM.well_hz, 0.3) == pytest.approx(HM, rel=1e-9)
+
+
+def one_record() -> Recorded:
+    campaign = shaker(short=True, seed=DEVELOPMENT_SEED)._replace(record_s=3.0)
+    return record(campaign, campaign.settings[7])
+
+
+def test_a_record_is_a_function_of_its_number() -> None:
+    first, again = one_record(), one_record()
+    assert np.array_equal(first.displacement, again.displacement)
+    assert np.array_equal(first.frame_velocity, again.frame_velocity)
+
+
+def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_model() -> None:
+    one = one_record()
+    frame = one.frame_velocity
+    gram = weak_gram(one.clean, frame, 1.0 / RATE_HZ, 0.025)
+    assert least_squares(gram, QUINTIC).beam == pytest.approx(TRUTH, rel=2e-3)
+    t = np.arange(len(frame)) / RATE_HZ
+    rate = 2.0 * np.pi * one.setting.frequency_hz
+    drive = 1000.0 * one.amplitude * np.cos(rate * t + one.phase)
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "band-limited"}, period_s=1.0 / RATE_HZ)
+    asked = ("damping", "stiffness", "stiffness_cubic", "stiffness.quintic.coefficient")
+    fit = regress(
+        [FitRecord(name="", stimulus=stimulus, measured={"displacement": one.clean})],
+        asked,
+        0.025,
+        {"drive_gain": 1.0},
+    )
+    assert least_squares(gram, QUINTIC).beam == pytest.approx(list(fit.coefficients.values()), rel=2e-3)
+    fixed = constrained(gram, 6.5).beam
+    assert fixed.well_mm == pytest.approx(6.5, rel=1e-9)
+
+
+def test_the_streaming_filter_is_the_papers_regression() -> None:
+    one = one_record()
+    h = 1.0 / RATE_HZ
+    fit = least_squares(filtered_gram(one.displacement, one.frame_velocity, h), QUINTIC)
+    width = 21
+    smooth = [
+        np.convolve(signal, np.full(width, 1.0 / width), "valid")
+        for signal in (one.displacement, one.frame_velocity)
+    ]
+    v, frame = ((signal[2:] - signal[:-2]) / (2.0 * h) for signal in smooth)
+    y = (v[2:] - v[:-2]) / (2.0 * h) + frame[1:-1]
+    z = smooth[0][2:-2]
+    columns = np.column_stack([v[1:-1], z, z**3, z**5])
+    scale = np.abs(columns).max(axis=0)
+    oracle = -np.linalg.lstsq(columns / scale, y, rcond=None)[0] / scale
+    assert fit.beam == pytest.approx(oracle.tolist(), rel=1e-6)
