@@ -1,0 +1,118 @@
+"""Pictures of the VO2 paper's study: its figures on our devices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rtctl.plots.lines import ABOVE, draw_line
+from rtctl.plots.style import BLACK, CYCLE, RAIL, headline, house_style, kilo, new_figure
+
+FloatArray = NDArray[np.float64]
+
+
+class Loops(Protocol):
+    """Samples (n,) of a path."""
+
+    @property
+    def current_mA(self) -> FloatArray:
+        """Command."""
+        ...
+
+    @property
+    def resistance_ohm(self) -> FloatArray:
+        """Reading."""
+        ...
+
+    @property
+    def deflection_um(self) -> FloatArray:
+        """Reference instrument."""
+        ...
+
+
+def frequency_figure(rest: Loops, by_frequency: Mapping[float, Loops]) -> Figure:
+    """D against I and against R, quasi-static and by frequency [Hz]."""
+    with house_style():
+        figure = new_figure(10.0, 4.6)
+        left, right = figure.subplots(1, 2, sharey=True)
+        turn = int(np.argmin(rest.current_mA[int(np.argmax(rest.current_mA)) :])) + int(
+            np.argmax(rest.current_mA)
+        )
+        paths = [("quasi-static", RAIL, rest, slice(0, turn + 1))]
+        paths += [
+            (f"{frequency:g} Hz", color, loop, slice(None))
+            for color, (frequency, loop) in zip(CYCLE, by_frequency.items(), strict=False)
+        ]
+        for label, color, loop, part in paths:
+            width = 3.0 if label == "quasi-static" else 1.2
+            kohm, deflection = 1e-3 * loop.resistance_ohm[part], loop.deflection_um[part]
+            left.plot(loop.current_mA[part], deflection, color=color, linewidth=width, label=label)
+            right.plot(kohm, deflection, color=color, linewidth=width)
+        left.set_xlabel("current [mA]")
+        left.set_ylabel("deflection [µm]")
+        right.set_xlabel("resistance [kΩ]")
+        kilo(right, "x")
+        left.legend(loc="upper left")
+        headline(figure, "Deflection against current changes with frequency, against resistance hardly")
+    return figure
+
+
+def levels_figure(
+    levels: Sequence[int],
+    fit: Mapping[str, Sequence[float]],
+    validation: Mapping[str, Sequence[float]],
+    time_ns: Mapping[str, Sequence[float]],
+    title: str,
+) -> Figure:
+    """Error on the fitted data, error on random currents and time a calculation, each against the level."""
+    with house_style():
+        figure = new_figure(11.0, 4.2)
+        panels = figure.subplots(1, 3)
+        what = (
+            (fit, "error on the fitted data [% of range]"),
+            (validation, "error on random currents [% of range]"),
+            (time_ns, "time a calculation [ns]"),
+        )
+        for axes, (values, label) in zip(panels, what, strict=True):
+            for color, (name, series) in zip(CYCLE, values.items(), strict=False):
+                axes.plot(levels, series, color=color, marker="o", markersize=4.0, label=name)
+            axes.set_xlabel("plays, or levels of Preisach")
+            axes.set_ylabel(label)
+            axes.set_xticks(list(levels))
+            axes.set_ylim(bottom=0.0)
+        panels[0].legend(**{**ABOVE, "ncols": 2})
+        headline(figure, title)
+    return figure
+
+
+def errors_figure(
+    time_s: FloatArray,
+    shown: Mapping[str, FloatArray],
+    errors: Mapping[str, FloatArray],
+    *,
+    labels: tuple[str, str],
+    title: str,
+    error_limit: float | None = None,
+) -> Figure:
+    """Above: what was asked and what came (first in black); below: an error for each estimator."""
+    with house_style():
+        figure = new_figure(10.0, 5.4)
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.2))
+        for color, (name, values) in zip((BLACK, *CYCLE), shown.items(), strict=False):
+            draw_line(above, time_s, values, color, name)
+        for color, (name, values) in zip(CYCLE, errors.items(), strict=False):
+            draw_line(below, time_s, values, color, name)
+        above.set_ylabel(labels[0])
+        below.set_ylabel(labels[1])
+        below.set_xlabel("time [s]")
+        below.set_xlim(float(time_s[0]), float(time_s[-1]))
+        if error_limit is not None:
+            below.set_ylim(-error_limit, error_limit)
+        above.legend(**ABOVE)
+        below.legend(**{**ABOVE, "ncols": 5})
+        headline(figure, title)
+    return figure
