@@ -8,7 +8,7 @@ import json
 import shlex
 from pathlib import Path
 
-STUDIES: tuple[str, ...] = ("bistable",)
+STUDIES: tuple[str, ...] = ("vo2", "bistable")
 """Each a package of that name in `rtctl.reproduce`, whose `study.py` has a `STUDY`."""
 
 
