@@ -1,0 +1,294 @@
+"""What a Duffing oscillator under one tone leaves of a record: simulated and scored in the cache, 32 sets at a time.
+
+    z'' + c z' + k z + b z^3 = F cos(w t),   z(0), z'(0) given
+
+Strang splitting at the sample period h: half a kick v <- v - h b z^3 / 2, the damped driven linear flow exactly, half
+a kick. With P the linear steady state, Re C exp(i w t), C = F / (k - w^2 + i c w), the difference d = (z, v) - P obeys
+d <- E d, a constant matrix of each lane; so a step costs a product with E, one rotation of the phasor, and a cube.
+A linear oscillator is exact at any h; kicks need 12 samples a period (`splitting_steps` says why).
+
+All that the lanes need stands in one flat array with a number of lanes that is known when it is compiled: then the
+compiler sees that no two rows overlap and uses vector instructions. A block of samples is marched, then scored while
+it is in the cache: no trajectory is ever kept.
+
+Reference: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), II.5. Objectives: the ME paper, section 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.kernels import background_kernel
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+NAMES = ("damping", "stiffness", "stiffness_cubic", "force", "rate")
+"""Of a parameter set, in this order: 1/s, 1/s^2, 1/(z^2 s^2), z/s^2, rad/s."""
+LANES = 32
+BLOCK = 64
+"""Samples that are marched before they are scored: 16 kB."""
+LEAST_SAMPLES_A_PERIOD = 12.0
+DZ, DV, PC, PS, E00, E01, E10, E11, ROT_C, ROT_S, RATE, KICK = range(12)
+SUM, SQUARE, PRODUCT, LEAST, MOST = range(5)
+
+
+class Objective(StrEnum):
+    """What is made small; all are 0 for a perfect model."""
+
+    PEAK_TO_PEAK = "peak-to-peak"
+    """Of the error, in parts of the record's."""
+    PEAK_INDEX = "peak index"
+    """Mean distance of a peak from the record's, in parts of half a period. Blind to the amplitude."""
+    CORRELATION = "correlation"
+    """1 - the coefficient. Blind to the amplitude."""
+    RMS = "rms"
+    """Of the error, in parts of the record's: ours, for comparison."""
+
+
+class Scores(NamedTuple):
+    """Of each lane (n,)."""
+
+    rms: FloatArray
+    correlation: FloatArray
+    peak_to_peak: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ToneRecord:
+    """A displacement (n,) sampled every `period_s` from the start of the tone; `first`: samples that are not scored."""
+
+    displacement: FloatArray
+    period_s: float
+    first: int = 0
+    start: tuple[float, float] = (0.0, 0.0)
+    """Displacement and velocity at the first sample."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.first < len(self.displacement):
+            raise ValueError(f"first must lie within {len(self.displacement)} samples, got {self.first!r}")
+        if not self.period_s > 0.0:
+            raise ValueError(f"period_s must be > 0 s, got {self.period_s!r}")
+
+    @cached_property
+    def peaks(self) -> IntArray:
+        """Indices of the record's maxima from `first` on: one between two rises through its mean."""
+        z = self.displacement - self.displacement[self.first :].mean()
+        rises = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
+        rises = rises[rises >= self.first]
+        found = [a + int(np.argmax(z[a : b + 1])) for a, b in zip(rises[:-1], rises[1:], strict=True)]
+        return np.array(found, dtype=np.int64)
+
+
+def cost_of(record: ToneRecord, objective: Objective, sets: FloatArray) -> FloatArray:
+    """The objective (n,) of parameter sets (n, 5) as `NAMES`; infinite where a set is no underdamped oscillator.
+
+    Raises ValueError where the tone has fewer than 12 samples a period.
+    """
+    if objective is Objective.PEAK_INDEX:
+        return _mismatch(record, sets)
+    scores = scores_of(record, sets)
+    if objective is Objective.CORRELATION:
+        return 1.0 - scores.correlation
+    return scores.peak_to_peak if objective is Objective.PEAK_TO_PEAK else scores.rms
+
+
+def scores_of(record: ToneRecord, sets: FloatArray) -> Scores:
+    """All but the peaks' index of parameter sets (n, 5); infinite errors where a set is no underdamped oscillator."""
+    scored = record.displacement[record.first :]
+    mean, size = float(scored.mean()), float(np.sqrt(np.mean(scored**2)))
+    spread = float(np.ptp(scored))
+    found = {name: np.full(len(sets), np.inf) for name in ("rms", "peak_to_peak")}
+    correlation = np.zeros(len(sets))
+    for part in _parts(sets):
+        work, valid = packed(sets[part], record)
+        sums = np.zeros(5 * LANES)
+        sums[LEAST * LANES : MOST * LANES], sums[MOST * LANES :] = np.inf, -np.inf
+        _march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
+        table = sums.reshape(5, LANES)[:, : len(valid)]
+        count = len(scored)
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            variance = table[SQUARE] / count - (table[SUM] / count) ** 2
+            both = table[PRODUCT] / count - table[SUM] / count * mean
+            r = both / np.sqrt(variance * scored.var())
+            mean_square = table[SQUARE] / count - 2.0 * table[PRODUCT] / count + size**2
+            rms = np.sqrt(np.maximum(mean_square, 0.0)) / size
+            good = valid & np.isfinite(rms) & np.isfinite(r)
+        correlation[part] = np.where(good, r, 0.0)
+        found["rms"][part] = np.where(good, rms, np.inf)
+        found["peak_to_peak"][part] = np.where(good, (table[MOST] - table[LEAST]) / spread, np.inf)
+    return Scores(found["rms"], correlation, found["peak_to_peak"])
+
+
+def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:
+    """Displacement (n,) of one parameter set (5,) at the record's samples."""
+    work, valid = packed(values[None, :], record)
+    if not valid[0]:
+        raise ValueError("these values are no underdamped oscillator: stiffness must be > damping^2 / 4")
+    out = np.empty(len(record.displacement))
+    _march_and_keep(work, np.zeros(BLOCK * LANES), out)
+    return out
+
+
+def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(12 LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
+    h = record.period_s
+    c, k, b, force, w = np.asarray(sets, dtype=np.float64).T
+    if (w * h * LEAST_SAMPLES_A_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
+        raise ValueError(
+            f"a tone of {w.max() / (2.0 * math.pi):.6g} Hz has fewer than {LEAST_SAMPLES_A_PERIOD:g} samples a period "
+            f"at {1.0 / h:.6g} Hz: sample faster"
+        )
+    valid = (k > 0.25 * c * c) & (c >= 0.0)
+    k, c = np.where(valid, k, 1.0 / (h * h) * 1e-4), np.where(valid, c, 0.0)
+    wd = np.sqrt(k - 0.25 * c * c)
+    shrink, cos, sin = np.exp(-0.5 * c * h), np.cos(wd * h), np.sin(wd * h)
+    phasor = force / (k - w * w + 1j * c * w)  # P = Re phasor exp(i w t)
+    work = np.zeros((12, LANES))
+    n = len(c)
+    z0, v0 = record.start
+    work[DZ, :n], work[DV, :n] = z0 - phasor.real, v0 + w * phasor.imag
+    work[DV, :n] -= 0.5 * h * b * z0**3
+    work[PC, :n], work[PS, :n] = phasor.real, phasor.imag
+    work[E00, :n], work[E01, :n] = shrink * (cos + 0.5 * c / wd * sin), shrink * sin / wd
+    work[E10, :n], work[E11, :n] = -shrink * k / wd * sin, shrink * (cos - 0.5 * c / wd * sin)
+    work[ROT_C, :n], work[ROT_S, :n], work[KICK, :n] = np.cos(w * h), np.sin(w * h), h * b
+    return np.ascontiguousarray(work.reshape(-1)), valid
+
+
+@background_kernel
+def _march(w: FloatArray, out: FloatArray, samples: int) -> None:
+    """`samples` displacements of every lane into `out` (samples x LANES), the first where the state stands."""
+    for n in range(samples):
+        row = n * LANES
+        for j in range(LANES):
+            out[row + j] = w[DZ * LANES + j] + w[PC * LANES + j]
+            c, s = w[PC * LANES + j], w[PS * LANES + j]
+            rc, rs = w[ROT_C * LANES + j], w[ROT_S * LANES + j]
+            pc = c * rc - s * rs
+            w[PC * LANES + j] = pc
+            w[PS * LANES + j] = c * rs + s * rc
+            dz, dv = w[DZ * LANES + j], w[DV * LANES + j]
+            after = w[E00 * LANES + j] * dz + w[E01 * LANES + j] * dv
+            z = after + pc
+            w[DZ * LANES + j] = after
+            w[DV * LANES + j] = (w[E10 * LANES + j] * dz + w[E11 * LANES + j] * dv) - w[KICK * LANES + j] * (
+                z * z * z
+            )
+
+
+@background_kernel
+def _march_and_sum(
+    w: FloatArray, measured: FloatArray, first: int, buffer: FloatArray, sums: FloatArray
+) -> None:
+    """Sums (5 LANES) over the samples from `first` on: z, z^2, z m, least and largest z - m."""
+    total = len(measured)
+    for begin in range(0, total, BLOCK):
+        count = min(BLOCK, total - begin)
+        _march(w, buffer, count)
+        for n in range(max(0, first - begin), count):
+            m, row = measured[begin + n], n * LANES
+            for j in range(LANES):
+                z = buffer[row + j]
+                e = z - m
+                sums[SUM * LANES + j] += z
+                sums[SQUARE * LANES + j] += z * z
+                sums[PRODUCT * LANES + j] += z * m
+                least, most = sums[LEAST * LANES + j], sums[MOST * LANES + j]
+                sums[LEAST * LANES + j] = e if e < least else least
+                sums[MOST * LANES + j] = e if e > most else most
+
+
+@background_kernel
+def _march_and_keep(w: FloatArray, buffer: FloatArray, out: FloatArray) -> None:
+    """The first lane's displacement into `out`."""
+    total = len(out)
+    for begin in range(0, total, BLOCK):
+        count = min(BLOCK, total - begin)
+        _march(w, buffer, count)
+        for n in range(count):
+            out[begin + n] = buffer[n * LANES]
+
+
+@background_kernel
+def _highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
+    """(LANES,) over `count` rows of the buffer."""
+    for j in range(LANES):
+        highest[j] = -np.inf
+    for n in range(count):
+        row = n * LANES
+        for j in range(LANES):
+            z, before = buffer[row + j], highest[j]
+            highest[j] = z if z > before else before
+
+
+@background_kernel
+def _rows_of(buffer: FloatArray, count: int, highest: FloatArray, where: FloatArray) -> None:
+    """Which row the highest is in (LANES,). Not in the loop that finds it: that would branch, and not be vectorised."""
+    for n in range(count):
+        here, row = float(n), n * LANES
+        for j in range(LANES):
+            before = where[j]
+            where[j] = here if buffer[row + j] == highest[j] else before
+
+
+@background_kernel
+def _march_and_match(
+    w: FloatArray,
+    peaks: IntArray,
+    ends: IntArray,
+    buffer: FloatArray,
+    state: FloatArray,
+    mismatch: FloatArray,
+) -> None:
+    """Sum (LANES,) over the record's peaks of how far the highest sample of their window is from them.
+
+    A window reaches from halfway to the peak before (`ends` of it) to halfway to the next; `peaks` has one less.
+    """
+    highest, where = state[:LANES], state[LANES:]
+    begin = 0
+    for at in range(len(ends)):
+        count = ends[at] - begin
+        _march(w, buffer, count)
+        if at > 0:
+            _highest(buffer, count, highest)
+            _rows_of(buffer, count, highest, where)
+            peak, half = float(peaks[at - 1] - begin), 2.0 / count
+            for j in range(LANES):
+                off = abs(where[j] - peak) * half
+                mismatch[j] += off if off < 1.0 else 1.0
+        begin = ends[at]
+
+
+def _parts(sets: FloatArray) -> Iterator[slice]:
+    """As many sets at a time as there are lanes."""
+    for begin in range(0, len(sets), LANES):
+        yield slice(begin, min(begin + LANES, len(sets)))
+
+
+def _mismatch(record: ToneRecord, sets: FloatArray) -> FloatArray:
+    """(n,) mean mismatch of the peaks' index."""
+    found = np.full(len(sets), np.inf)
+    for part in _parts(sets):
+        work, valid = packed(sets[part], record)
+        found[part] = np.where(valid, _peak_mismatch(record, work)[: len(valid)], np.inf)
+    return found
+
+
+def _peak_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
+    """(LANES,) mean mismatch of one packed part."""
+    found = record.peaks
+    ends = (found[:-1] + found[1:]) // 2 + 1
+    longest = int(max(ends[0], np.diff(ends).max()))
+    mismatch = np.zeros(LANES)
+    _march_and_match(work, found[1:-1], ends, np.zeros(longest * LANES), np.zeros(2 * LANES), mismatch)
+    mean: FloatArray = mismatch / (len(ends) - 1)
+    return mean
