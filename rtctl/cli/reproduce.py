@@ -8,7 +8,7 @@ import json
 import shlex
 from pathlib import Path
 
-STUDIES: tuple[str, ...] = ("vo2", "bistable")
+STUDIES: tuple[str, ...] = ("vo2", "me", "bistable")
 """Each a package of that name in `rtctl.reproduce`, whose `study.py` has a `STUDY`."""
 
 

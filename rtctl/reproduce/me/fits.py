@@ -1,0 +1,162 @@
+"""Records of the study's resonator under one tone, and the three ways in which they are fitted."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.identification.annealing import Annealed, AnnealingOptions, anneal
+from rtctl.identification.fit import FitError
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.output_error import FitOptions, fit_output_error
+from rtctl.identification.start_values import start_values
+from rtctl.identification.tone_cost import Objective, ToneRecord, cost_of, scores_of
+from rtctl.reproduce.me import device
+
+FloatArray = NDArray[np.float64]
+
+FIELD = 0.28
+"""mT: what the paper trains at."""
+FREQUENCY_HZ = 7498.0
+"""What the generator is set to: the resonance at that field."""
+CLOCK_ERROR = 3e-6
+"""Of the generator against the recorder: the paper's "slight discrepancy" of the frequency."""
+CLOCK_RANGE = 1e-5
+STIFFNESS_RANGE = 0.02
+FACTOR_RANGE = (0.5, 1.5)
+"""Of damping and force."""
+OPTIONS = FitOptions(free_start=False, threads=1, iterations=40)
+CUBIC_RANGE = 3e7
+"""1/(um^2 s^2), to both sides: 37 Hz at 1 um."""
+
+
+class Box(NamedTuple):
+    """Ranges of the coefficients (5,), as `tone_cost.NAMES`."""
+
+    low: FloatArray
+    high: FloatArray
+
+
+class Found(NamedTuple):
+    """What a fit gave."""
+
+    values: FloatArray
+    """(5,)"""
+    seconds: float
+    """Of processor time, on one thread."""
+    annealed: Annealed | None = None
+
+
+def driven(duration_s: float, field_mT: float = FIELD, frequency_hz: float = FREQUENCY_HZ) -> Stimulus:
+    """The tone as the recorder sees it."""
+    return device.tone(field_mT, frequency_hz * (1.0 + CLOCK_ERROR), duration_s)
+
+
+def tone_record(displacement: FloatArray, first: int = 0) -> ToneRecord:
+    """From the tone's start; samples before `first` are not scored."""
+    return ToneRecord(displacement=displacement, period_s=1.0 / device.SAMPLE_RATE_HZ, first=first)
+
+
+def truth(field_mT: float = FIELD) -> FloatArray:
+    """(5,) of the device; the force at small fields, and no word of its quintic spring."""
+    rate = 2.0 * math.pi * FREQUENCY_HZ * (1.0 + CLOCK_ERROR)
+    return np.array([device.DAMPING, device.STIFFNESS, device.CUBIC, device.GAIN * field_mT, rate])
+
+
+def box(field_mT: float = FIELD) -> Box:
+    """Around what a designer would expect of such a device."""
+    middle = truth(field_mT)
+    middle[2], middle[4] = 0.0, 2.0 * math.pi * FREQUENCY_HZ
+    low, high = FACTOR_RANGE
+    spread = np.array(
+        [0.0, STIFFNESS_RANGE * device.STIFFNESS, CUBIC_RANGE, 0.0, CLOCK_RANGE * float(middle[4])]
+    )
+    down, up = np.array([low, 1.0, 1.0, low, 1.0]), np.array([high, 1.0, 1.0, high, 1.0])
+    return Box(middle * down - spread, middle * up + spread)
+
+
+def start_in(ranges: Box, seed: int) -> FloatArray:
+    """(5,) by chance in the inner half of the box; the spring is linear, the frequency as set."""
+    share = np.random.default_rng(seed).uniform(0.25, 0.75, 5)
+    share[2] = share[4] = 0.5
+    return np.asarray(ranges.low + share * (ranges.high - ranges.low))
+
+
+def annealing(
+    record: ToneRecord,
+    objective: Objective,
+    start: FloatArray,
+    options: AnnealingOptions,
+    ranges: Box | None = None,
+) -> Found:
+    """Algorithm 1 as it is meant."""
+    low, high = ranges or box()
+    begun = time.process_time()
+    found = anneal(lambda sets: cost_of(record, objective, sets), start, low, high, options)
+    return Found(found.values, time.process_time() - begun, found)
+
+
+def sized(record: ToneRecord, values: FloatArray) -> FloatArray:
+    """`values` with the record's amplitude, which correlation and peak index do not see.
+
+    z -> s z with F -> s F and b -> b / s^2 is the same motion on another scale: an exact symmetry of the equation.
+    """
+    scores = scores_of(record, values[None, :])
+    measured = record.displacement[record.first :]
+    # |m|^2 rms^2 = |z|^2 - 2 z.m + |m|^2 and r give |z|; the best factor is z.m / |z|^2
+    power = float(np.mean(measured**2))
+    r, left = float(scores.correlation[0]), float(scores.rms[0]) ** 2
+    size = r + math.sqrt(max(r * r - 1.0 + left, 0.0))  # |z| / |m|: the larger root, tried below
+    best, least = values, left
+    for factor in (r / size, r / max(2.0 * r - size, 1e-9)):
+        trial = values * np.array([1.0, 1.0, factor**-2, factor, 1.0])
+        rms = float(scores_of(record, trial[None, :]).rms[0])
+        if power > 0.0 and rms**2 < least:
+            best, least = trial, rms**2
+    return best
+
+
+def least_squares(
+    stimulus: Stimulus,
+    displacement: FloatArray,
+    start: FloatArray | None,
+    first: int = 0,
+    field_mT: float = FIELD,
+) -> Found | None:
+    """Output error within the box from `start` (5,), or from the weak form's own start values; None: it diverged.
+
+    The frequency is the record's own: it comes with the measured drive.
+    """
+    begun = time.process_time()
+    simulation = _within(device.simulation(device.model(nominal=True)), box(field_mT), field_mT)
+    peak = {"displacement": float(np.abs(displacement).max())}
+    whole = replace(stimulus, peak=peak, initial={"displacement": 0.0, "velocity": 0.0})
+    record = FitRecord(name="tone", stimulus=whole, measured={"displacement": displacement}, first=first)
+    if start is None:
+        starts = start_values(simulation, [record], 1, 0, trust_own=False).values
+    else:
+        starts = [np.append(start[:3], start[3] / field_mT)]
+    try:
+        fit = fit_output_error(simulation, [record], OPTIONS, starts=starts)
+    except FitError:
+        return None
+    values = np.append(fit.values[:3], (fit.values[3] * field_mT, truth()[4]))
+    return Found(values, time.process_time() - begun)
+
+
+def _within(simulation: Simulation, ranges: Box, field_mT: float) -> Simulation:
+    """Its parameters bounded as the annealing's are."""
+    scale = np.array([1.0, 1.0, 1.0, field_mT])
+    low, high = (side[:4] / scale for side in ranges)
+    bounded = tuple(
+        one._replace(low=float(a), high=float(b))
+        for one, a, b in zip(simulation.parameters, low, high, strict=True)
+    )
+    found: Simulation = replace(cast(Any, simulation), parameters=bounded)
+    return found

@@ -1,0 +1,98 @@
+"""The ME study's short run: every step yields its section, and its claims hold by bounds that are derived."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from rtctl.cli import main
+from rtctl.reproduce.me import coil, device
+from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, langevin, magnetisation
+from rtctl.reproduce.me.study import STUDY
+
+
+@pytest.fixture(scope="module")
+def sections(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, object]]:
+    """The short run, by the command."""
+    folder = tmp_path_factory.mktemp("me")
+    assert main(["reproduce", "me", "--out", str(folder), "--short", "--quiet"]) == 0
+    found = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    for section in found["sections"]:
+        for part in section["parts"]:
+            assert part["kind"] != "picture" or (folder / "pictures" / part["file"]).stat().st_size > 5_000
+    return {section["name"]: section for section in found["sections"]}
+
+
+def row(section: dict[str, object], quantity: str) -> float:
+    rows = [r for part in section["parts"] if part["kind"] == "comparison" for r in part["rows"]]  # type: ignore[attr-defined]
+    return float(next(r["ours"] for r in rows if r["quantity"].startswith(quantity)))
+
+
+def table(section: dict[str, object], title: str) -> list[list[str]]:
+    parts = [part for part in section["parts"] if part["kind"] == "table"]  # type: ignore[attr-defined]
+    return list(next(part["rows"] for part in parts if title in part["title"]))
+
+
+def test_every_step_yields_its_section(sections):
+    assert list(sections) == [step.name for step in STUDY.steps]
+
+
+def test_annealing_follows_the_record_no_worse_than_the_paper(sections):
+    assert row(sections["coefficients"], "correlation with the record") >= 0.995
+
+
+def test_the_letter_drives_the_error_up_and_the_meant_algorithm_down(sections):
+    error = table(sections["coefficients"], "by its letter")[1]
+    start, letter, meant = (float(value) for value in error[1:4])
+    assert letter > start > meant
+
+
+def test_least_squares_reaches_the_noise_that_annealing_only_nears(sections):
+    rows = {cells[0]: cells for cells in table(sections["least-squares"], "Median of the seeds")}
+    own = rows["least squares, its own start (weak form)"]
+    assert own[1] == "1 of 1"
+    # four parameters of 10,000 samples: the noise of 0.5 nm times sqrt(4 / 10000), and the quintic's 0.03 nm
+    assert float(own[3].split()[0]) < 0.06
+
+
+def test_below_30_db_least_squares_still_finds_the_damping_from_rest(sections):
+    assert row(sections["noise"], "damping at 10 dB from rest, least squares") < 5.0
+
+
+def test_a_steady_tone_hides_40_per_cent_of_the_damping(sections):
+    for _, off, steady, from_rest in table(sections["noise"], "One steady motion"):
+        assert abs(float(off)) >= 20.0
+        assert float(steady) > 0.9999 > float(from_rest)
+
+
+def test_the_resonance_softens_then_hardens_and_the_device_agrees(sections):
+    peaks = [float(cells[1]) for cells in table(sections["response"], "The curves")]
+    assert peaks[1] < peaks[0] < peaks[2]
+    for cells in table(sections["response"], "Check in time"):
+        for tried in (cells[2], cells[4]):
+            count, of = tried.split(" of ")
+            assert count == of != "0"
+
+
+def test_langevin_joins_its_series_and_saturates():
+    a = np.array([0.0199999, 0.0200001])
+    assert np.diff(langevin(a))[0] == pytest.approx(2e-7 / 3.0, rel=1e-3)
+    assert float(magnetisation(np.array(1e4))) == pytest.approx(device.SATURATION, rel=1e-3)
+
+
+def test_distortion_of_a_weak_field_is_its_cubic_term():
+    # a^3/45 against a/3: third harmonic a^2 / 60 of the fundamental
+    field = 0.02
+    assert distortion(magnetisation(cycle_of(field))) == pytest.approx(
+        (device.ARGUMENT * field) ** 2 / 60.0, rel=1e-3
+    )
+    assert departure(0.1) == pytest.approx((device.ARGUMENT * 0.1) ** 2 / 15.0, rel=1e-3)
+
+
+def test_the_beam_of_one_layer_has_the_text_books_frequency():
+    modulus = coil.young(*coil.LAYERS[1][2:])
+    exact = 3.5160152685 / (2.0 * math.pi * 9e-6) * 50e-6 * math.sqrt(modulus / (12.0 * 2329.0))
+    assert coil.bending_hz(coil.LAYERS[1:2]) == pytest.approx(exact, rel=1e-9)
