@@ -15,17 +15,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from drivers.compiled.exchange import CompiledExchange, Kernel, compiled_exchange
-from drivers.compiled.memory import (
-    OK,
-    OVERFLOW,
-    REGISTERS,
-    SENSED_AT,
-    SETTINGS,
-    UNIT,
-    WireMemory,
-    wire_memory,
-)
-from drivers.compiled.memory import SEQUENCE as SEQUENCE_SLOT
 from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
@@ -50,6 +39,18 @@ from rtctl.border.registers import (
     uint32_words,
     words_identity,
 )
+from rtctl.border.wire_memory import (
+    OK,
+    OVERFLOW,
+    REGISTERS,
+    SENSED_AT,
+    SETTINGS,
+    UNIT,
+    UnlockedExchange,
+    WireMemory,
+    wire_memory,
+)
+from rtctl.border.wire_memory import SEQUENCE as SEQUENCE_SLOT
 
 _REFUSED = int(DeviceStatus.REFUSED)
 _FLOAT32, _WORD = struct.Struct(">f"), struct.Struct(">H")
@@ -95,10 +96,7 @@ class ModbusDriver:
         """
         if not 0 <= watchdog_ms <= 0xFFFF:
             raise InputError(f"{self._name}: watchdog must be 0 (none) to 65535 ms, got {watchdog_ms!r} ms")
-        if (
-            self._kernel is not None and self._compiled is None
-        ):  # before the device is armed: it may last seconds
-            self._compiled = compiled_exchange(self._kernel, self._memory)
+        self._compile()
         client = self._make_client(timeout_s, self._memory)
         self._line = line = ModbusLine(client, self._name, self._unit, timeout_s)
         try:
@@ -119,30 +117,52 @@ class ModbusDriver:
 
     def exchange(self, levels: Sequence[float]) -> Measurement:
         """Command `levels` (profile's units) and read. Raises DriverError."""
-        if self._line is None:
+        line = self._line
+        if line is None:
             raise DriverError(Fault.CONNECTION_LOST, f"{self._name}: is not open")
+        if self._compiled is None or not self._has_function_23:
+            sequence = self._next_sequence()
+            return self._believed(line, levels, lambda: self._exchange_readable(line, levels, sequence))
+        line.connect()
+        return self.conclude(self._compiled.run(levels), levels)
+
+    def conclude(self, ended: int, levels: Sequence[float]) -> Measurement:
+        """The measurement of a compiled exchange that ended so; raises DriverError as Python's does."""
+        line, compiled = self._line, self._compiled
+        assert line is not None
+        assert compiled is not None
+        if ended == OK:
+            return compiled.measurement()
+        return self._believed(line, levels, lambda: self._explained(line, ended, levels))
+
+    def unlocked(self) -> UnlockedExchange | None:
+        """The exchange for a compiled loop; None: it cannot be called without Python."""
+        compiled = self._compile()
+        return None if compiled is None or not self._has_function_23 else compiled.unlocked(self.conclude)
+
+    def _compile(self) -> CompiledExchange | None:
+        """Made, or taken from the disk, before the device is armed: it may last seconds."""
+        if self._kernel is not None and self._compiled is None:
+            self._compiled = compiled_exchange(self._kernel, self._memory)
+        return self._compiled
+
+    def _believed(
+        self, line: ModbusLine, levels: Sequence[float], take: Callable[[], Measurement]
+    ) -> Measurement:
+        """What `take` gives, if it answers the last command. Raises DriverError."""
         try:
-            if self._compiled is None or not self._has_function_23:
-                measurement = self._exchange_readable(self._line, levels, self._next_sequence())
-            else:
-                self._line.connect()
-                ended = self._compiled.run(levels)
-                if ended == OK:
-                    return self._compiled.measurement()
-                measurement = self._explained(self._line, ended, levels)
+            measurement = take()
         except (ExceptionReply, OverflowError) as refusal:
             asked = ", ".join(
                 f"{level:g} {channel.unit}"
                 for level, channel in zip(levels, self.profile.commands, strict=True)
             )
-            raise DriverError(
-                Fault.COMMAND_REFUSED, f"{self._line.name}: command {asked}: {refusal}"
-            ) from None
+            raise DriverError(Fault.COMMAND_REFUSED, f"{line.name}: command {asked}: {refusal}") from None
         sequence = int(self._memory.line[SEQUENCE_SLOT])
         if measurement.sequence != sequence and not measurement.status & _REFUSED:
             raise DriverError(
                 Fault.STALE_REPLY,
-                f"{self._line.name}: command number {measurement.sequence} is in force, sent was {sequence}: "
+                f"{line.name}: command number {measurement.sequence} is in force, sent was {sequence}: "
                 "the reply is a late one and not used; a longer timeout may help",
             )
         return measurement

@@ -11,9 +11,9 @@ import struct
 import time
 
 from drivers.compiled.exchange import attach
-from drivers.compiled.memory import TIMEOUT_NS, TRANSACTION, WireMemory
 from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp
 from drivers.serial_port import FULL, SerialPort
+from rtctl.border.wire_memory import TIMEOUT_NS, TRANSACTION, WireMemory
 
 _RECEIVE_BYTES = 4096
 

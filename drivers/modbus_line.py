@@ -6,7 +6,6 @@ import struct
 from typing import Protocol
 
 from drivers.compiled.exchange import system_error
-from drivers.compiled.memory import FULL, REPLY_AT, REPLY_LENGTH, SILENT, SYSTEM, WireMemory
 from drivers.line_errors import lost
 from drivers.modbus_frames import (
     EXCEPTION,
@@ -16,6 +15,7 @@ from drivers.modbus_frames import (
     write_then_read_request,
 )
 from rtctl.border.errors import DriverError, Fault
+from rtctl.border.wire_memory import FULL, REPLY_AT, REPLY_LENGTH, SILENT, SYSTEM, WireMemory
 
 ILLEGAL_FUNCTION = 1
 

@@ -19,20 +19,6 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from drivers.compiled.exchange import CompiledExchange, attach, compiled_exchange, system_error
-from drivers.compiled.memory import (
-    DAMAGED,
-    FULL,
-    OK,
-    REPLY_AT,
-    REPLY_LENGTH,
-    SEQUENCE,
-    SILENT,
-    STALE,
-    SYSTEM,
-    TIMEOUT_NS,
-    wire_memory,
-)
-from drivers.compiled.memory import REPLY as REPLY_CODE
 from drivers.compiled.serial import exchange_serial
 from drivers.line_errors import lost
 from drivers.serial_port import FULL as NO_ROOM
@@ -54,6 +40,21 @@ from rtctl.border.serial_frames import (
     settings_of,
     settings_payload,
 )
+from rtctl.border.wire_memory import (
+    DAMAGED,
+    FULL,
+    OK,
+    REPLY_AT,
+    REPLY_LENGTH,
+    SEQUENCE,
+    SILENT,
+    STALE,
+    SYSTEM,
+    TIMEOUT_NS,
+    UnlockedExchange,
+    wire_memory,
+)
+from rtctl.border.wire_memory import REPLY as REPLY_CODE
 
 _REFUSED = int(DeviceStatus.REFUSED)
 _UINT32 = 0xFFFFFFFF
@@ -117,8 +118,7 @@ class SerialDriver:
                 f"{self._name}: the period must be 0 to {_UINT32} us, got {lockstep_period_us} us"
             )
         self._disconnect()
-        if self._compiles and self._compiled is None:  # before the device is armed: it may last seconds
-            self._compiled = compiled_exchange(exchange_serial, self._memory)
+        self._compile()
         self._timeout_s = timeout_s
         self._memory.line[TIMEOUT_NS] = round(1e9 * timeout_s)
         try:
@@ -142,20 +142,32 @@ class SerialDriver:
         """Command `levels` (profile's units); the answer, to the command `pipeline` calls ago. Raises DriverError."""
         if self._compiled is None or self._port is None:
             return self._exchange_readable(levels)
-        ended = self._compiled.run(levels)
-        return self._compiled.measurement() if ended == OK else self._explained(ended, levels)
+        return self.conclude(self._compiled.run(levels), levels)
 
-    def _explained(self, ended: int, levels: Sequence[float]) -> Measurement:
-        """What Python's exchange would have raised where a compiled one ended otherwise than well."""
-        memory = self._memory
+    def unlocked(self) -> UnlockedExchange | None:
+        """The exchange for a compiled loop; None: it cannot be called without Python."""
+        compiled = self._compile()
+        return None if compiled is None else compiled.unlocked(self.conclude)
+
+    def _compile(self) -> CompiledExchange | None:
+        """Made, or taken from the disk, before the device is armed: it may last seconds."""
+        if self._compiles and self._compiled is None:
+            self._compiled = compiled_exchange(exchange_serial, self._memory)
+        return self._compiled
+
+    def conclude(self, ended: int, levels: Sequence[float]) -> Measurement:
+        """The measurement of a compiled exchange that ended so; raises DriverError as Python's does."""
+        memory, compiled = self._memory, self._compiled
+        assert compiled is not None
+        if ended == OK:
+            return compiled.measurement()
         asked = _Asked(Request.COMMAND, int(memory.line[SEQUENCE]))
         if ended in (SYSTEM, FULL):
             raise self._lost(system_error(memory) if ended == SYSTEM else OSError(NO_ROOM))
         if ended == SILENT:
             raise self._silent_in_time(asked, int(memory.line[DAMAGED]))
         if ended == STALE:
-            assert self._compiled is not None
-            raise self._stale(asked, self._compiled.measurement())
+            raise self._stale(asked, compiled.measurement())
         if ended == REPLY_CODE:
             at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
             body = memory.inbox[at : at + length].tobytes()

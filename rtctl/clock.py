@@ -64,32 +64,32 @@ class TrackedSpin:
 
     def __init__(self, most_ns: float, quantile: float = SPIN_QUANTILE) -> None:
         self.length_ns = min(FIRST_SPIN_NS, most_ns)
-        self._most_ns = most_ns
-        self._longer_ns = SPIN_GAIN_NS * quantile
-        self._shorter_ns = SPIN_GAIN_NS * (1.0 - quantile)
+        self.most_ns = most_ns
+        self.longer_ns = SPIN_GAIN_NS * quantile
+        self.shorter_ns = SPIN_GAIN_NS * (1.0 - quantile)
 
     def woke(self, late_ns: int) -> None:
         """One step of the approximation."""
         if late_ns > self.length_ns:
-            self.length_ns = min(self.length_ns + self._longer_ns, self._most_ns)
+            self.length_ns = min(self.length_ns + self.longer_ns, self.most_ns)
         else:
-            self.length_ns = max(self.length_ns - self._shorter_ns, 0.0)
+            self.length_ns = max(self.length_ns - self.shorter_ns, 0.0)
 
 
 class SimulatedClock:
     """Steps take their period by definition: the device advances when it is asked to, so nothing is ever late."""
 
     def __init__(self) -> None:
-        self._index = -1
+        self.index = -1
 
     def start(self, period_s: float) -> None:
         """Nothing to start: no machine time enters a lockstep run."""
-        self._index = -1
+        self.index = -1
 
     def wait(self) -> Tick:
         """The next step at once."""
-        self._index += 1
-        return Tick(self._index, 0.0)
+        self.index += 1
+        return Tick(self.index, 0.0)
 
 
 class MonotonicClock:
@@ -110,25 +110,30 @@ class MonotonicClock:
         self.spin: Spin = spin or NoSpin()
         self._now_ns = now_ns
         self._sleep = sleep  # Python's own sleeps until an absolute time of the monotonic clock
-        self._most_behind = 0 if missed is Missed.SKIP else MOST_BEHIND
-        self._period_ns = 0
-        self._start_ns = 0
-        self._index = -1
+        self.most_behind = 0 if missed is Missed.SKIP else MOST_BEHIND
+        self.period_ns = 0
+        self.start_ns = 0
+        self.index = -1
+
+    @property
+    def is_the_machines(self) -> bool:
+        """Whether no test has put a clock of its own here."""
+        return self._now_ns is time.monotonic_ns and self._sleep is time.sleep
 
     def start(self, period_s: float) -> None:
         """The first deadline is now."""
-        self._period_ns = round(period_s * 1e9)
-        self._start_ns = self._now_ns()
-        self._index = -1
+        self.period_ns = round(period_s * 1e9)
+        self.start_ns = self._now_ns()
+        self.index = -1
 
     def wait(self) -> Tick:
         """Sleep, then spin, until the next deadline that the policy does not skip."""
         now_ns = self._now_ns
         begun_ns = now_ns()
-        self._index = index = max(
-            self._index + 1, (begun_ns - self._start_ns) // self._period_ns - self._most_behind
+        self.index = index = max(
+            self.index + 1, (begun_ns - self.start_ns) // self.period_ns - self.most_behind
         )
-        deadline_ns = self._start_ns + index * self._period_ns
+        deadline_ns = self.start_ns + index * self.period_ns
         spin = self.spin
         wake_ns = deadline_ns - int(spin.length_ns)
         if wake_ns > begun_ns:

@@ -133,6 +133,10 @@ class CompiledStep:
         estimate = self._estimator.estimate_of(value, surrogate, error, status)
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 
+    def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """What `observer_pi_step` advances from a start on, and the error of the fit that an estimate's is beside."""
+        return self._memory, self._control, self._forward, self._estimator.fit_error
+
     def parameters(self) -> Mapping[str, float]:
         """See `Step`."""
         return self._controller.parameters()

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import Measurement
@@ -51,11 +52,24 @@ class ReadingRules:
     """Whether counter and time are looked at."""
 
 
+class GuardMemory(NamedTuple):
+    """What a `ReadingGuard` has seen."""
+
+    counts: int | None
+    """By which a command in lockstep advanced the counter."""
+    equal: int
+    lowest: float
+    highest: float
+    """Levels since the readings have been equal, so many of them."""
+    anchor: tuple[int, int, int] | None
+    """Device time [us], host before and after [ns]."""
+
+
 class ReadingGuard:
     """Judges each reading against those before it. `start` forgets them."""
 
     def __init__(self, rules: ReadingRules) -> None:
-        self._rules = rules
+        self.rules = self._rules = rules
         self._rated = any(math.isfinite(rate) for rate in rules.rates)
         self._counts: int | None = None
         self._equal = 0
@@ -67,6 +81,14 @@ class ReadingGuard:
         self._counts = None
         self._equal = 0
         self._anchor = None
+
+    def memory(self) -> GuardMemory:
+        """For a compiled block of steps."""
+        return GuardMemory(self._counts, self._equal, self._lowest, self._highest, self._anchor)
+
+    def resume(self, memory: GuardMemory) -> None:
+        """Go on from there."""
+        self._counts, self._equal, self._lowest, self._highest, self._anchor = memory
 
     def judge(
         self,
@@ -176,24 +198,25 @@ class EnergyGuard:
             for index, limit in enumerate(limits)
             if math.isfinite(limit.rms)
         ]
-        self._mean_squares = [0.0] * len(self._watched)
+        self.mean_squares = [0.0] * len(self._watched)
+        """Of the commands that have a limit, in their order."""
 
     def start(self, levels: Sequence[float]) -> None:
         """The levels have been applied for long."""
-        self._mean_squares = [levels[index] ** 2 for index, *_ in self._watched]
+        self.mean_squares = [levels[index] ** 2 for index, *_ in self._watched]
 
     def refuse_too_much(self, levels: Sequence[float], period_s: float) -> None:
         """Raise DriverError before a command is sent that would put in too much over its window."""
         for k, (index, most, window_s, name) in enumerate(self._watched):
-            square = levels[index] ** 2
-            mean = square + (self._mean_squares[k] - square) * math.exp(-period_s / window_s)
+            square = levels[index] * levels[index]
+            mean = square + (self.mean_squares[k] - square) * math.exp(-period_s / window_s)
             if mean > most:
                 raise DriverError(
                     Fault.ENERGY_LIMIT,
                     f"the next {name}, {levels[index]:.4g}, would bring its root mean square over {window_s:g} s to "
                     f"{math.sqrt(mean):.4g}, at most {math.sqrt(most):.4g} is allowed (limits.rms)",
                 )
-            self._mean_squares[k] = mean
+            self.mean_squares[k] = mean
 
 
 def _stands(before_us: int, now_us: int) -> str:

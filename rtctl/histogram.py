@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 BITS = 7
 _HALF = 1 << (BITS - 1)
@@ -72,6 +73,13 @@ class Histogram:
             self._counts[bucket_of(duration_ns)] += times
             self.count += times
             self.largest_ns = max(self.largest_ns, duration_ns)
+
+    def add(self, counts: NDArray[np.int64], largest_ns: int) -> None:
+        """Durations that were counted elsewhere, in the same buckets (BUCKETS,)."""
+        for bucket in np.flatnonzero(counts).tolist():
+            self._counts[bucket] += int(counts[bucket])
+        self.count += int(counts.sum())
+        self.largest_ns = max(self.largest_ns, largest_ns)
 
     def quantile_ns(self, share: float) -> float:
         """The duration that `share` of all do not exceed, in the middle of its bucket; NaN where there are none."""

@@ -10,6 +10,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
+import numpy as np
+
 from rtctl.border.errors import InputError
 
 SETPOINT = "setpoint"
@@ -27,6 +29,8 @@ class ParameterChannel:
 
     def __init__(self) -> None:
         self._offered: deque[Change] = deque()
+        self.attention = np.zeros(1, dtype=np.int64)
+        """Not 0 where something is waiting: for a compiled block of steps."""
         self.refused: deque[tuple[Change, str]] = deque(maxlen=100)
         """What the loop could not apply, and why."""
 
@@ -35,10 +39,15 @@ class ParameterChannel:
         if name != SETPOINT and not math.isfinite(value):
             raise InputError(f"{name} = {value}: a finite number is needed")
         self._offered.append(Change(name, value))
+        self.attention[0] = 1
 
     def __bool__(self) -> bool:
         return bool(self._offered)
 
     def take(self) -> Change:
         """The oldest one that is waiting."""
-        return self._offered.popleft()
+        self.attention[0] = 0  # first: an offer that comes meanwhile sets it again
+        change = self._offered.popleft()
+        if self._offered:
+            self.attention[0] = 1
+        return change

@@ -33,6 +33,8 @@ class ClockTable(Checked):
     """Of SCHED_FIFO."""
     cpu: Annotated[int | None, Field(ge=0)] = None
     """Live: the only CPU of the loop."""
+    unlocked: bool = True
+    """Steps are taken in compiled blocks without the interpreter's lock where that is possible; false: in Python."""
     lock_memory: bool = False
     freeze_gc: bool = True
 

@@ -39,6 +39,7 @@ from rtctl.scenario import Scenario
 from rtctl.step import ReadableStep, Step
 from rtctl.step_timing import StepTiming
 from rtctl.summary import summarise
+from rtctl.unlocked.coverage import prepare
 from rtctl.wiring import (
     build_clock,
     build_estimator,
@@ -70,6 +71,8 @@ class RunResult:
 
 def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
     """Open with the scenario's clock, timeout and watchdog. Raises InputError where nothing is at the port."""
+    if scenario.clock.unlocked and (scenario.reference is None or scenario.estimator.kind == "observer"):
+        prepare(driver)
     lockstep = scenario.clock.mode == "lockstep"
     period_s = scenario.scenario.period_s
     timeout_s = scenario.clock.timeout_s or (
@@ -300,6 +303,7 @@ def _parts(
         timings=recording.timings,
         stop_requested=stop_requested,
         step=step,
+        unlocked=scenario.clock.unlocked,
         guard=build_guard(scenario, profile),
         energy=EnergyGuard(limits, [f"{channel.name} [{channel.unit}]" for channel in profile.commands]),
         reopen=(lambda: open_driver(driver, scenario)) if scenario.safety.rearm else None,

@@ -25,6 +25,11 @@ class StepTiming:
         self._held_against = 0
         self._judged_at = 0
 
+    @property
+    def judges(self) -> bool:
+        """Whether missed periods can end the run."""
+        return self._stop_after is not None
+
     def step(self, lateness_ns: int, round_trip_ns: int, compute_ns: int) -> None:
         """A step is done."""
         self.steps += 1

@@ -60,6 +60,7 @@ def summarise(
         "device": plant.identity(model),
         "timing": {
             **timing.summary(scenario.scenario.period_s),
+            "steps_in": outcome.taken_in,
             "missed": scenario.clock.missed,
             "requests": [request._asdict() for request in requests],
         },

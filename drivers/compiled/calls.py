@@ -9,38 +9,21 @@ from __future__ import annotations
 import errno
 import select
 import socket
-import sys
-from typing import Any
 
-import numba
-
-from drivers.compiled.memory import CLOCK, ERRNO, FD, POLL, ByteArray
+from rtctl.border.compiled_clock import SECOND_NS, carray, clock_ns, external, types
 from rtctl.border.kernels import IntArray, background_kernel
+from rtctl.border.wire_memory import CLOCK, ERRNO, FD, POLL, ByteArray
 
-_of_numba: Any = numba  # which mypy knows by half
-carray = _of_numba.carray
-AVAILABLE = sys.platform == "linux" and sys.byteorder == "little" and not _of_numba.config.DISABLE_JIT
-"""Whether this machine's system calls are the ones that are written here."""
-
-types = _of_numba.types
-_SECOND_NS = 1_000_000_000
-_MONOTONIC = 1
 _EINTR, _EAGAIN = errno.EINTR, errno.EAGAIN
 _POLLIN = int(select.POLLIN)
 _NOSIGNAL = int(getattr(socket, "MSG_NOSIGNAL", 0))
 
 
-def _external(name: str, answer: Any, *arguments: Any) -> Any:
-    """A function of the C library; found by its name when the machine code is loaded, so that this can be cached."""
-    return types.ExternalFunction(name, answer(*arguments))
-
-
-_write = _external("write", types.intp, types.int32, types.uintp, types.uintp)
-_send = _external("send", types.intp, types.int32, types.uintp, types.uintp, types.int32)
-_read = _external("read", types.intp, types.int32, types.uintp, types.uintp)
-_ppoll = _external("ppoll", types.int32, types.uintp, types.uintp, types.uintp, types.uintp)
-_clock_gettime = _external("clock_gettime", types.int32, types.int32, types.uintp)
-_errno_location = _external("__errno_location", types.CPointer(types.int32))
+_write = external("write", types.intp, types.int32, types.uintp, types.uintp)
+_send = external("send", types.intp, types.int32, types.uintp, types.uintp, types.int32)
+_read = external("read", types.intp, types.int32, types.uintp, types.uintp)
+_ppoll = external("ppoll", types.int32, types.uintp, types.uintp, types.uintp, types.uintp)
+_errno_location = external("__errno_location", types.CPointer(types.int32))
 
 
 @background_kernel
@@ -53,9 +36,7 @@ def last_errno() -> int:
 @background_kernel
 def now_ns(line: IntArray) -> int:
     """The monotonic clock [ns]."""
-    _clock_gettime(_MONOTONIC, line.ctypes.data + 8 * CLOCK)
-    found: int = line[CLOCK] * _SECOND_NS + line[CLOCK + 1]
-    return found
+    return clock_ns(line, CLOCK)
 
 
 @background_kernel
@@ -86,8 +67,8 @@ def received(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int
     while True:
         left_ns = max(deadline_ns - now_ns(line), 0)
         line[POLL] = line[FD] | _POLLIN << 32
-        line[CLOCK] = left_ns // _SECOND_NS
-        line[CLOCK + 1] = left_ns % _SECOND_NS
+        line[CLOCK] = left_ns // SECOND_NS
+        line[CLOCK + 1] = left_ns % SECOND_NS
         ready = _ppoll(line.ctypes.data + 8 * POLL, 1, line.ctypes.data + 8 * CLOCK, 0)
         if ready == 0:
             return 0

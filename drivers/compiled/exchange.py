@@ -7,13 +7,22 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-import numba
 import numpy as np
 
-from drivers.compiled.calls import AVAILABLE
-from drivers.compiled.memory import ARRIVED, COUNTER, ERRNO, FD, OVERFLOW, STATUS, WireMemory
-from rtctl.border.kernels import FloatArray, IntArray
-from rtctl.border.records import Measurement
+from rtctl.border.compiled_clock import AVAILABLE
+from rtctl.border.kernels import FloatArray, IntArray, first_class, machine_code
+from rtctl.border.records import VO2, Measurement
+from rtctl.border.wire_memory import (
+    ARRIVED,
+    COUNTER,
+    ERRNO,
+    FD,
+    OVERFLOW,
+    STATUS,
+    UnlockedExchange,
+    WireMemory,
+    wire_memory,
+)
 
 Kernel = Callable[[FloatArray, FloatArray, IntArray, Any, Any], int]
 
@@ -23,13 +32,14 @@ class CompiledExchange:
 
     def __init__(self, kernel: Kernel, memory: WireMemory) -> None:
         """Compiles `kernel`, or takes it from numba's cache: up to seconds."""
-        self._run = _machine_code(kernel)
+        self._kernel = kernel
+        self._run: Kernel = machine_code(kernel, *memory)
         self._memory = memory
         self._answer = memory.line[COUNTER : STATUS + 1]
         self._levels, self._reading = memory.levels, memory.reading
 
     def run(self, levels: Sequence[float]) -> int:
-        """Command `levels`, wait for the answer; a code of `drivers.compiled.memory.Ended`."""
+        """Command `levels`, wait for the answer; a code of `rtctl.border.wire_memory.Ended`."""
         mine = self._levels
         if len(levels) != len(mine):
             return OVERFLOW
@@ -41,6 +51,10 @@ class CompiledExchange:
         """The last reading."""
         *sensed, reference = self._reading.tolist()
         return Measurement(tuple(sensed), reference, *self._answer.tolist())
+
+    def unlocked(self, conclude: Callable[[int, Sequence[float]], Measurement]) -> UnlockedExchange:
+        """For a compiled loop that calls it itself."""
+        return UnlockedExchange(_first_class(self._kernel), self._memory, conclude)
 
 
 def compiled_exchange(kernel: Kernel, memory: WireMemory) -> CompiledExchange | None:
@@ -61,13 +75,8 @@ def system_error(memory: WireMemory) -> OSError:
 
 
 @lru_cache
-def _machine_code(kernel: Any) -> Kernel:
-    """Without numba's look-up of the types at each call: they are always those of `WireMemory`."""
-    float64, int64, uint8 = (numba.types.Array(t, 1, "C") for t in (numba.float64, numba.int64, numba.uint8))
-    signature = (float64, float64, int64, uint8, uint8)
-    kernel.compile(signature)
-    code: Kernel = kernel.get_overload(signature)
-    return code
+def _first_class(kernel: Kernel) -> Any:
+    return first_class(kernel, *wire_memory(VO2))
 
 
 assert np.dtype(np.intp).itemsize == 8 or not AVAILABLE

@@ -12,7 +12,12 @@ from typing import Any
 import numpy as np
 
 from drivers.compiled.calls import drained, now_ns, received, received_blocking, sent
-from drivers.compiled.memory import (
+from drivers.modbus_frames import CRC_TABLE
+from rtctl.border.kernels import FloatArray, IntArray, background_kernel
+from rtctl.border.records import DeviceStatus
+from rtctl.border.registers import COMMAND, READING, SEQUENCE_IN_FORCE
+from rtctl.border.registers import COUNTER as COUNTER_REGISTER
+from rtctl.border.wire_memory import (
     ARRIVED,
     COUNTER,
     FULL,
@@ -37,11 +42,6 @@ from drivers.compiled.memory import (
     UNIT,
     ByteArray,
 )
-from drivers.modbus_frames import CRC_TABLE
-from rtctl.border.kernels import FloatArray, IntArray, background_kernel
-from rtctl.border.records import DeviceStatus
-from rtctl.border.registers import COMMAND, READING, SEQUENCE_IN_FORCE
-from rtctl.border.registers import COUNTER as COUNTER_REGISTER
 
 _TABLE = np.array(CRC_TABLE, dtype=np.int64)
 wide: Any = np.int64

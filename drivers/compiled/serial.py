@@ -13,7 +13,11 @@ from typing import Any
 import numpy as np
 
 from drivers.compiled.calls import now_ns, received, sent
-from drivers.compiled.memory import (
+from rtctl.border.kernels import FloatArray, IntArray, background_kernel
+from rtctl.border.records import DeviceStatus
+from rtctl.border.serial_frames import ERROR, MAX_BODY, Request
+from rtctl.border.serial_frames import REPLY as ANSWERS
+from rtctl.border.wire_memory import (
     ARRIVED,
     COUNTER,
     DAMAGED,
@@ -34,10 +38,6 @@ from drivers.compiled.memory import (
     TIMEOUT_NS,
     ByteArray,
 )
-from rtctl.border.kernels import FloatArray, IntArray, background_kernel
-from rtctl.border.records import DeviceStatus
-from rtctl.border.serial_frames import ERROR, MAX_BODY, Request
-from rtctl.border.serial_frames import REPLY as ANSWERS
 
 wide: Any = np.int64
 _REFUSED = int(DeviceStatus.REFUSED)

@@ -22,6 +22,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
+from numba.core.ccallback import CFunc
 from numpy.typing import NDArray
 
 P = ParamSpec("P")
@@ -52,6 +53,38 @@ def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T
     )
     result: Callable[P, T] = compiled
     return result
+
+
+def machine_code(kernel: Callable[P, T], *examples: Any) -> Callable[P, T]:
+    """`kernel` for arguments of the types of `examples` only: made now or taken from the disk, nothing runs.
+
+    Skips numba's look-up of the types at each call. The caller vouches for them: another one would be misread.
+    """
+    if not hasattr(kernel, "get_overload"):  # NUMBA_DISABLE_JIT=1
+        return kernel
+    type_of: Any = numba.typeof
+    signature = tuple(type_of(example) for example in examples)
+    compiled: Any = kernel
+    compiled.compile(signature)
+    code: Callable[P, T] = compiled.get_overload(signature)
+    return code
+
+
+def first_class(kernel: Callable[..., int], *examples: Any) -> Any:
+    """`kernel`, which returns an integer, as a value that is handed to other kernels for them to call."""
+    of_numba: Any = numba
+    arguments = tuple(of_numba.typeof(example) for example in examples)
+    dispatcher: Any = kernel
+    found: Any = CFunc(
+        dispatcher.py_func,
+        (arguments, of_numba.int64),
+        locals={},
+        options={"nogil": True, "error_model": "numpy", "fastmath": False},
+    )
+    found.enable_caching()
+    found._cache._cache_file._source_stamp = dispatcher._cache._cache_file._source_stamp
+    found.compile()
+    return found
 
 
 def _parts(function: Callable[..., Any]) -> Iterator[str]:

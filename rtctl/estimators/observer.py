@@ -196,7 +196,7 @@ class ObserverEstimator:
     def __init__(self, model: Vo2Model) -> None:
         self._params = observer_params(model)
         self._resistance, self._deflection = model.resistance_preisach, model.deflection_preisach
-        self._fit_error = model.deflection_error
+        self.fit_error = model.deflection_error
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
@@ -227,4 +227,4 @@ class ObserverEstimator:
 
     def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:
         """What the kernel has found; its error is through b alone."""
-        return Estimate(value, surrogate, math.hypot(error, self._fit_error), status)
+        return Estimate(value, surrogate, math.sqrt(error * error + self.fit_error * self.fit_error), status)

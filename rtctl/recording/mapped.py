@@ -18,6 +18,9 @@ from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.recording.layout import PAGE, Rows, header_bytes, stride_of
 from rtctl.recording.rows import Columns
@@ -25,6 +28,7 @@ from rtctl.recording.rows import Columns
 WINDOW_ROWS = 4096
 _POPULATE_WRITE = 23  # MADV_POPULATE_WRITE, Linux 5.14
 
+FloatArray = NDArray[np.float64]
 Window = tuple[int, mmap.mmap]
 """Which one, and its memory."""
 
@@ -90,6 +94,23 @@ class MappedRecorder:
         self._count = count
         self._offset = offset + self._stride
 
+    def ahead(self, most: int) -> FloatArray:
+        """Room (rows, columns + 1) for at most so many of the next rows, to be written in place; then `advance`.
+
+        Behind its columns a row has its number, as uint64; write it last. Let go of the room before the next call.
+        """
+        if self._offset == self._window_bytes:
+            self._turn()
+        rows = min(most, (self._window_bytes - self._offset) // self._stride)
+        width = len(self.columns) + 1
+        room = np.frombuffer(self._window, count=rows * width, offset=self._offset)
+        return room.reshape(rows, width)
+
+    def advance(self, rows: int) -> None:
+        """So many rows of `ahead` are written."""
+        self._count += rows
+        self._offset += rows * self._stride
+
     def __len__(self) -> int:
         return self._count
 
@@ -97,7 +118,8 @@ class MappedRecorder:
         """End the recording: the file is as long as its rows, which can now be read."""
         self._keeper.close()
         for window in (self._window, *([] if self._next is None else [self._next[1]])):
-            window.close()
+            with suppress(BufferError):  # a fault has kept a view of it
+                window.close()
         os.ftruncate(self._file, self._begin + self._count * self._stride)
         os.close(self._file)
         return Rows(self.path)
@@ -120,7 +142,8 @@ class MappedRecorder:
         self._keeper.ask(lambda: self._prepare(number + 1, old))
 
     def _prepare(self, number: int, old: mmap.mmap) -> None:
-        old.close()
+        with suppress(BufferError):
+            old.close()
         with suppress(OSError):  # a full disk: the loop finds out when it needs the room
             self._next = self._made(number)
 

@@ -50,6 +50,21 @@ class Recorder:
             raise ValueError(f"a row of {len(row)} values for {len(self.columns)} columns: {error}") from None
         self._offset += self._stride  # last: an interrupted append leaves no half row
 
+    def ahead(self, most: int) -> FloatArray:
+        """Room (rows, columns) for at most so many of the next rows, to be written in place; then `advance`."""
+        if self._offset == self._end:
+            self._full.append(self._chunk)
+            self._chunk = bytearray(self._end)
+            self._offset = 0
+        rows = min(most, (self._end - self._offset) // self._stride)
+        width = len(self.columns)
+        room = np.frombuffer(self._chunk, count=rows * width, offset=self._offset)
+        return room.reshape(rows, width)
+
+    def advance(self, rows: int) -> None:
+        """So many rows of `ahead` are written."""
+        self._offset += rows * self._stride
+
     def __len__(self) -> int:
         return len(self._full) * CHUNK_ROWS + self._offset // self._stride
 

@@ -19,9 +19,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.compiled.calls import AVAILABLE
 from drivers.compiled.exchange import CompiledExchange, Kernel, attach
-from drivers.compiled.memory import (
+from drivers.compiled.modbus import exchange_rtu, exchange_tcp
+from drivers.compiled.serial import exchange_serial
+from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp, write_then_read_request
+from rtctl.border.compiled_clock import AVAILABLE
+from rtctl.border.records import ME, VO2, DeviceProfile
+from rtctl.border.registers import READING, float32_words, reading_count
+from rtctl.border.serial_frames import ERROR, FrameReader, Layout, Message, frame
+from rtctl.border.wire_memory import (
     ERRNO,
     REGISTERS,
     REPLY_AT,
@@ -35,12 +41,6 @@ from drivers.compiled.memory import (
     WireMemory,
     wire_memory,
 )
-from drivers.compiled.modbus import exchange_rtu, exchange_tcp
-from drivers.compiled.serial import exchange_serial
-from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp, write_then_read_request
-from rtctl.border.records import ME, VO2, DeviceProfile
-from rtctl.border.registers import READING, float32_words, reading_count
-from rtctl.border.serial_frames import ERROR, FrameReader, Layout, Message, frame
 
 pytestmark = pytest.mark.skipif(not AVAILABLE, reason="this machine has no compiled exchange")
 

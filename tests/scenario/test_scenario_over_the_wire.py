@@ -25,7 +25,7 @@ def test_over_the_wire_and_in_process_agree_to_the_last_bit(
     wire: str, name: str, model_file: Path, tmp_path: Path
 ) -> None:
     common = ["run", name, "--model", str(model_file), "--quiet", *settings(*SHORT[name])]
-    main([*common, "--out", str(tmp_path / "here"), *settings("driver.seed=7")])
+    main([*common, "--out", str(tmp_path / "here"), *settings("driver.seed=7", "clock.unlocked=false")])
     with served_process("vo2_a", wire, tmp_path) as there:
         main([*common, "--out", str(tmp_path / "there"), *there.settings])
     here, over = signals_of(tmp_path / "here"), signals_of(tmp_path / "there")
@@ -34,6 +34,8 @@ def test_over_the_wire_and_in_process_agree_to_the_last_bit(
         np.testing.assert_array_equal(over[column], values, err_msg=column)
     assert len(np.unique(here["resistance"])) > 50, "nothing is compared where nothing moves"
     assert summary_of(tmp_path / "there")["driver"] == wire
+    taken_in = summary_of(tmp_path / "there")["timing"]["steps_in"]
+    assert taken_in.startswith("compiled" if name != "random_staircase" else "Python: estimator and")
     assert summary_of(tmp_path / "there")["tracking"] == summary_of(tmp_path / "here")["tracking"]
 
 

@@ -6,14 +6,15 @@ timespec`), little-endian.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.kernels import FloatArray, IntArray
-from rtctl.border.records import DeviceProfile
+from rtctl.border.records import DeviceProfile, Measurement
 
 FD, TIMEOUT_NS, UNIT, TRANSACTION, SEQUENCE, REGISTERS, ARRIVED, ERRNO, REPLY_AT, REPLY_LENGTH, DAMAGED = (
     range(11)
@@ -65,6 +66,16 @@ class WireMemory(NamedTuple):
     line: IntArray
     out: ByteArray
     inbox: ByteArray
+
+
+class UnlockedExchange(NamedTuple):
+    """An exchange that a compiled loop calls itself; a driver that has one gives it by its method `unlocked`."""
+
+    function: Any
+    """Of numba's first-class kind: `WireMemory`'s arrays to a code of `Ended`."""
+    memory: WireMemory
+    conclude: Callable[[int, Sequence[float]], Measurement]
+    """What the driver makes of a code after a command of these levels: its measurement, or DriverError."""
 
 
 def wire_memory(profile: DeviceProfile) -> WireMemory:
