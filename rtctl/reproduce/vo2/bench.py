@@ -8,24 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from rtctl.acquisition import acquire
 from rtctl.border.quantities import read_toml
 from rtctl.bundled import bundled_scenarios
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
-from rtctl.measured.dataset import Dataset
-from rtctl.measured.reading import read_dataset
-from rtctl.models.vo2 import Vo2Model, read_model, write_model
+from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.plants.vo2 import build_controller, controllable
 from rtctl.reproduce.study import Run
 from rtctl.scenario import Scenario, load_scenario
@@ -35,13 +30,12 @@ from rtctl.wiring import build_driver, find_plant
 FloatArray = NDArray[np.float64]
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-Protocol = Literal["damped", "full"]
-"""Identified on the paper's damped oscillation alone, or on reversal curves and a random staircase as well."""
 
 DEVICES = ("vo2_a", "vo2_b", "vo2_l2p")
 SEEDS = (21, 22, 23, 24, 25)
 """Of the noise in a run, and of the currents of a random staircase."""
-IDENTIFICATION_SEED = 902
+IDENTIFICATION_SEEDS = dict(zip(SEEDS, (902, 903, 904, 905, 906), strict=True))
+"""Of the noise in the identification data of the model that a run with that seed uses."""
 ESTIMATORS = ("composite", "gap_free", "preisach", "egpi", "observer")
 WORKERS = 2
 
@@ -77,86 +71,19 @@ def _one_thread() -> None:
     threadpool_limits(1)
 
 
-class Identification(NamedTuple):
-    """One model of one device."""
-
-    folder: Path
-    """Of the dataset and the models."""
-    protocol: Protocol
-    plays: int
-    levels: int
-    short: bool
-
-    @property
-    def model(self) -> Path:
-        """The model's file."""
-        coarse = "-short" if self.short else ""
-        return self.folder / f"{self.protocol}-{self.plays}-{self.levels}{coarse}.toml"
-
-
-def identification(
-    run: Run, device: str, protocol: Protocol, plays: int = 6, levels: int = 10
-) -> Identification:
-    """With the device's dataset on disk."""
-    return Identification(dataset_folder(run, device), protocol, plays, levels, run.short)
-
-
-def dataset_folder(run: Run, device: str) -> Path:
-    """Where the device's identification data are, acquired at the first call."""
-    folder = run.out / "work" / device
-    if not (folder / "dataset.toml").is_file():
-        scenario = scenario_of("acquire_vo2", device, IDENTIFICATION_SEED)
-        acquire(
-            scenario, build_driver(scenario, bundled_scenarios()), folder, lambda: False, lambda text: None
-        )
-    return folder
-
-
-def identified(job: Identification) -> Path:
-    """The model's file, made at the first call."""
-    if not job.model.is_file():
-        options = Vo2FitOptions(plays=job.plays, paper_levels=job.levels)
-        if job.short:
-            options = replace(options, starts=3, fine_cells=24)
-        dataset = data_of(job.folder, job.protocol)
-        write_model(identify_vo2(dataset, options, lambda text: None), job.model)
-    return job.model
-
-
-def data_of(folder: Path, protocol: Protocol) -> Dataset:
-    """The dataset, or of its staircases only the paper's."""
-    dataset = read_dataset(folder / "dataset.toml")
-    if protocol == "full":
-        return dataset
-    staircases = dataset.used_for("identify")
-    kept = tuple(record for record in dataset.records if record is staircases[0] or record.use != "identify")
-    return replace(dataset, records=kept)
-
-
-def models(run: Run, protocol: Protocol) -> dict[str, Path]:
-    """The model's file of each device: six plays, ten levels."""
-    jobs = [identification(run, device, protocol) for device in devices(run)]
-    return dict(zip(devices(run), in_parallel(run, identified, jobs), strict=True))
-
-
-@lru_cache(maxsize=8)
-def model_of(path: Path) -> Vo2Model:
-    """Read once a process."""
-    return read_model(path)
-
-
-def to_the_letter(model: Vo2Model) -> Vo2Model:
-    """With the composite's second half identified on the current; docs/decisions/0005 says why ours is not."""
-    return replace(model, composite_egpi=model.deflection_egpi)
-
-
 def scenario_of(name: str, device: str, seed: int, overrides: Sequence[str] = ()) -> Scenario:
     """A bundled scenario on a device (a bundled one, or a plant file)."""
     given = [f'driver.device="{device}"', f"driver.seed={seed}", *overrides]
     return load_scenario(bundled_scenarios() / f"{name}.toml", given)[0]
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
+def model_of(path: Path) -> Vo2Model:
+    """Read once a process."""
+    return read_model(path)
+
+
+@lru_cache(maxsize=64)
 def gains_of(path: Path) -> tuple[str, ...]:
     """Overrides that set the PI's gains to those that every run would tune anew: they follow from the model alone."""
     model, scenario = model_of(path), scenario_of("steps", DEVICES[0], 0)

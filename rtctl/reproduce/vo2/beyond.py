@@ -22,13 +22,13 @@ from rtctl.reproduce.vo2.bench import (
     devices,
     in_parallel,
     length,
-    models,
     played,
     scored,
     seeds,
     spread,
     variant,
 )
+from rtctl.reproduce.vo2.models import models
 from rtctl.reproduce.vo2.tracking import REFERENCES, mean_of, references
 
 TARGET_PERCENT = 2.0
@@ -78,7 +78,7 @@ def compute(run: Run) -> Section:
         (device, state, name, scheme.name, seed): Trial(
             name,
             device,
-            paths[device],
+            paths[device, seed],
             scheme.estimator,
             seed,
             (*scheme.overrides, *length(run, name)),
@@ -103,7 +103,11 @@ def compute(run: Run) -> Section:
             "for the next setpoint, the PI corrects what it gets wrong. Models are those of the device as it was "
             "identified; the two changed devices were not told to anything.\n\n" + _target(run, found)
         ),
-        parts=(_beside(found), *(_table(run, found, state) for state in states), drawn(run, paths["vo2_a"])),
+        parts=(
+            _beside(found),
+            *(_table(run, found, state) for state in states),
+            drawn(run, paths["vo2_a", seeds(run)[0]]),
+        ),
     )
 
 

@@ -7,7 +7,6 @@ from R to D cannot leave it.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +27,11 @@ from rtctl.reproduce.vo2.bench import (
     ESTIMATORS,
     devices,
     model_of,
-    models,
     scenario_of,
     seeds,
     spread,
-    to_the_letter,
 )
+from rtctl.reproduce.vo2.models import Models, models, to_the_letter
 from rtctl.wiring import build_driver
 
 FloatArray = NDArray[np.float64]
@@ -42,6 +40,7 @@ STEP = "0.25 %"
 """Of the current's range: at the 1 % of an identification chords between samples are as far off as the loops."""
 
 FINER = 8
+SHOWN_MODELS = 3
 
 
 class SteadyLoops(NamedTuple):
@@ -190,16 +189,14 @@ def _leaving(
     run: Run,
     found: dict[str, list[SteadyLoops]],
     averaged: dict[str, SteadyLoops],
-    identified: dict[str, Path],
+    identified: Models,
 ) -> Table:
     rows = []
     for device, loops in found.items():
-        model = model_of(identified[device])
         given = finer(averaged[device], 2 if run.short else FINER)
-        outputs = [estimated(model, kind, given) for kind in ESTIMATORS]
-        outputs.insert(1, estimated(to_the_letter(model), "composite", given))
         single = spread([one.leaving_um for one in loops])
-        by_model = (f"{replaced(given, output).leaving_um:.2f}" for output in outputs)
+        left = [_left_by(model_of(identified[device, seed]), given) for seed in seeds(run)[:SHOWN_MODELS]]
+        by_model = [spread(column) for column in zip(*left, strict=True)]
         rows.append((device, f"{given.leaving_um:.2f}", single, *by_model))
     return Table(
         title="How far minor D–R loops leave the major one [um]",
@@ -209,12 +206,20 @@ def _leaving(
         ),
         rows=tuple(rows),
         text=(
-            "Of the estimators, identified on another recording of the same oscillation: their output on the mean "
-            "resistance. `composite to the letter` has its second half identified on the current, as the paper does "
-            "it, `composite` on what its first half gives. Samples within 8 % of either end of ln R do not count."
+            "Of the estimators, identified on other recordings of the same oscillation: their output on the mean "
+            "resistance, of three identifications. `composite to the letter` has its second half identified on the "
+            "current, as the paper does it, `composite` on what its first half gives. Samples within 8 % of either "
+            "end of ln R do not count."
         ),
         numbers=tuple(range(1, 4 + len(ESTIMATORS))),
     )  # fmt: skip
+
+
+def _left_by(model: Vo2Model, given: SteadyLoops) -> list[float]:
+    """How far each estimator's own loops leave their major one [um], in the order of the table."""
+    outputs = [estimated(model, kind, given) for kind in ESTIMATORS]
+    outputs.insert(1, estimated(to_the_letter(model), "composite", given))
+    return [replaced(given, output).leaving_um for output in outputs]
 
 
 def finer(loops: SteadyLoops, count: int) -> SteadyLoops:

@@ -16,19 +16,10 @@ from rtctl.plots.identification import identification_figure
 from rtctl.plots.small_png import save_small_png
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 from rtctl.reproduce.vo2 import paper
-from rtctl.reproduce.vo2.bench import (
-    Protocol,
-    data_of,
-    dataset_folder,
-    devices,
-    identification,
-    identified,
-    in_parallel,
-    model_of,
-    to_the_letter,
-)
+from rtctl.reproduce.vo2.bench import devices, in_parallel, model_of, seeds, spread
 from rtctl.reproduce.vo2.equation_11 import inverse_error
 from rtctl.reproduce.vo2.excitation import SteadyLoops, estimated
+from rtctl.reproduce.vo2.models import Models, Protocol, data_of, models, to_the_letter
 from rtctl.wiring import find_plant
 
 FloatArray = NDArray[np.float64]
@@ -49,51 +40,69 @@ class FitError(NamedTuple):
         return cls(float(np.abs(error).mean()), float(np.abs(error).max()), range_um)
 
     @property
-    def text(self) -> str:
-        """Mean / largest in percent of the range."""
-        return f"{100.0 * self.mean / self.range_um:.2f} / {100.0 * self.largest / self.range_um:.1f}"
+    def mean_percent(self) -> float:
+        """Of the range."""
+        return 100.0 * self.mean / self.range_um
+
+    @property
+    def largest_percent(self) -> float:
+        """Of the range."""
+        return 100.0 * self.largest / self.range_um
+
+
+class Fitted(NamedTuple):
+    """A model's file, beside its dataset, and what of that it was identified on."""
+
+    model: Path
+    protocol: Protocol
+
+
+Found = dict[tuple[str, Protocol], list[dict[str, FitError]]]
+"""Of (device, protocol), an entry an identification."""
 
 
 def compute(run: Run) -> Section:
     """The section."""
-    jobs = [identification(run, device, protocol) for device in devices(run) for protocol in PROTOCOLS]
-    paths = {
-        (job.folder.name, job.protocol): path
-        for job, path in zip(jobs, in_parallel(run, identified, jobs), strict=True)
+    paths = {protocol: models(run, protocol) for protocol in PROTOCOLS}
+    jobs = [Fitted(path, protocol) for protocol in PROTOCOLS for path in paths[protocol].values()]
+    errors = dict(zip(jobs, in_parallel(run, fit_errors, jobs), strict=True))
+    found: Found = {
+        (device, protocol): [errors[Fitted(paths[protocol][device, seed], protocol)] for seed in seeds(run)]
+        for device in devices(run)
+        for protocol in PROTOCOLS
     }
-    found = {
-        (device, protocol): fit_errors(model_of(path), dataset_folder(run, device), protocol)
-        for (device, protocol), path in paths.items()
-    }
-    first = model_of(paths["vo2_a", "damped"])
+    first = paths["damped"]["vo2_a", seeds(run)[0]]
+    model = model_of(first)
     return Section(
         title="Identification (figures 8 to 10, tables I and II)",
         text=(
             "Six plays, ten Preisach levels, as in the paper. `damped`: on the paper's damped oscillation alone; "
             "`full`: also on reversal curves and a random staircase, what `rtctl identify` gets and every later "
-            "section uses unless it says otherwise. One recording a device (noise seed 902).\n\n"
+            f"section uses unless it says otherwise. {len(seeds(run))} recordings a device, which differ in noise "
+            "alone, each identified by itself: the spread is of the recordings and of the search among many minima."
+            "\n\n"
             "The composite to the letter (both halves fitted to the current) is several times worse here than in "
             "the paper: a GPI with one pair of envelopes has no reversible part, these films have, and the second "
             "half passes on what the first gets wrong. Fitted to what the first half gives, it is below the paper's "
             "error. That the composite beats both direct models is not reproduced: " + _order(found)
         ),
         parts=(
-            _beside(found["vo2_a", "damped"], first),
+            _beside(found["vo2_a", "damped"], model),
             _all(found),
-            _gpi_table(first),
-            _egpi_table(first),
-            _heating(run, paths),
+            _gpi_table(model),
+            _egpi_table(model),
+            _heating(run, paths["full"]),
             _inverse(),
             drawn(run, first),
         ),
     )
 
 
-def _order(found: dict[tuple[str, Protocol], dict[str, FitError]]) -> str:
+def _order(found: Found) -> str:
     """On how many devices the composite's mean error is below each direct model's."""
-    damped = [errors for (_, protocol), errors in found.items() if protocol == "damped"]
+    damped = [fits for (_, protocol), fits in found.items() if protocol == "damped"]
     ahead = {
-        kind: sum(errors["composite"].mean < errors[kind].mean for errors in damped)
+        kind: sum(mean_of(fits, "composite") < mean_of(fits, kind) for fits in damped)
         for kind in ("preisach", "egpi")
     }
     return (
@@ -102,10 +111,16 @@ def _order(found: dict[tuple[str, Protocol], dict[str, FitError]]) -> str:
     )
 
 
-def fit_errors(model: Vo2Model, folder: Path, protocol: Protocol) -> dict[str, FitError]:
+def mean_of(fits: list[dict[str, FitError]], name: str) -> float:
+    """Mean absolute error [um] of all identifications."""
+    return float(np.mean([errors[name].mean for errors in fits]))
+
+
+def fit_errors(job: Fitted) -> dict[str, FitError]:
     """Of each estimator, run over the identification data as in a loop, and of the EGPI on the current."""
+    model = model_of(job.model)
     errors: dict[str, list[FloatArray]] = {name: [] for name in (*COLUMNS, "deflection_egpi")}
-    for loops in staircases(folder, protocol):
+    for loops in staircases(job.model.parent, job.protocol):
         for name, output in outputs(model, loops).items():
             errors[name].append(output - loops.deflection_um)
     return {
@@ -132,12 +147,12 @@ def outputs(model: Vo2Model, loops: SteadyLoops) -> dict[str, FloatArray]:
     return found
 
 
-def _beside(found: dict[str, FitError], model: Vo2Model) -> Comparison:
+def _beside(fits: list[dict[str, FitError]], model: Vo2Model) -> Comparison:
     def rows(what: str, ours: str, theirs: str) -> tuple[Row, Row]:
-        error, given = found[ours], paper.FIT[theirs]
+        given, largest = paper.FIT[theirs], max(errors[ours].largest for errors in fits)
         return (
-            Row(quantity=f"{what}, mean", unit="um", paper=given.mean_um, ours=error.mean),
-            Row(quantity=f"{what}, largest", unit="um", paper=given.max_um, ours=error.largest),
+            Row(quantity=f"{what}, mean", unit="um", paper=given.mean_um, ours=mean_of(fits, ours)),
+            Row(quantity=f"{what}, largest", unit="um", paper=given.max_um, ours=largest),
         )
 
     gpi = model.quality["resistance_gpi"]
@@ -168,19 +183,24 @@ def _beside(found: dict[str, FitError], model: Vo2Model) -> Comparison:
     )
 
 
-def _all(found: dict[tuple[str, Protocol], dict[str, FitError]]) -> Table:
+def _all(found: Found) -> Table:
     return Table(
-        title="The same on all devices, mean / largest [% of range]",
+        title="The same on all devices: mean (least and largest of the identifications) / largest of all [% of range]",
         headers=("device", "identified on", *COLUMNS),
         rows=(
             ("paper", "damped", *(_paper_text(name) for name in COLUMNS)),
             *(
-                (device, protocol, *(errors[name].text for name in COLUMNS))
-                for (device, protocol), errors in found.items()
+                (device, protocol, *(_text(fits, name) for name in COLUMNS))
+                for (device, protocol), fits in found.items()
             ),
         ),
         numbers=tuple(range(2, 2 + len(COLUMNS))),
     )
+
+
+def _text(fits: list[dict[str, FitError]], name: str) -> str:
+    mean = spread([errors[name].mean_percent for errors in fits])
+    return f"{mean} / {max(errors[name].largest_percent for errors in fits):.1f}"
 
 
 def _paper_text(name: str) -> str:
@@ -232,24 +252,18 @@ def _egpi_table(model: Vo2Model) -> Table:
     )
 
 
-def _heating(run: Run, paths: dict[tuple[str, Protocol], Path]) -> Table:
+def _heating(run: Run, paths: Models) -> Table:
     rows = []
     for device in devices(run):
-        model = model_of(paths[device, "full"])
-        given = read_toml(find_plant(device, Path()))["heating"]["time_constant"]
-        error = 1e3 * model.time_constant_error_s
-        rows.append(
-            (
-                device,
-                f"{1e3 * model.time_constant_s:.4f} ± {error:.4f}",
-                f"{1e3 * parse_quantity(given, 's'):.4f}",
-            )
-        )
+        given = parse_quantity(read_toml(find_plant(device, Path()))["heating"]["time_constant"], "s")
+        fits = [model_of(paths[device, seed]) for seed in seeds(run)]
+        values = spread([1e3 * fit.time_constant_s for fit in fits], 4)
+        rows.append((device, values, f"{1e3 * fits[0].time_constant_error_s:.4f}", f"{1e3 * given:.4f}"))
     return Table(
         title="Time constant of the heating [ms]; the paper identifies 1.8 ms on its device",
-        headers=("device", "identified, ± standard error", "of the simulated device"),
+        headers=("device", "identified", "standard error of one", "of the simulated device"),
         rows=tuple(rows),
-        numbers=(1, 2),
+        numbers=(1, 2, 3),
     )
 
 
@@ -264,9 +278,9 @@ def _inverse() -> Comparison:
     )  # fmt: skip
 
 
-def drawn(run: Run, model: Vo2Model) -> Picture:
+def drawn(run: Run, path: Path) -> Picture:
     """Figures 8 to 10 of device A."""
-    loops = staircases(dataset_folder(run, "vo2_a"), "damped")[0]
+    model, loops = model_of(path), staircases(path.parent, "damped")[0]
     found = outputs(model, loops)
     gpi = -1e3 * model.resistance_gpi.simulate(loops.current_mA)
     figure = identification_figure(

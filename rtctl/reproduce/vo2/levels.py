@@ -11,11 +11,9 @@ from rtctl.plots.small_png import save_small_png
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 from rtctl.reproduce.vo2 import paper
 from rtctl.reproduce.vo2.bench import (
+    DEVICES,
     Trial,
-    dataset_folder,
     devices,
-    identification,
-    identified,
     in_parallel,
     length,
     model_of,
@@ -24,44 +22,44 @@ from rtctl.reproduce.vo2.bench import (
     spread,
 )
 from rtctl.reproduce.vo2.excitation import measured
-from rtctl.reproduce.vo2.identification import fit_errors
+from rtctl.reproduce.vo2.identification import Fitted, fit_errors
+from rtctl.reproduce.vo2.models import all_identified, identification
 from rtctl.reproduce.vo2.timing import TIMED, CalculationTime, calculation_times
 
 RANDOM = "random_staircase"
+ByLevel = dict[tuple[str, int, str], list[float]]
+"""Of (device, level, estimator), mean errors [% of range], one a seed."""
 LEVELS = (6, 7, 8, 9, 10)
 
 
 def compute(run: Run) -> Section:
     """The section."""
-    levels = LEVELS[::4] if run.short else LEVELS
-    jobs = [identification(run, device, "damped", n, n) for device in devices(run) for n in levels]
-    keys = [(device, n) for device in devices(run) for n in levels]
-    paths = dict(zip(keys, in_parallel(run, identified, jobs), strict=True))
+    levels = LEVELS[:3:2] if run.short else LEVELS
+    keys = [(device, n, seed) for device in devices(run) for n in levels for seed in seeds(run)]
+    jobs = [identification(run, device, seed, "damped", plays=n, levels=n) for device, n, seed in keys]
+    paths = all_identified(run, jobs)
     trials = [
-        Trial(RANDOM, device, paths[device, n], kind, seed, length(run, RANDOM))
-        for device, n in keys
+        Trial(RANDOM, device, path, kind, seed, length(run, RANDOM))
+        for (device, _, seed), path in zip(keys, paths, strict=True)
         for kind in TIMED
-        for seed in seeds(run)
     ]
     scores = dict(zip(trials, in_parallel(run, scored, trials), strict=True))
-    random = {
-        (device, n, kind): [
-            scores[Trial(RANDOM, device, paths[device, n], kind, seed, length(run, RANDOM))].sensing_mean
-            for seed in seeds(run)
-        ]
-        for device, n in keys
-        for kind in TIMED
-    }
-    fit: dict[tuple[str, int, str], float] = {}
-    for device, n in keys:
-        errors = fit_errors(model_of(paths[device, n]), dataset_folder(run, device), "damped")
-        fit |= {(device, n, kind): 100.0 * errors[kind].mean / errors[kind].range_um for kind in TIMED}
+    fitted = in_parallel(run, fit_errors, [Fitted(path, "damped") for path in paths])
+    random: ByLevel = {}
+    fit: ByLevel = {}
+    for (device, n, seed), path, errors in zip(keys, paths, fitted, strict=True):
+        for kind in TIMED:
+            score = scores[Trial(RANDOM, device, path, kind, seed, length(run, RANDOM))]
+            random.setdefault((device, n, kind), []).append(score.sensing_mean)
+            fit.setdefault((device, n, kind), []).append(errors[kind].mean_percent)
+    cells = [(device, n) for device in devices(run) for n in levels]
+    shown = {n: model_of(paths[keys.index((DEVICES[0], n, seeds(run)[0]))]) for n in levels}
     ohm = measured(run, "vo2_a", seeds(run)[0]).resistance_ohm
-    times = {n: calculation_times(model_of(paths["vo2_a", n]), ohm) for n in levels}
+    times = {n: calculation_times(model, ohm) for n, model in shown.items()}
     rows = [
-        (device, str(n), *(f"{fit[device, n, kind]:.2f}" for kind in TIMED),
+        (device, str(n), *(spread(fit[device, n, kind]) for kind in TIMED),
          *(spread(random[device, n, kind]) for kind in TIMED))
-        for device, n in keys
+        for device, n in cells
     ]  # fmt: skip
     return Section(
         title="Composite against Preisach and EGPI at levels 6 to 10 (figure 11)",
@@ -74,7 +72,7 @@ def compute(run: Run) -> Section:
         ),
         parts=(
             Table(
-                title="Mean error [% of range]: of the fit, then on random currents (least and largest of the seeds)",
+                title="Mean error [% of range], least and largest of the identifications: fit, then random currents",
                 headers=(
                     "device", "level", *(f"{kind}, fit" for kind in TIMED), *(f"{kind}, random" for kind in TIMED)
                 ),
@@ -88,9 +86,7 @@ def compute(run: Run) -> Section:
     )  # fmt: skip
 
 
-def ranking(
-    names: Sequence[str], levels: Sequence[int], random: dict[tuple[str, int, str], list[float]]
-) -> str:
+def ranking(names: Sequence[str], levels: Sequence[int], random: ByLevel) -> str:
     """Which estimator has the lowest error on random currents, how often; and how often the paper's order holds."""
     three = ("composite", "preisach", "egpi")
     cells = [(device, n) for device in names for n in levels]
@@ -139,13 +135,13 @@ def _times(times: dict[int, dict[str, CalculationTime]]) -> Table:
 def _drawn(
     run: Run,
     levels: Sequence[int],
-    fit: dict[tuple[str, int, str], float],
-    random: dict[tuple[str, int, str], list[float]],
+    fit: ByLevel,
+    random: ByLevel,
     times: dict[int, dict[str, CalculationTime]],
 ) -> Picture:
     figure = levels_figure(
         levels,
-        {kind: [fit["vo2_a", n, kind] for n in levels] for kind in TIMED},
+        {kind: [float(np.mean(fit["vo2_a", n, kind])) for n in levels] for kind in TIMED},
         {kind: [float(np.mean(random["vo2_a", n, kind])) for n in levels] for kind in TIMED},
         {kind: [times[n][kind].compiled_ns for n in levels] for kind in TIMED},
         "Device A: error and time of a calculation by level",

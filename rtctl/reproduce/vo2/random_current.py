@@ -12,19 +12,18 @@ from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 from rtctl.reproduce.vo2 import paper
 from rtctl.reproduce.vo2.bench import (
     ESTIMATORS,
-    Protocol,
     Scores,
     Trial,
     devices,
     in_parallel,
     length,
     model_of,
-    models,
     played,
     scored,
     seeds,
     spread,
 )
+from rtctl.reproduce.vo2.models import Models, Protocol, models
 
 NAME = "random_staircase"
 TARGET_PERCENT = 0.5
@@ -35,10 +34,11 @@ def compute(run: Run) -> Section:
     """The section."""
     protocols: tuple[Protocol, ...] = ("damped", "full")
     found: dict[tuple[str, Protocol, str], list[Scores]] = {}
+    files = {protocol: models(run, protocol) for protocol in protocols}
     for protocol in protocols:
-        paths = models(run, protocol)
+        paths = files[protocol]
         trials = [
-            Trial(NAME, device, paths[device], kind, seed, length(run, NAME))
+            Trial(NAME, device, paths[device, seed], kind, seed, length(run, NAME))
             for device in devices(run)
             for kind in ESTIMATORS
             for seed in seeds(run)
@@ -68,7 +68,8 @@ def compute(run: Run) -> Section:
         title="Random current (figure 12)",
         text=(
             f"500 levels over the whole range, each held 10 ms; {len(seeds(run))} seeds of currents and noise, none of "
-            "them of an identification. Every sample counts, not only the ends of the holds.\n\n"
+            "them of an identification, each with a model of its own. Every sample counts, not only the ends of "
+            "the holds.\n\n"
             f"To reach: {TARGET_PERCENT} % mean (the best published for such a device is {paper.BEST_DEVICE_PERCENT} "
             f"%). {'Reached' if reached else 'Not reached'} by the observer, which knows the current: "
             + ", ".join(f"{value:.2f} % on {device}" for device, value in best.items())
@@ -76,7 +77,10 @@ def compute(run: Run) -> Section:
             "still while the beam goes on bending."
         ),
         parts=(
-            _beside(found), table, _resistance(run, models(run, "damped")), drawn(run, models(run, "full")["vo2_a"])
+            _beside(found),
+            table,
+            _resistance(run, files["damped"]),
+            drawn(run, files["full"]["vo2_a", seeds(run)[0]]),
         ),
     )  # fmt: skip
 
@@ -108,12 +112,14 @@ def _beside(found: dict[tuple[str, Protocol, str], list[Scores]]) -> Comparison:
     return Comparison(title="Device A, identified as the paper does, beside the paper", rows=tuple(rows))
 
 
-def _resistance(run: Run, paths: dict[str, Path]) -> Table:
+def _resistance(run: Run, paths: Models) -> Table:
     """Figure 12b: R by the GPI from the current."""
     rows = []
-    for device, path in paths.items():
-        model, errors = model_of(path), []
+    for device in devices(run):
+        errors = []
         for seed in seeds(run):
+            path = paths[device, seed]
+            model = model_of(path)
             _, signals = played(Trial(NAME, device, path, "composite", seed, length(run, NAME)))
             current, ohm = signals["current"], signals["resistance"]
             ends = np.append(np.flatnonzero(np.diff(current)), len(current) - 1)

@@ -11,6 +11,7 @@ from rtctl.reproduce.vo2 import (
     levels,
     paper,
     random_current,
+    rate,
     tracking,
 )
 
@@ -24,9 +25,10 @@ STUDY = Study(
         "and vo2_l2p (the limiting-loop-proximity model, whose minor loops do not close). Being simulated they lack "
         "what nobody has modelled yet: read our errors as what a method leaves, not as what a bench will show. "
         "Percentages are of each device's identified range of deflection, the paper's of its 57.03 um.\n\n"
-        "Seeds: device noise in runs 21 to 25, which also draw the random currents; identification 902. The constants "
-        "of observer and controller were chosen on vo2_a with noise seed 5, before these seeds were ever run; that "
-        "the multisines want feedforward was seen on all three devices, with other seeds."
+        "Seeds: device noise in runs 21 to 25, which also draw the random currents, each on a model of its own "
+        "identification with noise 902 to 906. The constants of observer and controller were chosen on vo2_a with "
+        "noise seed 5, before these seeds were ever run; that the multisines want feedforward was seen on all three "
+        "devices, with other seeds."
     ),
     steps=(
         Step("excitation", excitation.compute),
@@ -36,6 +38,7 @@ STUDY = Study(
         Step("random_current", random_current.compute),
         Step("tracking", tracking.compute),
         Step("beyond", beyond.compute),
+        Step("rate", rate.compute),
     ),
     faults=(
         "Equation (11) has no minus: tried on the weights of table I, the inverse as printed is off by twice the "
