@@ -105,6 +105,7 @@ def compute(run: Run) -> Section:
         ),
         parts=(
             _beside(found),
+            _best(run, found, states),
             *(_table(run, found, state) for state in states),
             drawn(run, paths["vo2_a", seeds(run)[0]]),
         ),
@@ -133,6 +134,38 @@ def _beside(found: dict[Key, list[Scores]]) -> Comparison:
                     ours=mean_of(found["vo2_a", AS_IDENTIFIED, name, scheme]))
             )  # fmt: skip
     return Comparison(title="Device A, mean tracking error beside the paper's composite", rows=tuple(rows))
+
+
+def _best(run: Run, found: dict[Key, list[Scores]], states: list[str]) -> Table:
+    """In how many cells each scheme has the lowest error, and its mean over all cells."""
+    cells = [(device, name) for device in devices(run) for name in references(run)]
+    means = {
+        (state, cell, scheme.name): mean_of(found[cell[0], state, cell[1], scheme.name])
+        for state in states
+        for cell in cells
+        for scheme in SCHEMES
+    }
+    first = {
+        (state, cell): min((means[state, cell, scheme.name], scheme.name) for scheme in SCHEMES)[1]
+        for state in states
+        for cell in cells
+    }
+    return Table(
+        title=f"Who is best: in how many of {len(cells)} cells (device and reference) / mean over all of them [%]",
+        headers=("scheme", *(f"device {state}" for state in states)),
+        rows=tuple(
+            (
+                scheme.name,
+                *(
+                    f"{sum(first[state, cell] == scheme.name for cell in cells)} / "
+                    f"{np.mean([means[state, cell, scheme.name] for cell in cells]):.2f}"
+                    for state in states
+                ),
+            )
+            for scheme in SCHEMES
+        ),
+        numbers=tuple(range(1, 1 + len(states))),
+    )
 
 
 def _table(run: Run, found: dict[Key, list[Scores]], state: str) -> Table:
