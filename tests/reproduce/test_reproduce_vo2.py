@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from rtctl.cli import main
+from rtctl.estimators.gap_free import GapFreeEstimator
+from rtctl.models.vo2 import read_model
 from rtctl.reproduce.vo2 import paper
 from rtctl.reproduce.vo2.bench import IDENTIFICATION_SEEDS, SEEDS, spread
 from rtctl.reproduce.vo2.equation_11 import inverse_error
 from rtctl.reproduce.vo2.excitation import SteadyLoops, finer, major_branches, widths
 from rtctl.reproduce.vo2.frequency import PHASES, change
+from rtctl.reproduce.vo2.rate import RateTermEstimator
 from rtctl.reproduce.vo2.study import STUDY
 
 Parts = dict[str, dict[str, dict[str, Any]]]
@@ -148,6 +151,30 @@ def test_width_and_branches_of_a_known_loop() -> None:
     assert current[heating[-1]] == current[cooling[0]] == 10.0
     assert widths(loops) == pytest.approx((2.0, 2.0), abs=0.03)
     assert widths(finer(loops, 8)) == pytest.approx((2.0, 2.0), abs=0.03)
+
+
+def test_a_rate_term_adds_kappa_times_the_rate_of_the_surrogates_square_and_nothing_at_rest(
+    folder: Path,
+) -> None:
+    """Against the gap-free composite on the same readings; kappa = 2 um s/mA^2, samples 1 ms apart."""
+    file = next((folder / "work").rglob("full-*.toml"))
+    model = read_model(file)
+    plain, rated = GapFreeEstimator(model), RateTermEstimator(model, 2.0)
+    readings = np.geomspace(0.9 * model.resistance.high, 2.0 * model.resistance.low, 20).tolist()
+    before = plain.start((6.0,), (readings[0],))
+    rated.start((6.0,), (readings[0],))
+    for ohm in readings[1:]:
+        alone, both = plain.step((6.0,), (ohm,), 1e-3), rated.step((6.0,), (ohm,), 1e-3)
+        rate = (alone.surrogate**2 - before.surrogate**2) / 1e-3
+        assert rate > 0.0
+        assert both.value == pytest.approx(alone.value + 2.0 * rate)
+        before = alone
+    assert rated.step((6.0,), (readings[-1],), 1e-3).value == pytest.approx(alone.value, abs=1e-6)
+
+
+def test_a_film_that_lags_shows_in_the_rate_term(parts: Parts) -> None:
+    rows = {row["lag of the device [ms]"]: row for row in table(parts, "rate", "The rate term")}
+    assert number(rows["1"]["identified"]) < 3.0 * number(rows["0"]["identified"]) < 0.0
 
 
 def test_the_paper_s_percentages_are_of_its_range() -> None:

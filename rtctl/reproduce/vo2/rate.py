@@ -94,8 +94,8 @@ def compute(run: Run) -> Section:
             + _verdict(rows)
             + " That is too little to earn it a place: it repairs the expansion that runs ahead of the film, not the "
             "loops of R and D against each other, which the lag opens as well. Nor does the observer, which knows of "
-            "no lag, keep its lead there: its first-order heating is what it stands on, and finding that it is not enough "
-            "is the diagnosis's business."
+            "no lag, keep its lead there: first-order heating is what it stands on, and to find that it is not "
+            "enough is the diagnosis's business."
         ),
         parts=(_kappa_table(lags, kappas), _error_table(rows), _drawn(run, jobs, kappas, lags[-1])),
     )
