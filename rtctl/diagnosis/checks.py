@@ -46,7 +46,7 @@ def split(
             "\n".join(
                 [
                     f'{dataset.path}: no record with use = "fit" can be diagnosed; {LEAST_SAMPLES} samples of a '
-                    f"moving {subject.output} are needed",
+                    f"moving {subject.signal} are needed",
                     *warnings,
                 ]
             )
@@ -70,7 +70,7 @@ def split(
 
 def _moving(records: Sequence[Record], subject: Subject) -> tuple[list[Record], list[str]]:
     """Those with an output that moves, and what is wrong with the others."""
-    name, good, warnings = subject.output, list[Record](), list[str]()
+    name, good, warnings = subject.signal, list[Record](), list[str]()
     for record in records:
         if not record.has(name):
             warnings.append(f"record {record.name} has no {name} and was left out")

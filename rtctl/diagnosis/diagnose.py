@@ -25,7 +25,8 @@ from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search, search
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.subjects import SUBJECTS, subject_for
+from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.verdict import confirmed, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
@@ -40,6 +41,9 @@ RIVALS = 3
 LONG_MEMORY = (
     "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
     "from a state of its own; the errors on test records are of free runs over whole records all the same"
+)
+OTHER_OUTPUT = (
+    "no record that is fitted has a {0}: diagnosed by the {1} alone, and the gain is that of its logarithm"
 )
 NOT_HELD = (
     "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
@@ -135,8 +139,10 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
-    subject = SUBJECTS[simulation.kind]
+    subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
+    if subject.output != SUBJECTS[subject.kind].output:
+        warnings.append(OTHER_OUTPUT.format(SUBJECTS[subject.kind].signal, subject.signal))
     comparable, readings = subject.comparable(simulation, fit)
     fit, tests = (
         tuple(replace(one, measured=readings(one.measured)) for one in ones) for ones in (fit, tests)
@@ -222,7 +228,7 @@ def _answer(
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
-    units, output = dict(dataset.units), data.subject.output
+    units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), data.subject.output
     fits = whole or Fits(found.nominal, found.chosen)
 
     def gained(fits: Fits, output: str) -> Gain | None:

@@ -4,6 +4,17 @@ from __future__ import annotations
 
 from rtctl.diagnosis.subjects.oscillator import OSCILLATOR
 from rtctl.diagnosis.subjects.subject import Subject
-from rtctl.diagnosis.subjects.vo2 import VO2
+from rtctl.diagnosis.subjects.vo2 import BY_RESISTANCE, VO2
+from rtctl.measured.dataset import Dataset
 
 SUBJECTS: dict[str, Subject] = {subject.kind: subject for subject in (OSCILLATOR, VO2)}
+_FALLBACKS: dict[str, Subject] = {VO2.kind: BY_RESISTANCE}
+
+
+def subject_for(kind: str, dataset: Dataset) -> Subject:
+    """Of this kind; by its other output where no record that is fitted has the first."""
+    subject = SUBJECTS[kind]
+    fitted = [record for record in dataset.records if record.use == "fit"] or dataset.records
+    if kind in _FALLBACKS and not any(record.has(subject.signal) for record in fitted):
+        return _FALLBACKS[kind]
+    return subject

@@ -134,6 +134,7 @@ OSCILLATOR = Subject(
     kind="oscillator",
     drive="drive",
     output="displacement",
+    signal="displacement",
     clipping_of=("displacement",),
     about_mean=False,
     forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),

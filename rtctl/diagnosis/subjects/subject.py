@@ -40,6 +40,8 @@ class Subject:
     """Name of the input."""
     output: str
     """Of the output that the gain is measured in."""
+    signal: str
+    """Of a dataset, that a record must have: what `output` is read from."""
     clipping_of: tuple[str, ...]
     """Outputs that a clipped sensor would be seen in."""
     about_mean: bool

@@ -210,6 +210,7 @@ VO2 = Subject(
     kind="vo2",
     drive="current",
     output="deflection",
+    signal="deflection",
     clipping_of=(),
     about_mean=True,
     forces=FORCES,
@@ -227,3 +228,6 @@ VO2 = Subject(
     extended_model=extended_model,
     write_model=_write,
 )
+
+BY_RESISTANCE = replace(VO2, output=LOG_RESISTANCE, signal="resistance")
+"""Of records without an instrument for the deflection: the film senses itself, and what ails it shows there."""
