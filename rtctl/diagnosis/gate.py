@@ -1,8 +1,9 @@
 """The gate: may a hypothesis be claimed? Only if nothing else is left in its residual.
 
 At the fitted hypothesis every direction that is not its own is tested against the noise: each mechanism of the
-catalogue, the catalogue together, the generic forces, past motion and drive with their powers, and whether the
-residual grows with the motion, which noise does not. The smallest p-value counts, times the number of tests.
+catalogue, the catalogue together, the generic forces, past motion and drive with their powers; whether the residual
+grows with the motion, which noise does not, and whether it repeats where an input was repeated. The smallest p-value
+counts, times the number of tests.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, ncx2
+from scipy.stats import f as f_distribution
 
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.directions import (
@@ -23,6 +25,7 @@ from rtctl.diagnosis.directions import (
 )
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.projection import Projected, Rows, leftover, noise_of, project
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
 FloatArray = NDArray[np.float64]
@@ -35,6 +38,7 @@ ALONG_ONE = 1.0 / 8.0
 ways at once; of ten devices of the blind generator with nothing hidden none had more than 1/12 along one."""
 ALONG_MANY = 1.0 / 2.0
 """The same for many directions together; those ten had 0.28 at most."""
+REPEATS = "something that repeats"
 LAGS = 6
 """Of motion and drive, a quarter of a period apart."""
 
@@ -84,6 +88,8 @@ def examine(
         tests = _tests(projected, directions, 0.0)
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
+    if not data.allowed:
+        tests += beyond_repeats([row.residual for row in rows], models, data.records, outputs)
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
 
@@ -224,6 +230,37 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Te
     return Test(
         "residual grows with the motion", float(found.statistic), 1, p_value if np.isfinite(p_value) else 1.0
     )
+
+
+def beyond_repeats(
+    residuals: Sequence[FloatArray],
+    noise: Sequence[NoiseModel],
+    records: Sequence[FitRecord],
+    outputs: Sequence[str],
+) -> list[Test]:
+    """Whether the mean residual of repeats of one input is more than their scatter explains: what repeats is no noise.
+
+    Of m repeats the mean is independent of the scatter about it: m mean^2 over scatter^2 / (m - 1) is F-distributed.
+    `residuals` (outputs, n) of each record. Empty without repeats.
+    """
+    common = deviations = 0.0
+    freedom = rest = 0
+    for letter in dict.fromkeys(record.repeat for record in records if record.repeat is not None):
+        group = [k for k, record in enumerate(records) if record.repeat == letter]
+        length = min(residuals[k].shape[1] for k in group)
+        if len(group) < 2 or len({records[k].first for k in group}) > 1:
+            continue
+        for o, (name, model) in enumerate(zip(outputs, noise, strict=True)):
+            readings = np.stack([records[k].measured[name][records[k].first :][:length] for k in group])
+            scatter = model.whiten(readings - readings.mean(axis=0))
+            mean = model.whiten(np.mean([residuals[k][o, :length] for k in group], axis=0)[None])
+            common += len(group) * float(np.sum(mean**2))
+            deviations += float(np.sum(scatter**2))
+            freedom, rest = freedom + length, rest + length * (len(group) - 1)
+    if not freedom or not deviations > 0.0:
+        return []
+    statistic = (common / freedom) / (deviations / rest)
+    return [Test(REPEATS, statistic, freedom, float(f_distribution.sf(statistic, freedom, rest)))]
 
 
 def start_of(simulation: Simulation, values: FloatArray) -> Simulation:

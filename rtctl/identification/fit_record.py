@@ -25,6 +25,8 @@ class FitRecord:
     """Outputs."""
     first: int = 0
     """Samples before it start the state and are not scored."""
+    repeat: str | None = None
+    """Records of the same letter had the same input."""
 
     @property
     def samples(self) -> int:
@@ -65,6 +67,7 @@ def fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
         stimulus=stimulus_of(record, holds),
         measured={name: values for name, values in record.signals.items() if name not in holds},
         first=record.ignore_first,
+        repeat=record.repeat,
     )
 
 

@@ -1,0 +1,51 @@
+"""What repeats when an input is repeated is no noise, whatever it looks like; noise alone is told to be noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.gate import beyond_repeats
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.residual_noise import NoiseModel
+
+FloatArray = NDArray[np.float64]
+N = 2000
+
+
+def p_value(seed: int, gap: float, repeats: int = 2, letter: str | None = "A") -> float | None:
+    """Of AR(1) noise of RMS 1 on a motion, and a white gap of RMS `gap` that is the same in each record."""
+    rng = np.random.default_rng(seed)
+    motion, missed = 30.0 * np.sin(0.1 * np.arange(N)), gap * rng.standard_normal(N)
+    noise = NoiseModel(np.array([-0.8]), 1.0)
+    records, residuals = [], []
+    for k in range(repeats):
+        read = motion + missed + lfilter([1.0], [1.0, -0.8], rng.standard_normal(N))
+        stimulus = Stimulus(inputs={"drive": motion}, holds={"drive": "zero"}, period_s=1e-3)
+        records.append(
+            FitRecord(name=str(k), stimulus=stimulus, measured={"displacement": read}, repeat=letter)
+        )
+        residuals.append((motion - read)[None])
+    found = beyond_repeats(residuals, [noise], records, ["displacement"])
+    return found[0].p_value if found else None
+
+
+def test_noise_alone_has_p_values_that_are_uniform() -> None:
+    found = np.array([p_value(seed, 0.0) for seed in range(200)])
+    assert np.mean(found < 0.1) == pytest.approx(0.1, abs=3.0 * np.sqrt(0.09 / 200))
+    assert np.mean(found < 0.5) == pytest.approx(0.5, abs=3.0 * np.sqrt(0.25 / 200))
+
+
+@pytest.mark.parametrize("repeats", [2, 4])
+def test_a_gap_of_no_shape_is_seen_because_it_repeats(repeats: int) -> None:
+    p = p_value(1, 0.5, repeats)
+    assert p is not None
+    assert p < 1e-6
+
+
+def test_without_repeats_there_is_no_such_question() -> None:
+    assert p_value(1, 0.5, repeats=1) is None
+    assert p_value(1, 0.5, letter=None) is None
