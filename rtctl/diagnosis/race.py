@@ -21,6 +21,9 @@ SECOND = 8
 LAST = 4
 FINISHED = 3
 """Of those, sets that are fitted to all samples where the laps before took a glance at a few."""
+SHORTER = (0.1, 0.0)
+"""Of a step that ended above its parent, one after the other: near a fold the linear estimate jumps to another branch,
+and stays there."""
 HOPELESS = 30.0
 """Times the cost of the best after the first lap."""
 
@@ -32,6 +35,22 @@ class Runner(NamedTuple):
     simulation: Simulation
     starts: FloatArray
     still: frozenset[str]
+    neutral: Simulation
+    """The same where the added mechanism does not act yet."""
+    parent: Hypothesis
+    """That it is added to: a fit cannot be worse, unless it went astray."""
+
+    def shorter(self, step: float) -> Runner:
+        """From a part of the step away from the parent."""
+        values, neutral = (
+            np.array([one.value for one in simulation.parameters])
+            for simulation in (self.simulation, self.neutral)
+        )
+        starts = step * self.starts
+        starts[:, : self.parent.starts.shape[1]] += (1.0 - step) * self.parent.starts
+        return self._replace(
+            simulation=self.simulation.with_values(neutral + step * (values - neutral)), starts=starts
+        )
 
 
 def race(
@@ -46,9 +65,7 @@ def race(
         if budget.spent:
             break
         told(" + ".join(runner.mechanisms))
-        found = fitted(
-            glance, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
-        )
+        found = _begun(glance, runner) if glance is not data else _no_worse(data, runner)
         if found is not None:
             first.setdefault(frozenset(runner.mechanisms), []).append(found)
     field = _sorted([min(ones, key=_cost) for ones in first.values()])
@@ -60,6 +77,21 @@ def race(
         return _sorted([one for one in (_on_all(data, each) for each in going[:FINISHED]) if one is not None])
     gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in going]
     return _sorted([*gone, *field[len(going) :]])
+
+
+def _begun(data: Data, runner: Runner) -> Hypothesis | None:
+    return fitted(data, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still)
+
+
+def _no_worse(data: Data, runner: Runner) -> Hypothesis | None:
+    """Begun with a shorter step, at last with none, where it ended above its parent."""
+    best = _begun(data, runner)
+    for step in SHORTER:
+        if best is not None and best.cost <= runner.parent.cost:
+            break
+        again = _begun(data, runner.shorter(step))
+        best = min((one for one in (best, again) if one is not None), key=_cost, default=None)
+    return best
 
 
 def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:

@@ -58,6 +58,8 @@ NEAR = 1.5
 """Times the cost of the best: beyond, no whitening makes a set its equal."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
+MOVED = 1e-4
+"""Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
 WEAK = 0.05
 """Mechanisms whose score is below this share of the best one are fitted from one start only."""
 
@@ -120,7 +122,8 @@ def _grown(
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
-            return Search(at_nominal, best, True, _others(data, tried, best), tuple(tried))
+            found = _returned(data, Search(at_nominal, best, True, (), tuple(tried)), ids, level)
+            return found._replace(equivalent=_others(data, found.tried, found.chosen))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
@@ -130,6 +133,20 @@ def _grown(
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
     return found._replace(equivalent=_others(data, found.tried, found.chosen))
+
+
+def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
+    """Less one cause, where the smaller set passes too once it is fitted from where the larger one ended.
+
+    In a narrow valley a fit of the smaller set may have stopped short: then whatever is added seems to explain it.
+    """
+    known = {frozenset(one.mechanisms): one.cost for one in (*_all(found), found.nominal.hypothesis)}
+    for one in without_each(data, found.nominal.hypothesis, found.chosen.hypothesis):
+        if one.cost < (1.0 - MOVED) * known.get(frozenset(one.mechanisms), np.inf):
+            examined = examine(one, data, ids)
+            if examined.p_value > level:
+                return _instead(data, found, examined)
+    return found
 
 
 def _stalled(size: int, last: Examined) -> float:
@@ -144,12 +161,16 @@ def _trimmed(data: Data, found: Search, ids: Sequence[str], level: float) -> Sea
     fewer = pruned(data, found.nominal.hypothesis, found.chosen.hypothesis)
     if fewer is found.chosen.hypothesis:
         return found
-    examined = examine(fewer, data, ids)
-    size = len(fewer.mechanisms) - len(found.nominal.hypothesis.mechanisms)
+    found = _instead(data, found, examine(fewer, data, ids))
+    return found._replace(passes=found.chosen.p_value > level)
+
+
+def _instead(data: Data, found: Search, fewer: Examined) -> Search:
+    """`fewer` chosen, and ranked among the sets of its size."""
+    size = len(fewer.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
     known = [one.hypothesis for one in found.tried[size - 1]]
-    own = ranked(data, _each_once([fewer, *known]), examined, plain=True)
-    tried = (*found.tried[: size - 1], own, *found.tried[size:])
-    return found._replace(chosen=examined, tried=tried, passes=examined.p_value > level)
+    own = ranked(data, _each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
+    return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
 
 
 def _all(found: Search) -> list[Hypothesis]:
@@ -244,7 +265,7 @@ def _by_shape(directions: Sequence[Direction], indices: Sequence[int]) -> list[l
 
 def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float) -> Runner:
     hypothesis = parent.hypothesis
-    simulation = hypothesis.simulation.extended((identity,))
+    simulation = neutral = hypothesis.simulation.extended((identity,))
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
     values = np.array([parameter.value for parameter in simulation.parameters])
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
@@ -261,7 +282,14 @@ def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float
         else:
             still.add(simulation.parameters[at[direction.name]].name)
     starts = np.column_stack((hypothesis.starts, *own.values()))
-    return Runner((*hypothesis.mechanisms, identity), start_of(simulation, values), starts, frozenset(still))
+    shaped = np.array([parameter.value for parameter in neutral.parameters])
+    for k in group:
+        for name, value in parent.directions[k].shapes.items():
+            shaped[at[name]] = value
+    return Runner(
+        mechanisms=(*hypothesis.mechanisms, identity), simulation=start_of(simulation, values), starts=starts,
+        still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
+    )  # fmt: skip
 
 
 def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:

@@ -19,8 +19,13 @@ from rtctl.identification.weak_form import half_width
 STROKE = 0.5
 """Periods: length of a stretch of what drifts."""
 LEAST_SAMPLES = 200
+MOST = 160
+"""Stretches: each has a start and a phase of the mains of its own, and memory goes with all of them squared."""
 STILL_KNOWN = 0.3
 """Of the influence that an initial state had at first, at the end of a record."""
+ONWARD = 0.8
+"""Of a record, in which a body that was displaced at its start is still displaced that way: with a spring it swings,
+and is on one side half of the time however long it rings."""
 PARTED = 30.0
 """Times the influence that it had at first: a double integrator's grows ten times over a record; two runs that part
 exponentially, as between two wells, are no drift."""
@@ -35,16 +40,18 @@ def remembers(data: Data, nominal: Hypothesis) -> bool:
         lines = nominal.linearise(data)
     except ArithmeticError:
         return False
-    lasting = []
+    lasting, onward = [], []
     for line in lines:
+        displaced = line.own[0].sum(axis=0)
+        onward.append(np.mean(displaced * displaced[0] > 0.0))
         influence = np.abs(line.own[: nominal.states]).max(axis=(0, 1))
         tenth = max(1, len(influence) // 10)
         lasting.append(influence[-tenth:].max() / max(float(influence[:tenth].max()), 1e-300))
-    return bool(STILL_KNOWN < np.median(lasting) < PARTED)
+    return bool(STILL_KNOWN < np.median(lasting) < PARTED and np.median(onward) > ONWARD)
 
 
 def cut_up(data: Data, nominal: Hypothesis) -> Data:
-    """The same records as stretches of a stroke."""
+    """The same records as stretches of a stroke; of very many, some evenly over all."""
     length_s = max(STROKE * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
     width_s = half_width(data.records, data.scales.rate)
     pieces = [
@@ -52,4 +59,5 @@ def cut_up(data: Data, nominal: Hypothesis) -> Data:
         for record in data.records
         for segment in cut(record, nominal.simulation, length_s, width_s)
     ]
-    return replace(data, records=tuple(pieces))
+    kept = np.linspace(0, len(pieces) - 1, min(MOST, len(pieces))).round().astype(int)
+    return replace(data, records=tuple(pieces[k] for k in kept))

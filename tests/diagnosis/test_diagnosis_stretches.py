@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,10 @@ from numpy.typing import NDArray
 
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.approach import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.stretches import cut_up, remembers
+from rtctl.diagnosis.stretches import MOST, cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -85,3 +86,28 @@ def test_a_spring_forgets_and_a_good_model_needs_no_stretches(tmp_path: Path) ->
     assert not remembers(data, nominal_of(data, device()))
     free = strokes(carriage(level=1e-9, offset=1e-9))
     assert not remembers(free, nominal_of(free, carriage()))
+
+
+def test_a_spring_that_rings_through_the_record_is_no_drift() -> None:
+    """Q of 200, of which a third of the first swing is left at the end, and a sensor that is far off."""
+    tables = {"damping": (0.2, "1/s"), "stiffness": (1600.0, "1/s^2"), "drive_gain": (450.0, "mm/s^2/V")}
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in tables.items()}
+    ringing = build_simulation(
+        ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": parameters}}),
+        UNITS,
+        "ringing",
+    )
+    data = strokes(ringing)
+    record = data.records[0]
+    reading = record.measured["displacement"]
+    data = data_of((replace(record, measured={"displacement": reading + 0.6 * reading.std()}),))
+    nominal = nominal_of(data, ringing)
+    assert misfit(data, nominal) > FAR
+    assert not remembers(data, nominal)
+
+
+def test_very_many_stretches_are_thinned_evenly() -> None:
+    data = strokes(carriage(level=120.0, offset=3.0))
+    many = replace(data, records=data.records * 60)
+    short = cut_up(many, nominal_of(data, carriage()))
+    assert len(short.records) == MOST
