@@ -106,26 +106,36 @@ def scores_of(record: ToneRecord, sets: FloatArray) -> Scores:
     scored = record.displacement[record.first :]
     mean, size = float(scored.mean()), float(np.sqrt(np.mean(scored**2)))
     spread = float(np.ptp(scored))
-    found = {name: np.full(len(sets), np.inf) for name in ("rms", "peak_to_peak")}
-    correlation = np.zeros(len(sets))
+    count = len(scored)
+    table, valid = _summed(record, sets)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        variance = table[SQUARE] / count - (table[SUM] / count) ** 2
+        r = (table[PRODUCT] / count - table[SUM] / count * mean) / np.sqrt(variance * scored.var())
+        rms = np.sqrt(np.maximum(table[SQUARE] / count - 2.0 * table[PRODUCT] / count + size**2, 0.0)) / size
+        good = valid & np.isfinite(rms) & np.isfinite(r)
+    return Scores(
+        np.where(good, rms, np.inf),
+        np.where(good, r, 0.0),
+        np.where(good, (table[MOST] - table[LEAST]) / spread, np.inf),
+    )
+
+
+def sizes_of(record: ToneRecord, sets: FloatArray) -> FloatArray:
+    """RMS (n,) of the motions themselves over the scored samples; infinite where there is none."""
+    table, valid = _summed(record, sets)
+    return np.where(valid, np.sqrt(table[SQUARE] / (len(record.displacement) - record.first)), np.inf)
+
+
+def _summed(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Sums (5, n) of all sets, and which of them are underdamped oscillators (n,)."""
+    table, valid = np.empty((5, len(sets))), np.empty(len(sets), dtype=np.bool_)
     for part in _parts(sets):
-        work, valid = packed(sets[part], record)
+        work, valid[part] = packed(sets[part], record)
         sums = np.zeros(5 * LANES)
         sums[LEAST * LANES : MOST * LANES], sums[MOST * LANES :] = np.inf, -np.inf
         _march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
-        table = sums.reshape(5, LANES)[:, : len(valid)]
-        count = len(scored)
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            variance = table[SQUARE] / count - (table[SUM] / count) ** 2
-            both = table[PRODUCT] / count - table[SUM] / count * mean
-            r = both / np.sqrt(variance * scored.var())
-            mean_square = table[SQUARE] / count - 2.0 * table[PRODUCT] / count + size**2
-            rms = np.sqrt(np.maximum(mean_square, 0.0)) / size
-            good = valid & np.isfinite(rms) & np.isfinite(r)
-        correlation[part] = np.where(good, r, 0.0)
-        found["rms"][part] = np.where(good, rms, np.inf)
-        found["peak_to_peak"][part] = np.where(good, (table[MOST] - table[LEAST]) / spread, np.inf)
-    return Scores(found["rms"], correlation, found["peak_to_peak"])
+        table[:, part] = sums.reshape(5, LANES)[:, : part.stop - part.start]
+    return table, valid
 
 
 def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ import pytest
 
 from rtctl.cli import main
 from rtctl.reproduce.me import coil, device
+from rtctl.reproduce.me.array import drift_alone, mode
 from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, langevin, magnetisation
 from rtctl.reproduce.me.study import STUDY
 
@@ -75,6 +76,49 @@ def test_the_resonance_softens_then_hardens_and_the_device_agrees(sections):
         for tried in (cells[2], cells[4]):
             count, of = tried.split(" of ")
             assert count == of != "0"
+
+
+def test_the_third_harmonic_rises_out_of_the_noise_between_the_paper_s_two_fields(sections):
+    weak, strong = (row(sections["harmonics"], f"third harmonic at {field} mT") for field in ("0.28", "0.8"))
+    # a cubic spring's third harmonic grows with the square of the amplitude: more than twice here
+    assert strong - weak > 20.0 * math.log10(2.0**1.5)
+    assert (
+        row(sections["harmonics"], "THD in resonance")
+        < row(sections["harmonics"], "THD below resonance")
+        < 2.48
+    )
+
+
+def test_force_and_stiffness_lead_over_wide_ranges_and_damping_counts_over_narrow_ones(sections):
+    rows = {
+        cells[0]: [float(cell) for cell in cells[1:]]
+        for cells in table(sections["sensitivity"], "Mean elasticity")
+    }
+    # far from resonance the amplitude is F / |k - w^2|: exactly proportional to the force, blind to the damping
+    assert rows["force"][0] == pytest.approx(1.0, abs=0.01)
+    assert rows["stiffness"][0] > rows["force"][0] > 10.0 * rows["damping"][0]
+    assert rows["damping"][2] > 10.0 * rows["damping"][0]
+
+
+def test_the_array_predicts_another_field_better_than_the_paper(sections):
+    assert row(sections["array"], "correlation, mean of the points") >= 0.99
+    assert abs(row(sections["array"], "its error against the measured one")) < 3.0
+
+
+def test_the_diagnosis_names_the_hysteresis_that_duffing_misses(sections):
+    causes = [cells[0] for cells in table(sections["hysteresis"], "What the diagnosis named")]
+    assert causes == ["hysteresis.bouc_wen"]
+    assert row(sections["hysteresis"], "RMS error on the test record") > 2.0
+
+
+def test_table_a1_s_frequencies_drift_apart_by_themselves():
+    rates = np.array([0.0, 0.5, -0.5]) + 46_633.0
+    # sin(0.5) / 0.5 over one second
+    assert drift_alone(rates) == pytest.approx([1.0, 0.958851, 0.958851], rel=1e-5)
+
+
+def test_the_mode_is_clamped_at_one_end_and_1_at_the_other():
+    assert mode(np.array([0.0, 0.5, 1.0])) == pytest.approx([0.0, 0.33952, 1.0], abs=1e-4)
 
 
 def test_langevin_joins_its_series_and_saturates():

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 
 LEVELS_DB = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0)
 SEEDS = (161, 162, 163)
-REST_S, STEADY_S, SETTLED_S = 0.25, 0.4, 0.15
+REST_S, STEADY_S, SETTLED_S = 0.2, 0.3, 0.15
 """A record from rest; one whose first part, seven time constants, is not scored."""
 FACTORS = (0.6, 0.8, 1.2, 1.4)
 METHODS = {
@@ -43,7 +43,7 @@ def compute(run: Run) -> Section:
     levels = (10.0, 30.0) if run.short else LEVELS_DB
     seeds = SEEDS[:1] if run.short else SEEDS
     options = {"temperatures": 80} if run.short else {}
-    rest_s, steady_s = (0.1, 0.25) if run.short else (REST_S, STEADY_S)
+    rest_s, steady_s = (0.1, 0.22) if run.short else (REST_S, STEADY_S)
     rest = device.response(driven(rest_s))
     steady = device.response(driven(steady_s))
     settled = round(SETTLED_S * device.SAMPLE_RATE_HZ)

@@ -1,7 +1,17 @@
 """The study of the ME microresonator: its steps, and what its paper has wrong."""
 
 from rtctl.identification.annealing import FAULTS
-from rtctl.reproduce.me import coefficients, coil, least_squares, noise, response
+from rtctl.reproduce.me import (
+    array,
+    coefficients,
+    coil,
+    harmonics,
+    hysteresis,
+    least_squares,
+    noise,
+    response,
+    sensitivity,
+)
 from rtctl.reproduce.study import Step, Study
 
 STUDY = Study(
@@ -24,6 +34,10 @@ STUDY = Study(
         Step("least-squares", least_squares.compute),
         Step("noise", noise.compute),
         Step("response", response.compute),
+        Step("harmonics", harmonics.compute),
+        Step("sensitivity", sensitivity.compute),
+        Step("array", array.compute),
+        Step("hysteresis", hysteresis.compute),
     ),
     faults=(
         "Equation (1): the nonlinear damping is printed as mu z^3, a second cubic stiffness; mu z^2 z' is meant.",
