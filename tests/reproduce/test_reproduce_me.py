@@ -111,6 +111,15 @@ def test_the_diagnosis_names_the_hysteresis_that_duffing_misses(sections):
     assert row(sections["hysteresis"], "RMS error on the test record") > 2.0
 
 
+@pytest.mark.wire
+def test_the_loop_stands_on_the_unstable_branch_over_the_wire(sections):
+    points = table(sections["continuation"], "Points")
+    assert [cells[-1] for cells in points] == ["unstable"]
+    # a hundredth of the half-width of 9.4 Hz; amplitude and frequency move together along the branch
+    assert row(sections["continuation"], "largest error of frequency") < 0.1
+    assert row(sections["continuation"], "largest error of amplitude") < 0.5
+
+
 def test_table_a1_s_frequencies_drift_apart_by_themselves():
     rates = np.array([0.0, 0.5, -0.5]) + 46_633.0
     # sin(0.5) / 0.5 over one second

@@ -5,6 +5,7 @@ from rtctl.reproduce.me import (
     array,
     coefficients,
     coil,
+    continuation,
     harmonics,
     hysteresis,
     least_squares,
@@ -38,6 +39,7 @@ STUDY = Study(
         Step("sensitivity", sensitivity.compute),
         Step("array", array.compute),
         Step("hysteresis", hysteresis.compute),
+        Step("continuation", continuation.compute),
     ),
     faults=(
         "Equation (1): the nonlinear damping is printed as mu z^3, a second cubic stiffness; mu z^2 z' is meant.",
