@@ -88,7 +88,7 @@ def examine(
         tests = _tests(projected, directions, 0.0)
     if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
         tests.append(_growth(rows, models, data))
-    if not data.allowed:
+    if not data.allowed and not _quantised(data, models):  # a converter's steps repeat, too
         tests += beyond_repeats([row.residual for row in rows], models, data.records, outputs)
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 

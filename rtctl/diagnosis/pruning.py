@@ -38,7 +38,7 @@ def without_each(
     found: list[Hypothesis] = []
     for cause in causes:
         rest = tuple(name for name in chosen.mechanisms if name != cause)
-        one = by_set.get(frozenset(rest)) or _fitted_without(data, nominal, chosen, rest)
+        one = by_set.get(frozenset(rest)) or fitted_without(data, nominal, chosen, rest)
         found += [one] if one is not None else []
     return tuple(found)
 
@@ -47,10 +47,10 @@ def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
     return tuple(name for name in chosen.mechanisms if name not in nominal.mechanisms)
 
 
-def _fitted_without(
-    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...]
+def fitted_without(
+    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS
 ) -> Hypothesis | None:
-    """The set `rest`, from the values that its parameters have in `chosen`."""
+    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there."""
     added = tuple(name for name in rest if name not in nominal.mechanisms)
     simulation = nominal.simulation.extended(added)
     values = {parameter.name: parameter.value for parameter in chosen.simulation.parameters}
@@ -67,4 +67,4 @@ def _fitted_without(
             if chosen.simulation.parameters[k].name in known
         ]
         starts = np.column_stack((starts, chosen.starts[:, kept]))
-    return fitted(data, simulation, rest, starts, ITERATIONS, still)
+    return fitted(data, simulation, rest, starts, iterations, still)

@@ -21,7 +21,7 @@ from rtctl.diagnosis.gate import Examined, examine, start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
 from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.projection import Projected
-from rtctl.diagnosis.pruning import pruned, without_each
+from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
 from rtctl.diagnosis.race import Runner, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked, whitened_bic
 
@@ -31,6 +31,13 @@ BEAM = 3
 """Best sets of one size that are extended to the next."""
 GROWN = 2
 """Largest set that is extended by all that may act beside it; larger ones grow alone, by the most likely causes."""
+ALIKE = 8
+AS_GOOD = 1.02
+"""Times the lowest cost: so close, white squares do not say which is right, and the gate is asked of each."""
+ALONE = 0.1
+"""Times the cost of the second: a first below it is alone, or the others are stuck."""
+RIVALS = 0.5
+"""Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
 NEAR_BEST = 3.0
 """Times the lowest cost: beyond, a set is not extended."""
 MOST_CHILDREN = (9, 6)
@@ -115,7 +122,12 @@ def _grown(
         field = race(data, runners, told, budget)
         if not field:
             break
-        last, (best, parents) = best, _front(data, field, ids, level, NEAR_BEST if size < GROWN else CLOSE)
+
+        def from_there(ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents) -> list[Hypothesis]:
+            return _second_chance(data, parents, ones, ids, told, budget)
+
+        field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
+        last, (best, parents) = best, _front(data, field, ids, level, near, from_there)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             return Search(at_nominal, last, True, _others(data, tried, last), tuple(tried))
@@ -196,19 +208,55 @@ def _each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
     return list(found.values())
 
 
+def _second_chance(
+    data: Data, parents: Sequence[Examined], field: Sequence[Hypothesis], ids: Sequence[str],
+    told: Callable[[str], None], budget: Budget,
+) -> list[Hypothesis]:  # fmt: skip
+    """`field`, and where its first leaves all others far behind, what could stand in its place, from there.
+
+    With a jump between motions a fit ends where the nominal parameters are off, whatever is added; one that found its
+    way shows where they are right, and from there an equal needs but its own size.
+    """
+    first = field[0]
+    parent = next(
+        (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
+    )
+    if data.glance is not data or parent is None or len(field) < 2 or first.cost > ALONE * field[1].cost:
+        return list(field)
+    there = fitted_without(data, parent, first, parent.mechanisms, iterations=0)
+    if there is None or budget.spent:
+        return list(field)
+    runners = [
+        runner
+        for runner in _runners(examine(there, data, ids), least=RIVALS)
+        if runner.mechanisms != first.mechanisms
+    ]
+    return _each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
+
+
 def _front(
-    data: Data, field: Sequence[Hypothesis], ids: Sequence[str], rate: float, near: float
+    data: Data,
+    field: Sequence[Hypothesis],
+    ids: Sequence[str],
+    rate: float,
+    near: float,
+    from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
 ) -> tuple[Examined, list[Examined]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes."""
     likely = by_likelihood(data, field[:BEAM])
+    alike = [one for one in field[:ALIKE] if one.cost < AS_GOOD * field[0].cost]
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
     if all(one.p_value <= rate for one in examined):
         few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
         again = [*(fitted_again(data, one) for one in few[:AGAIN]), *few[AGAIN:]]
-        again = _by_stretches(data, sorted(again, key=lambda one: one.cost))
+        again = from_there(sorted(again, key=lambda one: one.cost))
+        again = _by_stretches(data, [one for one in again if one.cost < near * again[0].cost])
         known = {id(one.hypothesis): one for one in examined}
         examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
+        seen = {id(one.hypothesis) for one in examined}
+        if all(one.p_value <= rate for one in examined):
+            examined += [examine(one, data, ids) for one in alike if id(one) not in seen]
     passing = [one for one in examined if one.p_value > rate]
     return max(passing, key=lambda one: one.p_value) if passing else examined[0], examined
 
@@ -222,11 +270,16 @@ def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
     return [*close, *field[len(close) :]]
 
 
-def _runners(parent: Examined) -> list[Runner]:
-    """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes."""
+def _runners(parent: Examined, least: float = 0.0) -> list[Runner]:
+    """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes.
+
+    Those with a score of `least` times the best one's or more.
+    """
     made = []
     large = len(parent.hypothesis.mechanisms) >= GROWN
     for identity, strength in _screened(parent):
+        if strength < least:
+            continue
         mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
         groups = sorted(
             _by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]

@@ -62,11 +62,24 @@ def _peaks(data: Data, residuals: Sequence[FloatArray], low: float, high: float)
     bins = int(np.count_nonzero(power))
     found: list[tuple[float, int]] = []
     if bins:  # where a step's spectrum would hide it
-        found.append((float(frequency[int(np.argmax(power * frequency**2))]), bins))
+        found.append((_between(power, int(np.argmax(power * frequency**2))) * float(frequency[1]), bins))
     for _ in range(PEAKS if bins else 0):
         k = int(np.argmax(power))
         if not power[k] > 0.0:
             break
-        found.append((float(frequency[k]), bins))
+        found.append((_between(power, k) * float(frequency[1]), bins))
         power[np.abs(frequency - frequency[k]) < APART * frequency[k]] = 0.0
     return found
+
+
+def _between(power: FloatArray, k: int) -> float:
+    """Where the peak at bin `k` is, by the parabola of the logarithms of three bins.
+
+    A bin is half a turn over the record: that far off, a strong tone would leave so much that the noise's model, an
+    autoregression, took the rest for noise.
+    """
+    if not 0 < k < len(power) - 1 or not min(power[k - 1], power[k + 1]) > 0.0:
+        return float(k)
+    left, here, right = np.log(power[k - 1 : k + 2])
+    bend = left - 2.0 * here + right
+    return float(k + (0.5 * (left - right) / bend if bend < 0.0 else 0.0))
