@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import device, friction_case
+from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
 
+from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import Runner, race
+from rtctl.diagnosis.search import _second_chance
 from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
 
@@ -55,3 +61,29 @@ def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple
     assert part.simulation.parameters[-1].value == pytest.approx(20.0)
     np.testing.assert_allclose(part.starts, nominal.starts)
     assert whole.shorter(1.0).simulation.parameters == whole.simulation.parameters
+
+
+def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() -> None:
+    late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 4e-3, "unit": "s"}}}
+    drive = noise_drive(1)
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+    records = (
+        FitRecord(name="r", stimulus=stimulus, measured={"displacement": measured(device(late), drive)}),
+    )
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted_nominal(data, device(), ())
+    assert nominal is not None
+    delayed = nominal.simulation.extended(("drive.delay",))
+    values = np.array([parameter.value for parameter in delayed.parameters])
+    values[-1] = 4e-3
+    found = fitted(data, delayed.with_values(values), ("drive.delay",), nominal.starts)
+    assert found is not None
+    assert found.cost < 0.1 * nominal.cost
+    stuck, ids = replace(nominal, mechanisms=("drive.lag",)), ("drive.delay", "drive.lag", "stiffness.cubic")
+    field = _second_chance(
+        data, [examine(nominal, data, ids)], [found, stuck], ids, lambda text: None, Budget.of(60.0)
+    )
+    assert field[0].mechanisms == ("drive.lag",)
+    assert field[0].cost < found.cost

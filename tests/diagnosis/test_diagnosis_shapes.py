@@ -1,0 +1,39 @@
+"""A tone's frequency is found between two bins, so closely that what is left of it is small beside the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.shapes import shape_grid
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+from rtctl.wiring import build_simulation
+
+PERIOD_S = 1e-3
+N = 4000
+
+
+@pytest.mark.parametrize("frequency_Hz", [59.93, 60.0, 60.06, 63.11])
+def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
+    tables = {"damping": {"value": 4.0, "unit": "1/s"}, "stiffness": {"value": 1e4, "unit": "1/s^2"},
+              "drive_gain": {"value": 1.0, "unit": "mm/s^2/V"}}  # fmt: skip
+    simulation = build_simulation(
+        ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}}),
+        {"drive": "V", "displacement": "mm"}, "device",
+    )  # fmt: skip
+    hum = simulation.extended(("sensor.hum",)).mechanisms[-1]
+    rng = np.random.default_rng(0)
+    time_s = PERIOD_S * np.arange(N)
+    residual = np.cos(2.0 * np.pi * frequency_Hz * time_s + 1.0) + 0.01 * rng.standard_normal(N)
+    stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": residual}),)
+    data = Data(subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records))
+    found = min(
+        abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, data, [residual[None]])
+    )
+    assert found < 0.01 / (N * PERIOD_S)
