@@ -14,6 +14,10 @@ from pathlib import Path
 from drivers.fault_proxy import FaultPlan
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceProfile, Driver, Measurement
+from rtctl.border.wire_memory import UnlockedExchange
+
+NOWHERE = "nowhere:0"
+"""Where a driver would be that is never opened."""
 
 
 class FaultyDriver:
@@ -48,6 +52,13 @@ class FaultyDriver:
         if self._driver is None:
             raise DriverError(Fault.CONNECTION_LOST, "the line with faults is not open")
         return self._driver.exchange(levels)
+
+    def unlocked(self) -> UnlockedExchange | None:
+        """As the driver's; before the line is there only good for compiling."""
+        driver = self._driver or self._make(NOWHERE)
+        find = getattr(driver, "unlocked", None)
+        found: UnlockedExchange | None = None if find is None else find()
+        return found
 
     def close(self, safe_levels: Sequence[float]) -> None:
         """As the driver's; then the line ends. Never raises."""

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import Device, DeviceStatus, Measurement
+from rtctl.border.wire_memory import SEQUENCE, UnlockedExchange
 
 _REFUSED = int(DeviceStatus.REFUSED)
 
@@ -51,9 +52,32 @@ class InProcessDriver:
             )
         return measurement
 
+    def unlocked(self) -> UnlockedExchange | None:
+        """The exchange for a compiled loop; None: the device has none."""
+        find = getattr(self._device, "unlocked", None)
+        if find is None or type(self).exchange is not _EXCHANGE:  # somebody looks at every exchange
+            return None
+        device: UnlockedExchange | None = find()
+        if device is None:
+            return None
+        line = device.memory.line
+
+        def lend() -> None:
+            line[SEQUENCE] = self._sequence
+            device.lend()
+
+        def give_back() -> None:
+            self._sequence = int(line[SEQUENCE])
+            device.give_back()
+
+        return device._replace(lend=lend, give_back=give_back)
+
     def close(self, safe_levels: Sequence[float]) -> None:
         """Command `safe_levels`, disable. Never raises."""
         with suppress(DriverError):
             self.exchange(safe_levels)
         with suppress(ValueError):
             self._device.set_enable(False)
+
+
+_EXCHANGE = InProcessDriver.exchange

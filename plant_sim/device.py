@@ -27,7 +27,9 @@ from collections.abc import Callable, Sequence
 from math import isfinite
 
 from plant_sim.plant import Plant
+from plant_sim.unlocked_device import DeviceMemory, UnlockedDevice, UnlockedPlant
 from rtctl.border.records import DeviceStatus, Measurement
+from rtctl.border.wire_memory import UnlockedExchange
 
 _ENABLED = int(DeviceStatus.ENABLED)  # plain ints: an IntFlag operation costs a microsecond
 _TRIPPED = int(DeviceStatus.WATCHDOG_TRIPPED)
@@ -121,6 +123,28 @@ class SimulatedDevice:
             self._sequence or 0,
             self._status,
         )
+
+    def unlocked(self) -> UnlockedExchange | None:
+        """`exchange` for a compiled loop; None: the plant has none, or something here is not what it is by default."""
+        find = getattr(self._plant, "unlocked", None)
+        if find is None or type(self) is not SimulatedDevice or self._clock is not time.monotonic:
+            return None
+        plant: UnlockedPlant | None = find()
+        return None if plant is None else UnlockedDevice(self, plant).exchange()
+
+    def memory(self) -> DeviceMemory:
+        """For a compiled block of exchanges."""
+        return DeviceMemory(
+            self._levels[0], self._low[0], self._high[0], self._epoch_s, self._status, self._sequence,
+            self._counter, self._time_us, self._fed_us, self._watchdog_us, self._lockstep, self._period_us,
+            self._sensed, self._reference,
+        )  # fmt: skip
+
+    def resume(self, memory: DeviceMemory) -> None:
+        """Go on from there."""
+        self._levels, self._status, self._sequence = (memory.level,), memory.status, memory.sequence
+        self._counter, self._time_us, self._fed_us = memory.counter, memory.time_us, memory.fed_us
+        self._sensed, self._reference = memory.sensed, memory.reference
 
     def set_enable(self, on: bool) -> None:
         """Register 3; off: the off level; off, then on: clears the watchdog's trip and a refusal."""

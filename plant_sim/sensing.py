@@ -28,7 +28,7 @@ WHITE, REFERENCE = OCTAVES, OCTAVES + 1
 NORMALS = OCTAVES + 2
 """Standard normals that a reading consumes: one by octave, one of the bridge, one of the instrument."""
 
-_BLOCK = 256
+_BLOCK = 1024
 
 
 class Sensing(Checked):
@@ -57,6 +57,11 @@ class NoiseSource:
         self._rng = np.random.default_rng(seed)
         self.block: NDArray[np.float64] = self._rng.standard_normal((_BLOCK, NORMALS))
         self.row = -1
+
+    @property
+    def rows(self) -> int:
+        """Of a block."""
+        return _BLOCK
 
     def next_row(self) -> int:
         """Index into `block` of a row not used before (draws the next block into the same array)."""

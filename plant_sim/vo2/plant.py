@@ -24,6 +24,7 @@ from plant_sim.sensing import (
     read_deflection,
     read_resistance,
 )
+from plant_sim.unlocked_device import UnlockedPlant
 from plant_sim.vo2.deflection import deflection_at
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import ELECTRICAL, STRUCTURAL, Domains, Floats, draw
@@ -225,6 +226,18 @@ class Vo2Plant:
         current_mA = held_current(levels, dt_s)
         resistance, deflection = self._step(current_mA, dt_s, self._noise.next_row(), *self._film)
         return (resistance,), deflection
+
+    def unlocked(self) -> UnlockedPlant | None:
+        """For a compiled exchange with the device around it; None: there is none of a device with effects."""
+        from plant_sim.vo2.unlocked import exchange_of
+
+        if self._with_effects:
+            return None
+        kernel = exchange_of(self._parameters.dtype, limiting=self._thresholds is None)
+        return UnlockedPlant(kernel, self._arrays, self._noise)
+
+    def _arrays(self) -> tuple[Array, ...]:
+        return self._film
 
     @property
     def temperature_degC(self) -> float:

@@ -22,7 +22,9 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
+from numba.core import cgutils
 from numba.core.ccallback import CFunc
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 P = ParamSpec("P")
@@ -53,6 +55,18 @@ def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T
     )
     result: Callable[P, T] = compiled
     return result
+
+
+def _pointer(typing_context: Any, address: Any) -> Any:
+    """In a kernel: an address as a pointer, of which `carray` makes an array."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+    return numba.types.voidptr(address), generate
+
+
+pointer: Any = intrinsic(_pointer)
 
 
 def machine_code(kernel: Callable[P, T], *examples: Any) -> Callable[P, T]:

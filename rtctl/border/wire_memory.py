@@ -49,9 +49,11 @@ class Ended(IntEnum):
     REPLY = 4
     STALE = 5
     OVERFLOW = 6
+    PYTHON = 7
+    """Nothing has happened; the driver's own exchange has to do it."""
 
 
-OK, SILENT, SYSTEM, FULL, REPLY, STALE, OVERFLOW = (
+OK, SILENT, SYSTEM, FULL, REPLY, STALE, OVERFLOW, PYTHON = (
     int(code) for code in Ended
 )  # a kernel knows plain integers
 
@@ -68,6 +70,10 @@ class WireMemory(NamedTuple):
     inbox: ByteArray
 
 
+def nothing() -> None:
+    """What outlives an exchange is in the memory already."""
+
+
 class UnlockedExchange(NamedTuple):
     """An exchange that a compiled loop calls itself; a driver that has one gives it by its method `unlocked`."""
 
@@ -76,6 +82,10 @@ class UnlockedExchange(NamedTuple):
     memory: WireMemory
     conclude: Callable[[int, Sequence[float]], Measurement]
     """What the driver makes of a code after a command of these levels: its measurement, or DriverError."""
+    lend: Callable[[], None] = nothing
+    """Before a block of exchanges: what outlives one, to the memory."""
+    give_back: Callable[[], None] = nothing
+    """After it."""
 
 
 def wire_memory(profile: DeviceProfile) -> WireMemory:

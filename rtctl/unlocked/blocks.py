@@ -7,13 +7,14 @@ a live block at once.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from rtctl.border.kernels import FloatArray, machine_code
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import UnlockedExchange, wire_memory
+from rtctl.border.wire_memory import PYTHON, UnlockedExchange, wire_memory
 from rtctl.clock import MonotonicClock, SimulatedClock, TrackedSpin
 from rtctl.compiled_step import CompiledStep
 from rtctl.guards import GuardMemory
@@ -31,7 +32,13 @@ LONGEST_S = 1.0
 class UnlockedSampling:
     """Takes the samples of a `Sampling`."""
 
-    def __init__(self, sampling: Sampling, exchange: UnlockedExchange) -> None:
+    def __init__(
+        self,
+        sampling: Sampling,
+        exchange: UnlockedExchange,
+        find_exchange: Callable[[], UnlockedExchange | None],
+    ) -> None:
+        """`find_exchange` gives the driver's again, if it still has one."""
         parts = sampling.parts
         signals, timings = parts.signals, parts.timings
         assert isinstance(signals, MappedRecorder | Recorder)
@@ -43,7 +50,7 @@ class UnlockedSampling:
         self._counts = np.zeros(3 * BUCKETS + 3, dtype=np.int64)
         self._setpoints = np.ascontiguousarray(sampling.setpoints, dtype=np.float64)
         self._upcoming = np.ascontiguousarray(sampling.upcoming, dtype=np.float64)
-        self._most_rows = MOST_ROWS
+        self._most_rows, self._find_exchange = MOST_ROWS, find_exchange
         self._decision: tuple[FloatArray, FloatArray, FloatArray] = (np.empty(0), np.empty(0), np.empty(0))
         self._settle_rules()
         self._run = compiled_block(exchange)
@@ -57,12 +64,16 @@ class UnlockedSampling:
         try:
             while at.index < sampling.last:
                 self._lend()
+                self._exchange.lend()
                 why, row = self._block()
+                self._exchange.give_back()
                 self._give_back()
                 if why is Why.LATE:
                     break
                 self._complete(why, row)
-                if why is Why.EXCHANGE:  # it had an answer after all, by a way that only Python knows
+                if (
+                    why is Why.EXCHANGE and self._find_exchange() is None
+                ):  # from here on only Python's way is left
                     while at.index < sampling.last and sampling.take():
                         pass
                     break
@@ -105,6 +116,8 @@ class UnlockedSampling:
         index = sampling.at.index + missed + 1
         if why is Why.MISSED:
             sampling.missed(missed)
+            sampling.exchange(index, missed, lateness_s)
+        elif why is Why.EXCHANGE and s["ended"] == PYTHON:
             sampling.exchange(index, missed, lateness_s)
         elif why is Why.EXCHANGE:
             new = self._exchange.conclude(int(s["ended"]), sampling.levels)

@@ -22,10 +22,11 @@ BLOCKS = "compiled blocks, without the interpreter's lock"
 def unlocked_sampling(sampling: Sampling) -> tuple[UnlockedSampling | None, str]:
     """The samples of a run in compiled blocks, or None; and what is said of that."""
     reason = why_not(sampling.parts, sampling.plan.reading_delay)
-    exchange = None if reason else unlocked_exchange(sampling.parts.driver)
+    driver = sampling.parts.driver
+    exchange = None if reason else unlocked_exchange(driver)
     if exchange is None:
         return None, f"Python: {reason or 'this line is exchanged over in Python'}"
-    return UnlockedSampling(sampling, exchange), BLOCKS
+    return UnlockedSampling(sampling, exchange, lambda: unlocked_exchange(driver)), BLOCKS
 
 
 def unlocked_exchange(driver: Driver) -> UnlockedExchange | None:

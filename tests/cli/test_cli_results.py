@@ -30,7 +30,7 @@ def test_the_summary_has_the_agreed_fields(model_file: Path, tmp_path: Path) -> 
     assert {"mean_abs_um", "max_abs_um"} <= summary["self_sensing"].keys()
     timing = summary["timing"]
     times = {"lateness_us", "round_trip_us", "compute_us"}
-    kept = {"missed", "requests", "histograms_us"}
+    kept = {"missed", "requests", "histograms_us", "steps_in"}
     assert timing.keys() == {"period_s", "steps", "overruns", *times, *kept}
     assert (timing["period_s"], timing["steps"], timing["overruns"]) == (1e-3, 50, 0)
     for name in times:
