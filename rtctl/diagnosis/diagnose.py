@@ -49,6 +49,12 @@ NOT_HELD = (
     "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
     "imitate another: not named"
 )
+BEYOND = (
+    "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: "
+    'something is missing that acts there only; mark one of the test records use = "fit" to have it looked for'
+)
+UNSEEN = 2.0
+"""Times the noise (and what is allowed beside it): less is the parameters' own uncertainty at another amplitude."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
 OUT_OF_TIME = (
     "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
@@ -251,15 +257,26 @@ def _answer(
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
+    final = gained(fits, output)
+    if final is not None and verdict in ("adequate", "explained"):
+        warnings += _beyond_the_fit(final, data)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
-        gain=gained(fits, output), fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
+        gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip
+
+
+def _beyond_the_fit(found: Gain, data: Data) -> list[str]:
+    """Warning where the test records hold what the fitted ones do not show."""
+    promised = float(np.hypot(found.noise_floor, np.sqrt(data.allowed.get(found.output, 0.0))))
+    if not found.after > UNSEEN * promised:
+        return []
+    return [BEYOND.format(found.after, found.unit, found.after / found.noise_floor)]
 
 
 def _gained(

@@ -9,7 +9,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from diagnosis_cases import NOISE_MM, friction_case
+from diagnosis_cases import NOISE_MM, device, friction_case, measured, noise_drive, write_case
 
 from rtctl.cli import main
 from rtctl.cli.watched_search import watched_search
@@ -170,3 +170,24 @@ def test_wrong_options_are_said(
     assert main([*command, "--out", str(answered / "no"), *options]) == 2
     assert said in capsys.readouterr().err
     assert not (answered / "no").exists()
+
+
+def test_what_only_the_test_records_show_is_said(tmp_path: Path) -> None:
+    """Friction-free records to fit, and a test record of the same beam with a cubic spring."""
+    stiff = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 400.0, "unit": "1/(mm^2*s^2)"}}}
+    plants = [(device(), 1, "fit"), (device(), 2, "fit"), (device(stiff), 3, "test")]
+    records = [(noise_drive(seed), measured(plant, noise_drive(seed)), use) for plant, seed, use in plants]
+    manifest = write_case(tmp_path, records)
+    command = [
+        "diagnose",
+        str(manifest),
+        "--model",
+        str(tmp_path / "model.toml"),
+        "--mechanisms",
+        FEW,
+        "--quiet",
+    ]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert found["verdict"] == "adequate"
+    assert any("the fitted records show nothing of it" in warning for warning in found["warnings"])
