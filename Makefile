@@ -50,6 +50,7 @@ benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/transactions.py
 	$(BIN)/python benchmarks/realtime.py recording wakeup
 	$(BIN)/python benchmarks/wire_ratios.py
+	$(BIN)/python benchmarks/sweep_scaling.py
 
 clean:
 	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image
 
 from rtctl.plots.style import (
     BLACK,
@@ -25,6 +26,7 @@ from rtctl.plots.style import (
 )
 
 FloatArray = NDArray[np.float64]
+COLOURS = 96
 COLORS = {
     "HM": BLUE, "local RM": VERMILION, "RM5": GREEN, "RM5c": PURPLE, "weak form": ORANGE, "truth": BLACK,
     "record": BLACK, "intrawell": SKY, "interwell": BLUE,
@@ -43,12 +45,15 @@ class Cloud(NamedTuple):
 def draw(
     path: Path, size: tuple[float, float], shape: tuple[int, int], fill: Callable[[list[Axes]], None]
 ) -> None:
-    """A figure of `shape` axes, filled and saved."""
+    """A figure of `shape` axes, filled and saved in a few colours: a third of the bytes."""
     with house_style():
         figure: Figure = new_figure(*size)
         axes = np.atleast_1d(figure.subplots(*shape)).ravel().tolist()
         fill(axes)
         save_png(figure, path)
+    with Image.open(path) as drawn:
+        few = drawn.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 def over_frequency(axes: Axes, clouds: Sequence[Cloud], label: str) -> None:

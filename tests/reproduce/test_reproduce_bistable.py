@@ -55,7 +55,7 @@ def test_every_step_yields_its_section_and_every_picture_is_there(report: Path) 
 
 
 def test_the_threshold_finds_the_second_mode_of_the_short_campaign(report: Path) -> None:
-    assert quantity(report, "records below R² 0.84")["ours"] == 1
+    assert quantity(report, "records below R² 0.84")["ours"] == 2
     assert quantity(report, "of these without a second mode")["ours"] == 0
 
 
@@ -69,7 +69,7 @@ def test_the_truth_has_the_heuristic_models_wells_and_the_regressions_outer_forc
 
 def one_record() -> Recorded:
     campaign = shaker(short=True, seed=DEVELOPMENT_SEED)._replace(record_s=3.0)
-    return record(campaign, campaign.settings[7])
+    return record(campaign, campaign.settings[5])
 
 
 def test_a_record_is_a_function_of_its_number() -> None:
@@ -99,19 +99,20 @@ def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_m
     assert fixed.well_mm == pytest.approx(6.5, rel=1e-9)
 
 
-def test_the_streaming_filter_is_the_papers_regression() -> None:
+@pytest.mark.parametrize("each", [True, False])
+def test_the_streaming_filter_is_the_papers_regression(each: bool) -> None:
     one = one_record()
     h = 1.0 / RATE_HZ
-    fit = least_squares(filtered_gram(one.displacement, one.frame_velocity, h), QUINTIC)
-    width = 21
-    smooth = [
-        np.convolve(signal, np.full(width, 1.0 / width), "valid")
-        for signal in (one.displacement, one.frame_velocity)
-    ]
-    v, frame = ((signal[2:] - signal[:-2]) / (2.0 * h) for signal in smooth)
-    y = (v[2:] - v[:-2]) / (2.0 * h) + frame[1:-1]
-    z = smooth[0][2:-2]
-    columns = np.column_stack([v[1:-1], z, z**3, z**5])
+    fit = least_squares(filtered_gram(one.displacement, one.frame_velocity, h, each=each), QUINTIC)
+
+    def mean(signal: np.ndarray) -> np.ndarray:
+        return np.convolve(signal, np.full(21, 1.0 / 21.0), "same")
+
+    z = mean(one.displacement)
+    v, f = np.gradient(z, h), -np.gradient(mean(one.frame_velocity), h)
+    y = np.gradient(mean(v) if each else v, h) - f
+    inner = slice(22, -22) if each else slice(12, -12)
+    columns = np.column_stack([v, z, z**3, z**5])[inner]
     scale = np.abs(columns).max(axis=0)
-    oracle = -np.linalg.lstsq(columns / scale, y, rcond=None)[0] / scale
+    oracle = -np.linalg.lstsq(columns / scale, y[inner], rcond=None)[0] / scale
     assert fit.beam == pytest.approx(oracle.tolist(), rel=1e-6)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from rtctl.plots.reproduce_bistable import Cloud, draw, forces, over_frequency
 from rtctl.reproduce.bistable.collected import Collected, collected
@@ -17,13 +16,8 @@ from rtctl.reproduce.bistable.regression import (
     least_squares,
     of_beam,
 )
-from rtctl.reproduce.bistable.step_local import THRESHOLD, scores
+from rtctl.reproduce.bistable.step_local import kept
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section
-
-
-def kept(found: Collected) -> NDArray[np.bool_]:
-    """(records,) which the paper's threshold keeps."""
-    return scores(found)[2] >= THRESHOLD
 
 
 def global_models(found: Collected) -> dict[str, Fit]:

@@ -27,6 +27,11 @@ def scores(found: Collected) -> tuple[FloatArray, FloatArray, FloatArray]:
     return parameters, by_hm, by_rm
 
 
+def kept(found: Collected) -> NDArray[np.bool_]:
+    """(records,) which the paper's threshold keeps."""
+    return scores(found)[2] >= THRESHOLD
+
+
 def local(run: Run) -> Section:
     """Section 3.3 and the threshold of section 3.4."""
     found = collected(run)

@@ -1,8 +1,15 @@
 """`rtctl reproduce bistable`: the order of the steps."""
 
+from rtctl.reproduce.bistable.step_bias import bias
 from rtctl.reproduce.bistable.step_campaign import campaign
+from rtctl.reproduce.bistable.step_cost import cost
+from rtctl.reproduce.bistable.step_freerun import freerun
 from rtctl.reproduce.bistable.step_global import globally
 from rtctl.reproduce.bistable.step_local import local
+from rtctl.reproduce.bistable.step_orbits import orbits
+from rtctl.reproduce.bistable.step_outliers import outliers
+from rtctl.reproduce.bistable.step_portraits import portraits
+from rtctl.reproduce.bistable.step_selection import selection
 from rtctl.reproduce.study import Step, Study
 
 STUDY = Study(
@@ -14,7 +21,18 @@ STUDY = Study(
     "a method gets right and wrong can be said in per cent of the truth, not only as agreement with a measurement. "
     "The paper's figures stand beside ours; where they differ the text says whether the beam, the method or the paper "
     "is the reason.",
-    steps=(Step("campaign", campaign), Step("local", local), Step("global", globally)),
+    steps=(
+        Step("campaign", campaign),
+        Step("local", local),
+        Step("global", globally),
+        Step("bias", bias),
+        Step("selection", selection),
+        Step("freerun", freerun),
+        Step("outliers", outliers),
+        Step("orbits", orbits),
+        Step("portraits", portraits),
+        Step("cost", cost),
+    ),
     faults=(
         "Equation (3) prints α = 4275.6 s⁻²; a beam with two wells needs −4275.6 (its own equation (2) says so).",
         "R² is of the acceleration that an equation predicts from measured states, not of a simulation: it says little "
