@@ -68,6 +68,12 @@ class Collected(NamedTuple):
         return np.array([one.second_mode for one in self.campaign.settings])
 
     @property
+    def ends_through(self) -> NDArray[np.bool_]:
+        """(records,) whose last seconds go through both wells, whatever they did before."""
+        ends: NDArray[np.bool_] = (self.tail[:, 0].min(axis=1) < 0.0) & (self.tail[:, 0].max(axis=1) > 0.0)
+        return ends
+
+    @property
     def interwell(self) -> NDArray[np.bool_]:
         """(records,) interwell or chaotic, the paper's darker colour."""
         return np.array([kind is not Kind.INTRAWELL for kind in self.kinds])

@@ -22,12 +22,21 @@ def campaign(run: Run) -> Section:
     _figure_3(run, found)
     count = len(found.kinds)
     chaos = found.frequency_hz[[kind is Kind.CHAOTIC for kind in found.kinds]]
+    lasting = found.frequency_hz[
+        [
+            kind is Kind.CHAOTIC and period == 0
+            for kind, period in zip(found.kinds, found.periods, strict=True)
+        ]
+    ]
     rows = (
         Row(quantity="records", unit="", paper=450, ours=count),
         Row(quantity="records with a second mode", unit="", paper=23, ours=int(found.second_mode.sum()),
             note="the paper's are those that it drops; ours were given it"),
         Row(quantity="least frequency of chaos", unit="Hz", paper=11.75, ours=_or_none(chaos.min(initial=np.inf))),
         Row(quantity="largest frequency of chaos", unit="Hz", paper=14.5, ours=_or_none(chaos.max(initial=-np.inf))),
+        Row(quantity="the same, no period in the second half of the record", unit="Hz", paper=None,
+            ours=_or_none(lasting.min(initial=np.inf)), note="10 s unrecorded are not enough: the rest is transient"),
+        Row(quantity="and largest", unit="Hz", paper=None, ours=_or_none(lasting.max(initial=-np.inf))),
         Row(quantity="wells of HM", unit="mm", paper=6.97, ours=HM.well_mm, note="the paper's measured distance"),
         Row(quantity="free oscillations of HM", unit="Hz", paper=14.75, ours=HM.well_hz),
         Row(quantity="wells of RM5", unit="mm", paper=None, ours=RM5.well_mm,

@@ -61,7 +61,7 @@ def freerun(run: Run) -> Section:
     regular = (found.periods > 0) & ~found.second_mode
     chosen = np.flatnonzero(regular)
     error = errors(found, chosen, seconds)
-    inter = found.interwell[chosen]
+    inter = found.ends_through[chosen]
     frequency = found.frequency_hz[chosen]
 
     def fill(axes: list[Axes]) -> None:
@@ -101,7 +101,7 @@ def freerun(run: Run) -> Section:
         "neighbours part in "
         "it. The paper's R² on the acceleration beside it: it ranks models, and hides that a model that "
         "scores 0.99 may "
-        "leave the orbit.",
+        "leave the orbit. Where the truth itself is on another orbit the record begins in a chaotic transient.",
         parts=(
             Comparison(title="Free simulation", rows=tuple(rows), text="The paper has no error of simulation."),
             Table(title="R² on the acceleration and error of simulation",

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from rtctl.plots.reproduce_bistable import Cloud, draw, forces, over_frequency
 from rtctl.reproduce.bistable.collected import Collected, collected
-from rtctl.reproduce.bistable.models import HM, RM5, RM5C, TRUTH
+from rtctl.reproduce.bistable.models import HM, RM5, RM5C, TRUTH, heuristic
 from rtctl.reproduce.bistable.regression import (
     QUINTIC,
     Fit,
@@ -79,6 +79,14 @@ def globally(run: Run) -> Section:
         Row(quantity="R² of RM5c", unit="", paper=0.9448, ours=determination(gram, models["RM5c"])),
         Row(quantity="R² of the truth", unit="", paper=None, ours=determination(gram, models["truth"])),
     ]
+    by_wells = heuristic(TRUTH.well_mm, TRUTH.well_hz, HM.damping)
+    for name, theirs, own in zip(("damping", "linear", "cubic"), HM[:3], by_wells[:3], strict=True):
+        note = (
+            "its decay is taken from the paper"
+            if name == "damping"
+            else "by equation (2) from the truth's wells"
+        )
+        rows.append(Row(quantity=f"HM, {name}", unit="", paper=theirs, ours=own, note=note))
     units = ("1/s", "1/s²", "1/(mm² s²)", "1/(mm⁴ s²)")
     for name, paper in (("RM5", RM5), ("RM5c", RM5C)):
         for term, unit, theirs, own, true in zip(

@@ -32,7 +32,7 @@ def portraits(run: Run) -> Section:
     local_rows = _figure_7_8(run, found)
     off = _figure_11(run, found, models)
     rows = [
-        Row(quantity=f"{name}: RMS error of turning points, {where}", unit="mm", paper=None, ours=value)
+        Row(quantity=f"{name}: median error of turning points, {where}", unit="mm", paper=None, ours=value)
         for (name, where), value in off.items()
     ] + local_rows  # fmt: skip
     return Section(
@@ -59,7 +59,7 @@ def portraits(run: Run) -> Section:
 
 def _example(found: Collected, frequency_hz: float, *, interwell: bool) -> int | None:
     """A record of this kind that repeats."""
-    match = (found.frequency_hz == frequency_hz) & (found.interwell == interwell) & (found.periods > 0)
+    match = (found.frequency_hz == frequency_hz) & (found.ends_through == interwell) & (found.periods > 0)
     chosen = np.flatnonzero(match & ~found.second_mode)
     return int(chosen[0]) if len(chosen) else None
 
@@ -67,7 +67,7 @@ def _example(found: Collected, frequency_hz: float, *, interwell: bool) -> int |
 def _nearest(beam: Beam, found: Collected, k: int, short: bool) -> Orbit | None:
     z, v = found.tail[k]
     at = float(found.frequency_hz[k])
-    return nearest_orbit(orbits_at(swept(beam, short), at, interwell=bool(found.interwell[k])), z, v)
+    return nearest_orbit(orbits_at(swept(beam, short), at, interwell=bool(found.ends_through[k])), z, v)
 
 
 def _figure_4_12(run: Run, found: Collected, models: dict[str, Beam], shown: list[tuple[float, str]]) -> None:
@@ -138,7 +138,7 @@ def _figure_7_8(run: Run, found: Collected) -> list[Row]:
 
 
 def _figure_11(run: Run, found: Collected, models: dict[str, Beam]) -> dict[tuple[str, str], float]:
-    """Draws; returns the RMS error of the extreme turning points by model and place."""
+    """Draws; returns the median error of the extreme turning points by model and place."""
     chosen = [
         k for k in np.flatnonzero((found.periods > 0) & ~found.second_mode).tolist()
         if different(_last(found, k)) < FEWER_TURNS
@@ -168,12 +168,12 @@ def _figure_11(run: Run, found: Collected, models: dict[str, Beam]) -> dict[tupl
             errors = [
                 error
                 for k, orbit in orbits.items()
-                if orbit is not None and bool(found.interwell[k]) == interwell
+                if orbit is not None and bool(found.ends_through[k]) == interwell
                 for points in (_last(found, k),)
                 for error in (orbit.points.max() - points.max(), orbit.points.min() - points.min())
             ]
             if errors:
-                result[name, where] = float(np.sqrt(np.mean(np.square(errors))))
+                result[name, where] = float(np.median(np.abs(errors)))
     return result
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.identification.streaming_gram import COLUMNS
 from rtctl.identification.weak_form import BUMPS_PER_HALF_WIDTH
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, Collected, collected
 from rtctl.reproduce.bistable.regression import CUBIC, QUINTIC, least_squares, squared_error
@@ -14,6 +15,8 @@ from rtctl.reproduce.bistable.step_local import kept
 from rtctl.reproduce.study import Comparison, Row, Run, Section, Table
 
 FloatArray = NDArray[np.float64]
+THRESHOLD = 1e-3
+"""Of the acceleration's RMS."""
 CANDIDATES = (
     ("v", "z"),
     CUBIC,
@@ -74,6 +77,21 @@ def by_one_error(marks: list[Scored]) -> Scored:
     return min(near, key=lambda mark: len(mark.terms))
 
 
+def sparse(gram: FloatArray) -> tuple[str, ...]:
+    """Sequentially thresholded least squares: terms that give less than `THRESHOLD` of the acceleration go."""
+    terms: tuple[str, ...] = COLUMNS[1:]
+    while True:
+        fit = least_squares(gram, terms)
+        share = {
+            term: abs(fit.coefficient(term)) * float(np.sqrt(gram[k, k] / gram[0, 0]))
+            for k, term in enumerate(COLUMNS) if term in terms
+        }  # fmt: skip
+        left = tuple(term for term in terms if share[term] >= THRESHOLD)
+        if left == terms or not left:
+            return terms
+        terms = left
+
+
 def selection(run: Run) -> Section:
     """Leaving out one frequency at a time, on the weak form's rows and on the filter's."""
     found = collected(run)
@@ -97,6 +115,12 @@ def selection(run: Run) -> Section:
                 note=f"{', '.join(mark.terms)}; the truth has 4")
             for rule, mark in chosen_ones.items()
         ]  # fmt: skip
+    for name, grams in (("weak form", found.weak), ("filter", found.filtered)):
+        terms = sparse(grams[chosen].sum(axis=0))
+        rows.append(
+            Row(quantity=f"{name}, sparse regression from ten terms: number of terms", unit="", paper=None,
+                ours=len(terms), note=", ".join(terms))
+        )  # fmt: skip
     return Section(
         title="Model choice",
         text="The paper's outlook asks for cross-validation and information criteria. One frequency at a time "

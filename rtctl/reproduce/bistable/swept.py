@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import NamedTuple
@@ -27,6 +28,7 @@ class Swept(NamedTuple):
     drive: Drive
     lanes: Lanes
     orbits: Orbits
+    processor_s: float
 
 
 @lru_cache(maxsize=16)
@@ -45,6 +47,7 @@ def swept(beam: Beam, short: bool) -> Swept:
         lanes = Lanes(np.tile(own, (len(frequency), 1)), frequency, np.full(len(frequency), AMPLITUDE))
         return lanes, classify(drive, lanes, np.tile(starts, (len(some), 1)), patience)
 
+    begun = time.process_time()
     with ThreadPoolExecutor(THREADS) as pool:
         parts = list(pool.map(at, np.array_split(frequencies, min(len(frequencies), 9))))
     lanes = Lanes(*(np.concatenate([part[0][k] for part in parts]) for k in range(3)))
@@ -57,7 +60,7 @@ def swept(beam: Beam, short: bool) -> Swept:
         state=np.concatenate([one.state for _, one in parts]),
         points=[points for _, one in parts for points in one.points],
     )
-    return Swept(drive, lanes, orbits)
+    return Swept(drive, lanes, orbits, time.process_time() - begun)
 
 
 class Orbit(NamedTuple):
