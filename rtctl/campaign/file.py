@@ -14,12 +14,11 @@ OUTPUTS = (
     "kind", "kind_by_rule", "attractor", "period", "settled_s", "exponent", "lowest", "highest", "end_displacement",
     "end_velocity", "turning_points", "stroboscopic",
 )  # fmt: skip
+"""Of a motion under harmonic drive."""
+RECORD_OUTPUTS = ("rms_error", "nrmse")
+"""Of a simulation of records, one of each for each measured output."""
 SETTINGS = ("frequency", "amplitude", "displacement", "velocity")
 """What a factor may be beside a parameter of the model."""
-OutputName = Literal[
-    "kind", "kind_by_rule", "attractor", "period", "settled_s", "exponent", "lowest", "highest", "end_displacement",
-    "end_velocity", "turning_points", "stroboscopic",
-]  # fmt: skip
 Raw = str | int | float | dict[str, Any]
 
 
@@ -29,7 +28,7 @@ class CampaignTable(Checked):
     title: str
     model: str
     """A model file beside the campaign, or a bundled oscillator."""
-    outputs: Annotated[tuple[OutputName, ...], Field(min_length=1)]
+    outputs: Annotated[tuple[str, ...], Field(min_length=1)]
     part: Annotated[int, Field(ge=1)] | None = None
     """Trajectories a task; None: some seconds' worth."""
 
@@ -68,6 +67,14 @@ class FollowTable(Checked):
         if self.most < self.look:
             raise ValueError(f"most = {self.most:g} s must not be below look = {self.look:g} s")
         return self
+
+
+class RecordsTable(Checked):
+    """[records] to simulate instead of a harmonic drive"""
+
+    dataset: str
+    """A manifest beside the campaign."""
+    use: Literal["fit", "test", "all"] = "all"
 
 
 class DesignTable(Checked):
@@ -111,7 +118,7 @@ class PictureTable(Checked):
     kind: Literal["basins", "bifurcation"]
     x: str
     y: str | None = None
-    show: OutputName
+    show: str
 
 
 class Campaign(Checked):
@@ -122,13 +129,14 @@ class Campaign(Checked):
     drive: DriveTable = DriveTable()
     start: StartTable = StartTable()
     follow: FollowTable = FollowTable()
+    records: RecordsTable | None = None
     design: DesignTable
     factors: Annotated[dict[str, FactorTable], Field(min_length=1)]
     picture: PictureTable | None = None
 
     @model_validator(mode="after")
     def _fits(self) -> Campaign:
-        lines = []
+        lines = self.output_findings()
         for name, factor in self.factors.items():
             in_grid = self.design.kind == "grid"
             if in_grid and factor.values is None and factor.count is None:
@@ -140,6 +148,18 @@ class Campaign(Checked):
         if lines:
             raise ValueError("; ".join(lines))
         return self
+
+    def output_findings(self) -> list[str]:
+        """Outputs that there are not, tables that say nothing here."""
+        known = OUTPUTS if self.records is None else RECORD_OUTPUTS
+        lines = [
+            f'key "campaign.outputs": unknown value "{name}"{nearest(name, known)}'
+            for name in self.campaign.outputs if name not in known
+        ]  # fmt: skip
+        if self.records is not None:
+            for name in sorted({"drive", "start", "follow", "units"} & self.model_fields_set):
+                lines.append(f'key "{name}": records bring their own; leave [{name}] out, or [records]')
+        return lines
 
     def picture_findings(self, picture: PictureTable) -> list[str]:
         """What is wrong with [picture]."""

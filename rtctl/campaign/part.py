@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.campaign.file import SETTINGS
 from rtctl.campaign.plan import Plan
+from rtctl.campaign.records import record_errors
 from rtctl.orbits.classes import Orbits, Patience, classify, regular
 from rtctl.orbits.forced import Drive, FloatArray, Lanes
 
@@ -23,6 +24,23 @@ def compute_part(plan: Plan, number: int) -> bytes:
     """The Parquet file of part `number`: factors, then outputs, one row a trajectory. The same bytes everywhere."""
     first = number * plan.part
     points = plan.design.points(first, min(first + plan.part, plan.design.samples))
+    outputs = record_errors(plan, points) if plan.records else _motions(plan, points)
+    columns: dict[str, pa.Array] = {"trajectory": pa.array(np.arange(first, first + len(points)))}
+    fields = [pa.field("trajectory", pa.int64())]
+    for axis, column in zip(plan.design.axes, points.T, strict=True):
+        columns[axis.name] = pa.array(column)
+        fields.append(_field(axis.name, pa.float64(), axis.unit))
+    for name, (found, unit) in outputs.items():
+        columns[name] = found
+        fields.append(_field(name, found.type, unit))
+    table = pa.table(columns, schema=pa.schema(fields, metadata={"rtctl.campaign": plan.fingerprint}))
+    sink = io.BytesIO()
+    pq.write_table(table, sink, compression="zstd")
+    return sink.getvalue()
+
+
+def _motions(plan: Plan, points: FloatArray) -> dict[str, tuple[pa.Array, str]]:
+    """Outputs and their units of motions under harmonic drive."""
     forced = plan.forced()
     drive = Drive(forced, plan.steps_per_period)
     values = np.tile([one.value for one in forced.parameters], (len(points), 1))
@@ -37,19 +55,11 @@ def compute_part(plan: Plan, number: int) -> bytes:
     start = np.column_stack([setting["displacement"], setting["velocity"]])
     follow = plan.campaign.follow
     orbits = classify(drive, lanes, start, Patience(follow.look, follow.most, plan.rounded_to))
-    columns: dict[str, pa.Array] = {"trajectory": pa.array(np.arange(first, first + len(points)))}
-    fields = [pa.field("trajectory", pa.int64())]
-    for axis, column in zip(plan.design.axes, points.T, strict=True):
-        columns[axis.name] = pa.array(column)
-        fields.append(_field(axis.name, pa.float64(), axis.unit))
+    made = {}
     for name in plan.campaign.campaign.outputs:
         make, unit = _OUTPUTS[name]
-        columns[name] = make(orbits, drive, lanes)
-        fields.append(_field(name, columns[name].type, unit.format(z=plan.units["displacement"])))
-    table = pa.table(columns, schema=pa.schema(fields, metadata={"rtctl.campaign": plan.fingerprint}))
-    sink = io.BytesIO()
-    pq.write_table(table, sink, compression="zstd")
-    return sink.getvalue()
+        made[name] = make(orbits, drive, lanes), unit.format(z=plan.units["displacement"])
+    return made
 
 
 def _field(name: str, kind: pa.DataType, unit: str) -> pa.Field:

@@ -15,14 +15,20 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import parse_quantity
 from rtctl.campaign.design import Axis, Design, grid_size
-from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, read_campaign
+from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, RecordsTable, read_campaign
+from rtctl.comparison import simulation_for
+from rtctl.identification.fit_record import FitRecord, fit_record
+from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.orbits.forced import Forced
 from rtctl.wiring import build_forced, find_plant
 
 STEPS_PER_PERIOD = 128
 STEPS_OF_FASTEST = 64.0
 """Steps a period of the model's fastest pole, at least."""
+NS_A_SAMPLE = 100.0
+"""Of a record, simulated by a lane."""
 NS_A_STEP = 3.0
 """A lane's, with what is measured beside it; for the size of a part alone."""
 PART_S = 4.0
@@ -34,7 +40,9 @@ class Plan(NamedTuple):
     """All that a task needs beside its number; it travels to workers as it is."""
 
     campaign: Campaign
-    model: ModelFile
+    model: ModelFile | Vo2Model
+    digest: str
+    """Of the model's file and of the records."""
     units: Mapping[str, str]
     design: Design
     fixed: Mapping[str, float]
@@ -43,6 +51,8 @@ class Plan(NamedTuple):
     rounded_to: float
     part: int
     """Trajectories a task."""
+    records: tuple[FitRecord, ...] = ()
+    """To simulate; empty: a harmonic drive."""
 
     @property
     def parts(self) -> int:
@@ -53,48 +63,76 @@ class Plan(NamedTuple):
     def fingerprint(self) -> str:
         """Of everything that the results depend on."""
         asked = self.campaign.model_copy(update={"picture": None}).model_dump_json()
-        text = "|".join(
-            [__version__, asked, self.model.model_dump_json(), str(self.steps_per_period), str(self.part)]
-        )
+        text = "|".join([__version__, asked, self.digest, str(self.steps_per_period), str(self.part)])
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def unit(self, setting: str) -> str:
-        """Of a frequency, an amplitude, a displacement or a velocity."""
-        z, u = self.units["displacement"], self.units["drive"]
-        return {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}[setting]
-
     def forced(self) -> Forced:
-        """The model, compiled where it is called."""
+        """The model under harmonic drive, compiled where it is called."""
+        if not isinstance(self.model, ModelFile):
+            raise TypeError("only an oscillator is driven harmonically")
         return build_forced(self.model, self.units, self.campaign.campaign.model)
 
 
 def read_plan(path: Path) -> Plan:
     """Of a campaign file. Raises InputError with every finding."""
     campaign = read_campaign(path)
+    if campaign.records is not None:
+        return _of_records(path, campaign, campaign.records)
     model_path = find_plant(campaign.campaign.model, path.parent)
     model = read_oscillator_model(model_path)
     units = _units(campaign, model, path)
     forced = build_forced(model, units, str(model_path))
-    resolved = _Resolved(path, {one.name: one.unit for one in forced.parameters}, units)
+    z, u = units["displacement"], units["drive"]
+    own = {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}
+    resolved = _Resolved(path, {**own, **{one.name: one.unit for one in forced.parameters}})
     axes = tuple(resolved.axis(name, factor) for name, factor in campaign.factors.items())
     fixed = resolved.settings(campaign)
     rounded = resolved.number("follow.rounded_to", campaign.follow.rounded_to, units["displacement"], 0.1)
     resolved.raise_all()
-    samples = grid_size(axes) if campaign.design.kind == "grid" else campaign.design.samples or 1
-    design = Design(campaign.design.kind, axes, samples, campaign.design.seed)
+    design = _design(campaign, axes)
     steps = campaign.follow.steps_per_period or _steps(forced, design, fixed)
     part = campaign.campaign.part or _part(campaign, design, fixed, steps)
-    return Plan(campaign, model, units, design, fixed, steps, rounded, part)
+    digest = hashlib.sha256(model_path.read_bytes()).hexdigest()
+    return Plan(campaign, model, digest, units, design, fixed, steps, rounded, part)
+
+
+def _design(campaign: Campaign, axes: tuple[Axis, ...]) -> Design:
+    samples = grid_size(axes) if campaign.design.kind == "grid" else campaign.design.samples or 1
+    return Design(campaign.design.kind, axes, samples, campaign.design.seed)
+
+
+def _of_records(path: Path, campaign: Campaign, table: RecordsTable) -> Plan:
+    """A model against measured records, its parameters the factors."""
+    model_path = find_plant(campaign.campaign.model, path.parent)
+    dataset_path = path.parent / table.dataset
+    stored = open_dataset(dataset_path)
+    simulation = simulation_for(model_path, stored)
+    model = read_model(model_path) if simulation.kind == "vo2" else read_oscillator_model(model_path)
+    dataset = read_dataset(dataset_path)
+    records = tuple(
+        fit_record(record, dataset.holds) for record in dataset.records if table.use in ("all", record.use)
+    )
+    if not records:
+        raise InputError(f'{path}: key "records.use": {dataset_path} has no records for "{table.use}"')
+    resolved = _Resolved(path, {one.name: one.unit for one in simulation.parameters})
+    axes = tuple(resolved.axis(name, factor) for name, factor in campaign.factors.items())
+    resolved.raise_all()
+    digest = hashlib.sha256(model_path.read_bytes())
+    for record in records:
+        for signal in (*record.stimulus.inputs.values(), *record.measured.values()):
+            digest.update(np.ascontiguousarray(signal).tobytes())
+    design = _design(campaign, axes)
+    samples = sum(record.samples for record in records)
+    wanted = min(PART_S / (samples * NS_A_SAMPLE * 1e-9), design.samples / LEAST_PARTS)
+    part = campaign.campaign.part or LANES * max(1, min(1024, math.ceil(wanted / LANES)))
+    return Plan(campaign, model, digest.hexdigest(), dataset.units, design, {}, 0, 0.0, part, records)
 
 
 class _Resolved:
     """Numbers in the units of the data, and what was found wrong so far."""
 
-    def __init__(self, path: Path, parameters: Mapping[str, str], units: Mapping[str, str]) -> None:
-        z, u = units["displacement"], units["drive"]
-        self._path, self._lines = path, list[str]()
-        own = {"frequency": "Hz", "amplitude": u, "displacement": z, "velocity": f"({z})/s"}
-        self._units = {**own, **parameters}
+    def __init__(self, path: Path, units: Mapping[str, str]) -> None:
+        self._path, self._lines, self._units = path, list[str](), units
 
     def raise_all(self) -> None:
         if self._lines:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.dataset as ds
 
 from rtctl.border.errors import RunError
@@ -74,4 +75,19 @@ def counted(store: Store) -> dict[str, Any]:
             for batch in table.to_batches(columns=[name]):
                 counts.update(str(value) for value in batch.column(0).to_pylist())
             found[name] = dict(sorted(counts.items()))
+    errors = [name for name in table.schema.names if name.startswith(("rms_error", "nrmse"))]
+    if errors:
+        found["least"] = _least(table, errors[0])
     return found
+
+
+def _least(table: ds.Dataset, name: str) -> dict[str, Any]:
+    """The row of the least error."""
+    best: dict[str, Any] = {}
+    for batch in table.to_batches():
+        if batch.num_rows:
+            at = int(np.argmin(batch.column(name).to_numpy()))
+            row = batch.slice(at, 1).to_pylist()[0]
+            if not best or row[name] < best[name]:
+                best = row
+    return best

@@ -49,8 +49,9 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(finite(summary), indent=2))
     elif not args.quiet:
         rows = [[key, f"{count:,}"] for key, count in summary.get("kind", {}).items()]
+        rows += [[f"least error: {key}", f"{value:.6g}"] for key, value in summary.get("least", {}).items()]
         rows.append(["all", f"{summary['trajectories']:,}"])
         parts = summary["parts"]
         print_table(f"{title} ({summary['wall_s']:.1f} s, {parts['computed']} of {parts['all']} parts computed, "
-                    f"the rest found in {folder})", ["kind", "trajectories"], rows)  # fmt: skip
+                    f"the rest found in {folder})", ["", "trajectories"], rows)  # fmt: skip
     return 0

@@ -38,13 +38,16 @@ def draw_campaign(plan: Plan, folder: Path) -> None:
     picture = plan.campaign.picture
     if picture is None:
         return
-    columns = [name for name in dict.fromkeys((picture.x, picture.y, picture.show)) if name is not None]
-    table = ds.dataset(folder / "parts", format="parquet").to_table(columns=columns)
+    stored = ds.dataset(folder / "parts", format="parquet")
+    asked = next(name for name in stored.schema.names if f"{name}_".startswith(f"{picture.show}_"))
+    columns = [name for name in dict.fromkeys((picture.x, picture.y, asked)) if name is not None]
+    table = stored.to_table(columns=columns)
+    unit = (stored.schema.field(asked).metadata or {}).get(b"unit", b"").decode()
     with house_style():
         figure = new_figure(8.6, 5.6)
         axes = figure.add_subplot()
         x = table.column(picture.x).to_numpy()
-        shown = table.column(picture.show)
+        shown = table.column(asked)
         if picture.y is not None:
             _basins(figure, axes, x, table.column(picture.y).to_numpy(), shown.to_pylist())
             axes.set_ylabel(_label(plan, picture.y))
@@ -53,7 +56,7 @@ def draw_campaign(plan: Plan, folder: Path) -> None:
             counts = [len(one) if isinstance(one, list) else 1 for one in values]
             flat = np.concatenate([np.atleast_1d(np.asarray(one, np.float64)) for one in values])
             _points(axes, np.repeat(x, counts), flat)
-            axes.set_ylabel(f"{picture.show.replace('_', ' ')} [{plan.units['displacement']}]")
+            axes.set_ylabel(asked.replace("_", " ") + (f" [{unit}]" if unit else ""))
         axes.set_xlabel(_label(plan, picture.x))
         headline(figure, plan.campaign.campaign.title, f"{plan.design.samples:,} trajectories")
         save_png(figure, folder / "campaign.png")

@@ -86,7 +86,7 @@ def test_another_campaign_is_not_mixed_into_a_folder(
         ('"8 Hz"', '"20 Hz"', "20 must be below high = 14 Hz"),
         ("count = 7", "", 'key "factors.frequency.count" is missing'),
         ('"beam_hm"', '"beam_hn"', 'no bundled plant "beam_hn"; did you mean "beam_hm"?'),
-        ('"kind", "att', '"kin", "att', "unknown value 'kin'; known: kind"),
+        ('"kind", "att', '"kin", "att', 'unknown value "kin"; did you mean "kind"?'),
         ('kind = "grid"', 'kind = "random"', 'a random design needs "samples"'),
         ('"3.81 m/s^2"\n', '"3.81 m/s^2"\nfrequency = "9 Hz"\n', 'key "drive.frequency" is a factor as well'),
         ('most = "40 s"', 'most = "10 s"', "most = 10 s must not be below look = 20 s"),

@@ -59,6 +59,44 @@ def test_the_threshold_finds_the_second_mode_of_the_short_campaign(report: Path)
     assert quantity(report, "of these without a second mode")["ours"] == 0
 
 
+def test_what_is_left_beyond_the_noise_finds_it_too_and_the_diagnosis_names_it(report: Path) -> None:
+    results = json.loads((report / "results.json").read_text(encoding="utf-8"))
+    section = next(one for one in results["sections"] if one["name"] == "outliers")
+    table = next(part for part in section["parts"] if part["kind"] == "table")
+    assert [row[1:] for row in table["rows"]] == [["2", "0", "0"], ["2", "0", "0"]]
+    assert quantity(report, "second mode's frequency, diagnosis at 11.75 Hz")["ours"] == pytest.approx(
+        83.0, abs=0.05
+    )
+    assert quantity(report, "error of simulation before over after, test records")["ours"] > 10.0
+
+
+def test_the_filter_is_biased_and_the_weak_form_is_not(report: Path) -> None:
+    assert quantity(report, "quintic that the filter finds on RM5's truth, no noise")["ours"] > 120.0
+    assert quantity(report, "quintic that it invents on a cubic truth, no noise")["ours"] > 20.0
+    assert abs(quantity(report, "weak form, records kept: quintic off by")["ours"]) < 0.2
+    assert quantity(report, "the paper's filter, records kept: quintic off by")["ours"] > 4.0
+
+
+def test_the_criteria_choose_the_truths_terms_on_the_weak_form(report: Path) -> None:
+    for rule in ("one standard error from it", "BIC", "sparse regression from ten terms"):
+        assert quantity(report, f"weak form, {rule}: number of terms")["ours"] == 4
+
+
+def test_the_heuristic_model_is_right_in_the_wells_and_wrong_outside(report: Path) -> None:
+    by_hm, by_weak = (
+        quantity(report, f"{name}: median error of free simulation, both wells")["ours"]
+        for name in ("HM", "weak form")
+    )
+    assert by_hm > 5.0 * by_weak
+
+
+def test_a_sweep_settles_what_the_rule_calls_chaos(report: Path) -> None:
+    assert (
+        quantity(report, "HM: of these settled later")["ours"]
+        <= quantity(report, "HM: starts that the rule calls chaotic")["ours"]
+    )
+
+
 def test_the_truth_has_the_heuristic_models_wells_and_the_regressions_outer_force() -> None:
     assert TRUTH.well_mm == pytest.approx(HM.well_mm, rel=1e-9)
     assert TRUTH.well_hz == pytest.approx(HM.well_hz, rel=1e-9)
