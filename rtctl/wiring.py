@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
@@ -18,8 +18,10 @@ from rtctl.interfaces import Clock, Estimator
 from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
 from rtctl.orbits.forced import Forced
-from rtctl.plants import support_of
 from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
+
+if TYPE_CHECKING:
+    from rtctl.plants.support import PlantSupport
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
@@ -117,6 +119,13 @@ _DRIVERS: dict[str, Callable[..., Driver]] = {
 DRIVER_KINDS = tuple(_DRIVERS)
 
 
+def _support_of(plant: str) -> PlantSupport[Any]:
+    """How a kind of plant is controlled; imported here: it is heavy, and who only simulates needs none of it."""
+    from rtctl.plants import support_of
+
+    return support_of(plant)
+
+
 def find_plant(name: str, folder: Path) -> Path:
     """A plant file by path (as given, or beside `folder`) or by the name of a bundled one. Raises InputError."""
     from plant_sim.catalogue import bundled_plant
@@ -132,7 +141,7 @@ def find_plant(name: str, folder: Path) -> Path:
 def model_of(scenario: Scenario, folder: Path, given: Path | None) -> Any:
     """The model of `--model` or else of `scenario.model`, beside the scenario; None: neither. Raises InputError."""
     path = model_path(scenario, folder, given)
-    return None if path is None else support_of(scenario.scenario.plant).read_model(path)
+    return None if path is None else _support_of(scenario.scenario.plant).read_model(path)
 
 
 def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | None:
@@ -143,13 +152,13 @@ def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | N
 
 def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
     """What of the model's file the loop does not use."""
-    return support_of(scenario.scenario.plant).unused(model)
+    return _support_of(scenario.scenario.plant).unused(model)
 
 
 def build_estimator(scenario: Scenario, model: Any) -> Estimator:
     """The estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
     kind, plant = scenario.estimator.kind, scenario.scenario.plant
-    known = support_of(plant).estimators
+    known = _support_of(plant).estimators
     if kind not in known:
         raise InputError(
             f'key "estimator.kind": "{kind}" does not estimate a "{plant}"; known: {", ".join(known)}'
@@ -164,7 +173,7 @@ def build_limits(scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
     """
     if model is None:
         return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
-    return support_of(scenario.scenario.plant).limits(scenario, model)
+    return _support_of(scenario.scenario.plant).limits(scenario, model)
 
 
 def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibility:
