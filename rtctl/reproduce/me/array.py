@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from rtctl.identification.annealing import AnnealingOptions
 from rtctl.identification.tone_cost import Objective, scores_of, trajectory
-from rtctl.plots.style import house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.coil import CLAMPED_FREE
 from rtctl.reproduce.me.fits import Box, annealing, box, driven, tone_record, truth
@@ -182,7 +183,7 @@ def _surface(along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatAr
 
 def _axes(figure: Any) -> Any:
     axes = figure.add_subplot(projection="3d")
-    axes.set_box_aspect((3.0, 1.0, 1.0), zoom=1.35)
+    axes.set_box_aspect((3.0, 1.0, 1.0), zoom=1.1)
     axes.view_init(elev=22.0, azim=-65.0)
     return axes
 
@@ -200,7 +201,7 @@ def _draw(run: Run, along: FloatArray, phasors: NDArray[np.complex128]) -> None:
     with house_style():
         figure = new_figure(6.0, 3.6)
         _plotted(_axes(figure), along, (phasors * turning).real, limit)
-        save_png(figure, run.pictures / "array.png")
+        save_small_png(figure, run.pictures / "array.png")
 
 
 def _animate(run: Run, along: FloatArray, phasors: NDArray[np.complex128]) -> None:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from rtctl.identification.annealing import AnnealingOptions, paper_letter
 from rtctl.identification.tone_cost import Objective, ToneRecord, cost_of, scores_of, trajectory
-from rtctl.plots.style import BLUE, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLUE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import Found, annealing, box, driven, sized, start_in, tone_record, truth
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
@@ -200,9 +201,10 @@ def _draw(run: Run, record: ToneRecord, values: FloatArray) -> None:
             strict=True,
         ):
             part = slice(begin, begin + length)
-            axes.plot(time_ms[part], record.displacement[part], color=BLUE, label="record")
-            axes.plot(time_ms[part], model[part], color=VERMILION, linestyle="--", label="reconstruction")
-            axes.set(xlabel="time, ms")
+            shown = time_ms[part] - time_ms[begin]
+            axes.plot(shown, record.displacement[part], color=BLUE, label="record")
+            axes.plot(shown, model[part], color=VERMILION, linestyle="--", label="reconstruction")
+            axes.set(xlabel="time, ms", title=f"from {time_ms[begin]:.1f} ms")
         figure.axes[0].set_ylabel("displacement, um")
-        figure.axes[1].legend(loc="upper right")
-        save_png(figure, run.pictures / "coefficients.png")
+        figure.axes[0].legend(loc="upper left")
+        save_small_png(figure, run.pictures / "coefficients.png")

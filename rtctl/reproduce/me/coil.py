@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.plots.style import BLUE, GREY, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLUE, GREY, VERMILION, house_style, new_figure
 from rtctl.reproduce.me.device import SENSITIVITY
 from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, magnetisation
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
@@ -137,4 +138,4 @@ def _draw(run: Run) -> None:
         right.plot(field[near], slope * field[near], color=GREY, linestyle="--", label="tangent")
         right.set(xlabel="field, mT", ylabel="M, kA/m", title="Film")
         right.legend()
-        save_png(figure, run.pictures / "coil.png")
+        save_small_png(figure, run.pictures / "coil.png")

@@ -22,7 +22,8 @@ from rtctl.border.errors import RunError
 from rtctl.border.quantities import parse_quantity, read_toml
 from rtctl.bundled import find_scenario
 from rtctl.models.frequency_response import OddOscillator, Response, cycle, frequency_response
-from rtctl.plots.style import BLACK, BLUE, GREY, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLACK, BLUE, GREY, VERMILION, house_style, new_figure
 from rtctl.reproduce.me.device import MU_0
 from rtctl.reproduce.me.magnetisation import langevin
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
@@ -231,4 +232,4 @@ def _draw(run: Run, curve: Response, found: list[Held]) -> None:
             axes.axvline(hertz[fold], color=GREY, linewidth=0.6)
         axes.set(xlabel="drive frequency, Hz", ylabel="amplitude, um")
         axes.legend()
-        save_png(figure, run.pictures / "continuation.png")
+        save_small_png(figure, run.pictures / "continuation.png")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.signal import spectrogram
 from scipy.signal.windows import blackmanharris
 
-from rtctl.plots.style import BLUE, GREEN, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLUE, GREEN, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.magnetisation import cycle_of, distortion, magnetisation
 from rtctl.reproduce.me.response import curve
@@ -173,4 +174,4 @@ def _draw(run: Run, fields: tuple[float, ...], thd: dict[float, tuple[float, flo
             axes.set(xlabel="time, ms", title=f"{field:g} mT", ylim=(0.0, 30.0))
             axes.grid(False)
         right[0].set_ylabel("frequency, kHz")
-        save_png(figure, run.pictures / "harmonics.png")
+        save_small_png(figure, run.pictures / "harmonics.png")

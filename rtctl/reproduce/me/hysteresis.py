@@ -14,7 +14,8 @@ from rtctl.diagnosis.diagnose import Diagnosis, DiagnosisOptions, diagnose
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
-from rtctl.plots.style import BLUE, GREEN, GREY, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLACK, GREY, SKY, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 from rtctl.wiring import mechanism_ids
@@ -127,7 +128,7 @@ def _section(answer: Diagnosis, loops: dict[str, Swept], duration: float, slow: 
             note="figure 12 has no numbers in the text"),
         Row(quantity="the same by Duffing's equation, re-fitted", unit="nm", paper=None,
             ours=openings["Duffing, re-fitted"],
-            note="the resonator's own lag opens a loop too: this is not all hysteresis"),
+            note="its own lag and its near fold open a loop too"),
         Row(quantity="the same with what the diagnosis named", unit="nm", paper=None,
             ours=openings["with what was named"]),
     ]  # fmt: skip
@@ -151,15 +152,14 @@ def _section(answer: Diagnosis, loops: dict[str, Swept], duration: float, slow: 
             f"The device with a hysteretic force (Bouc and Wen: {1e-6 * LEVEL:g} m/s^2 over {YIELD:g} um) is driven "
             f"at {FREQUENCY_HZ:g} Hz. Two bells of {duration:g} s with {FIELDS['strong']:g} and "
             f"{FIELDS['weak']:g} mT are fitted, one of {slow:g} s with {FIELDS['between']:g} mT tests (the paper: "
-            "10 s). Duffing's equation with the known "
-            "saturation and quintic spring is re-fitted first: it misses the loop, as the paper says. The diagnosis "
+            "10 s). Duffing's equation with the known saturation and quintic spring is re-fitted first. The diagnosis "
             "then searches the catalogue; it does not know what was put in. "
-            f"Its verdict: {answer.verdict}; it names {named}."
-            "\n\n"
+            f"Its verdict: {answer.verdict}; it names {named}.\n\n"
             "The paper puts the loop down to remanence and domain walls in the film and says that Duffing's equation "
-            "cannot model it. Half of that holds: a Duffing oscillator above its fold also has two amplitudes at one "
-            "field, and any resonator lags behind a bell that is over in a few time constants. What it cannot do is "
-            "a loop at small amplitudes under a slow bell."
+            "cannot model it. Half of that holds. A Duffing oscillator near its fold has a loop too, and any "
+            "resonator lags behind a bell: the re-fit bends the spring until its own loop, of "
+            f"{openings['Duffing, re-fitted']:.0f} nm, stands in for the device's of {openings['device']:.0f} nm, and "
+            "has the wrong shape. So a loop alone proves no hysteresis; what is left of the whole motion does."
         ),
         parts=(
             Comparison(title="Rising and falling amplitude at the same field", rows=tuple(rows)),
@@ -220,11 +220,17 @@ def _draw(run: Run, envelope: FloatArray, motions: dict[str, FloatArray]) -> Non
     with house_style():
         figure = new_figure(8.4, 3.6)
         axes = figure.subplots()
-        for (name, motion), colour, style in zip(
-            motions.items(), (BLUE, VERMILION, GREEN), ("-", "-", "--"), strict=True
-        ):
-            axes.plot(envelope[::20], demodulated(motion)[::20], color=colour, linestyle=style, label=name)
+        looks = ((SKY, "-", 4.0), (VERMILION, "-", 1.2), (BLACK, "--", 1.2))
+        for (name, motion), (colour, style, width) in zip(motions.items(), looks, strict=True):
+            axes.plot(
+                envelope[::20],
+                demodulated(motion)[::20],
+                color=colour,
+                linestyle=style,
+                linewidth=width,
+                label=name,
+            )
         axes.axhline(0.0, color=GREY, linewidth=0.6)
         axes.set(xlabel="field, mT", ylabel="amplitude, um")
         axes.legend()
-        save_png(figure, run.pictures / "hysteresis.png")
+        save_small_png(figure, run.pictures / "hysteresis.png")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from rtctl.identification.annealing import AnnealingOptions
 from rtctl.identification.tone_cost import Objective, scores_of
-from rtctl.plots.style import BLUE, GREEN, ORANGE, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLUE, GREEN, ORANGE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import annealing, box, driven, least_squares, start_in, tone_record, truth
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
@@ -62,10 +63,12 @@ def compute(run: Run) -> Section:
             f"({steady_s - SETTLED_S:g} s scored). {len(seeds)} seeds, far starts for the annealing; least squares "
             "starts where the annealing of the RMS error ended. The error is against the motion without "
             "the noise: what a noisy record leaves of a correlation or a peak-to-peak error says how noisy the "
-            "record is, not how good the model.\n\n The peak-to-peak objective looks at two samples of the record, "
-            "the largest and the smallest error, so noise enters it undiminished however long the record is: its "
-            "optimum itself moves away from the truth. Squares average over all samples: from rest, least squares "
-            "keeps finding the coefficients far below 30 dB.\n\n"
+            "record is, not how good the model.\n\n"
+            "The peak-to-peak objective looks at two samples of the record, the largest and the smallest error, so "
+            "noise enters it undiminished however long the record is; and it has kinks, on which the search stops "
+            "even where there is hardly any noise. The same search of the same records for the RMS error, which "
+            "averages over all samples, goes on far below 30 dB, and so does least squares from there: what fails "
+            "at 30 dB is the objective and the search, not the data.\n\n"
             "The paper calls its solution unique. From a steady single tone it is not: the record is one complex "
             "amplitude, and F / (k - w^2 + i w c) stays the same when F, c and k - w^2 are scaled together (the "
             "table below), so damping and force are found only as their ratio. From rest, the transient's decay and "
@@ -114,7 +117,7 @@ def compute(run: Run) -> Section:
             ),
             Picture(
                 file="noise.png",
-                caption="Error of the model against the motion without noise. Grey: the noise itself.",
+                caption="RMS error of the model against the motion without noise; of the damping. Grey: the noise.",
                 alt="Error over signal-to-noise ratio for three methods, from rest and from a steady tone",
             ),
         ),
@@ -169,7 +172,7 @@ def _cell(point: Point) -> str:
 def _draw(run: Run, found: dict[str, dict[float, dict[str, Point]]]) -> None:
     colours = {"annealing": VERMILION, "rms": ORANGE, "squares": BLUE}
     with house_style():
-        figure = new_figure(8.4, 3.2)
+        figure = new_figure(8.4, 3.7)
         panels = figure.subplots(1, 2, sharey=True)
         for axes, (kind, levels) in zip(panels, found.items(), strict=True):
             x = np.array(list(levels))
@@ -191,6 +194,7 @@ def _draw(run: Run, found: dict[str, dict[float, dict[str, Point]]]) -> None:
                 label="damping, least squares",
             )
             axes.set(xlabel="signal to noise, dB", yscale="log", title=kind)
-        panels[0].set_ylabel("RMS error of the motion, %")
-        panels[1].legend()
-        save_png(figure, run.pictures / "noise.png")
+        panels[0].set_ylabel("error, %")
+        handles, labels = panels[1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        save_small_png(figure, run.pictures / "noise.png")

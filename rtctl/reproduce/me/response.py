@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import Stimulus
 from rtctl.models.frequency_response import OddOscillator, Response, cycle, frequency_response
 from rtctl.models.harmonic_balance import backbone
-from rtctl.plots.style import CYCLE, GREY, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import CYCLE, GREY, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.magnetisation import langevin
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
@@ -210,4 +211,4 @@ def _draw(run: Run, curves: list[Curve]) -> None:
         axes.plot(free, amplitudes, color=GREY, linewidth=0.8)
         axes.set(xlabel="drive frequency, Hz", ylabel="amplitude, um", xlim=(LOW_HZ, HIGH_HZ))
         axes.legend()
-        save_png(figure, run.pictures / "response.png")
+        save_small_png(figure, run.pictures / "response.png")

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from rtctl.identification.tone_cost import NAMES, sizes_of
-from rtctl.plots.style import BLUE, VERMILION, house_style, new_figure, save_png
+from rtctl.plots.small_png import save_small_png
+from rtctl.plots.style import BLUE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import tone_record, truth
 from rtctl.reproduce.study import Picture, Run, Section, Table
@@ -139,4 +140,4 @@ def _draw(run: Run, names: list[str], found: dict[str, Sensitivity]) -> None:
         axes.set(yscale="log", ylabel="elasticity")
         axes.set_xticks(place, names)
         axes.legend()
-        save_png(figure, run.pictures / "sensitivity.png")
+        save_small_png(figure, run.pictures / "sensitivity.png")
