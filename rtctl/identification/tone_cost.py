@@ -7,10 +7,6 @@ a kick. With P the linear steady state, Re C exp(i w t), C = F / (k - w^2 + i c 
 d <- E d, a constant matrix of each lane; so a step costs a product with E, one rotation of the phasor, and a cube.
 A linear oscillator is exact at any h; kicks need 12 samples a period (`splitting_steps` says why).
 
-All that the lanes need stands in one flat array with a number of lanes that is known when it is compiled: then the
-compiler sees that no two rows overlap and uses vector instructions. A block of samples is marched, then scored while
-it is in the cache: no trajectory is ever kept.
-
 Reference: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), II.5. Objectives: the ME paper, section 3.2.
 """
 
@@ -26,19 +22,37 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.kernels import background_kernel
+from rtctl.identification.tone_kernels import (
+    BLOCK,
+    DV,
+    DZ,
+    E00,
+    E01,
+    E10,
+    E11,
+    KICK,
+    LANES,
+    LEAST,
+    MOST,
+    PC,
+    PRODUCT,
+    PS,
+    ROT_C,
+    ROT_S,
+    ROWS,
+    SQUARE,
+    SUM,
+    march_and_keep,
+    march_and_match,
+    march_and_sum,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 NAMES = ("damping", "stiffness", "stiffness_cubic", "force", "rate")
 """Of a parameter set, in this order: 1/s, 1/s^2, 1/(z^2 s^2), z/s^2, rad/s."""
-LANES = 32
-BLOCK = 64
-"""Samples that are marched before they are scored: 16 kB."""
 LEAST_SAMPLES_A_PERIOD = 12.0
-DZ, DV, PC, PS, E00, E01, E10, E11, ROT_C, ROT_S, RATE, KICK = range(12)
-SUM, SQUARE, PRODUCT, LEAST, MOST = range(5)
 
 
 class Objective(StrEnum):
@@ -133,7 +147,7 @@ def _summed(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[n
         work, valid[part] = packed(sets[part], record)
         sums = np.zeros(5 * LANES)
         sums[LEAST * LANES : MOST * LANES], sums[MOST * LANES :] = np.inf, -np.inf
-        _march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
+        march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
         table[:, part] = sums.reshape(5, LANES)[:, : part.stop - part.start]
     return table, valid
 
@@ -144,12 +158,12 @@ def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:
     if not valid[0]:
         raise ValueError("these values are no underdamped oscillator: stiffness must be > damping^2 / 4")
     out = np.empty(len(record.displacement))
-    _march_and_keep(work, np.zeros(BLOCK * LANES), out)
+    march_and_keep(work, np.zeros(BLOCK * LANES), out)
     return out
 
 
 def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(12 LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
+    """(ROWS LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
     h = record.period_s
     c, k, b, force, w = np.asarray(sets, dtype=np.float64).T
     if (w * h * LEAST_SAMPLES_A_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
@@ -162,7 +176,7 @@ def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np
     wd = np.sqrt(k - 0.25 * c * c)
     shrink, cos, sin = np.exp(-0.5 * c * h), np.cos(wd * h), np.sin(wd * h)
     phasor = force / (k - w * w + 1j * c * w)  # P = Re phasor exp(i w t)
-    work = np.zeros((12, LANES))
+    work = np.zeros((ROWS, LANES))
     n = len(c)
     z0, v0 = record.start
     work[DZ, :n], work[DV, :n] = z0 - phasor.real, v0 + w * phasor.imag
@@ -172,110 +186,6 @@ def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np
     work[E10, :n], work[E11, :n] = -shrink * k / wd * sin, shrink * (cos - 0.5 * c / wd * sin)
     work[ROT_C, :n], work[ROT_S, :n], work[KICK, :n] = np.cos(w * h), np.sin(w * h), h * b
     return np.ascontiguousarray(work.reshape(-1)), valid
-
-
-@background_kernel
-def _march(w: FloatArray, out: FloatArray, samples: int) -> None:
-    """`samples` displacements of every lane into `out` (samples x LANES), the first where the state stands."""
-    for n in range(samples):
-        row = n * LANES
-        for j in range(LANES):
-            out[row + j] = w[DZ * LANES + j] + w[PC * LANES + j]
-            c, s = w[PC * LANES + j], w[PS * LANES + j]
-            rc, rs = w[ROT_C * LANES + j], w[ROT_S * LANES + j]
-            pc = c * rc - s * rs
-            w[PC * LANES + j] = pc
-            w[PS * LANES + j] = c * rs + s * rc
-            dz, dv = w[DZ * LANES + j], w[DV * LANES + j]
-            after = w[E00 * LANES + j] * dz + w[E01 * LANES + j] * dv
-            z = after + pc
-            w[DZ * LANES + j] = after
-            w[DV * LANES + j] = (w[E10 * LANES + j] * dz + w[E11 * LANES + j] * dv) - w[KICK * LANES + j] * (
-                z * z * z
-            )
-
-
-@background_kernel
-def _march_and_sum(
-    w: FloatArray, measured: FloatArray, first: int, buffer: FloatArray, sums: FloatArray
-) -> None:
-    """Sums (5 LANES) over the samples from `first` on: z, z^2, z m, least and largest z - m."""
-    total = len(measured)
-    for begin in range(0, total, BLOCK):
-        count = min(BLOCK, total - begin)
-        _march(w, buffer, count)
-        for n in range(max(0, first - begin), count):
-            m, row = measured[begin + n], n * LANES
-            for j in range(LANES):
-                z = buffer[row + j]
-                e = z - m
-                sums[SUM * LANES + j] += z
-                sums[SQUARE * LANES + j] += z * z
-                sums[PRODUCT * LANES + j] += z * m
-                least, most = sums[LEAST * LANES + j], sums[MOST * LANES + j]
-                sums[LEAST * LANES + j] = e if e < least else least
-                sums[MOST * LANES + j] = e if e > most else most
-
-
-@background_kernel
-def _march_and_keep(w: FloatArray, buffer: FloatArray, out: FloatArray) -> None:
-    """The first lane's displacement into `out`."""
-    total = len(out)
-    for begin in range(0, total, BLOCK):
-        count = min(BLOCK, total - begin)
-        _march(w, buffer, count)
-        for n in range(count):
-            out[begin + n] = buffer[n * LANES]
-
-
-@background_kernel
-def _highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
-    """(LANES,) over `count` rows of the buffer."""
-    for j in range(LANES):
-        highest[j] = -np.inf
-    for n in range(count):
-        row = n * LANES
-        for j in range(LANES):
-            z, before = buffer[row + j], highest[j]
-            highest[j] = z if z > before else before
-
-
-@background_kernel
-def _rows_of(buffer: FloatArray, count: int, highest: FloatArray, where: FloatArray) -> None:
-    """Which row the highest is in (LANES,). Not in the loop that finds it: that would branch, and not be vectorised."""
-    for n in range(count):
-        here, row = float(n), n * LANES
-        for j in range(LANES):
-            before = where[j]
-            where[j] = here if buffer[row + j] == highest[j] else before
-
-
-@background_kernel
-def _march_and_match(
-    w: FloatArray,
-    peaks: IntArray,
-    ends: IntArray,
-    buffer: FloatArray,
-    state: FloatArray,
-    mismatch: FloatArray,
-) -> None:
-    """Sum (LANES,) over the record's peaks of how far the highest sample of their window is from them.
-
-    A window reaches from halfway to the peak before (`ends` of it) to halfway to the next; `peaks` has one less.
-    """
-    highest, where = state[:LANES], state[LANES:]
-    begin = 0
-    for at in range(len(ends)):
-        count = ends[at] - begin
-        _march(w, buffer, count)
-        if at > 0:
-            _highest(buffer, count, highest)
-            _rows_of(buffer, count, highest, where)
-            peak, half = float(peaks[at - 1] - begin), 2.0 / count
-            for j in range(LANES):
-                off = abs(where[j] - peak) * half
-                mismatch[j] += off if off < 1.0 else 1.0
-        begin = ends[at]
 
 
 def _parts(sets: FloatArray) -> Iterator[slice]:
@@ -299,6 +209,6 @@ def _peak_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
     ends = (found[:-1] + found[1:]) // 2 + 1
     longest = int(max(ends[0], np.diff(ends).max()))
     mismatch = np.zeros(LANES)
-    _march_and_match(work, found[1:-1], ends, np.zeros(longest * LANES), np.zeros(2 * LANES), mismatch)
+    march_and_match(work, found[1:-1], ends, np.zeros(longest * LANES), np.zeros(2 * LANES), mismatch)
     mean: FloatArray = mismatch / (len(ends) - 1)
     return mean

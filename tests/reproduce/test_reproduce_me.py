@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from rtctl.cli import main
+from rtctl.identification.tone_cost import trajectory
 from rtctl.reproduce.me import coil, device
 from rtctl.reproduce.me.array import drift_alone, mode
+from rtctl.reproduce.me.fits import sized, tone_record, truth
 from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, langevin, magnetisation
+from rtctl.reproduce.me.printed import TABLE_A1, below_the_drive, quality
 from rtctl.reproduce.me.study import STUDY
 
 
@@ -118,6 +121,20 @@ def test_the_loop_stands_on_the_unstable_branch_over_the_wire(sections):
     # a hundredth of the half-width of 9.4 Hz; amplitude and frequency move together along the branch
     assert row(sections["continuation"], "largest error of frequency") < 0.1
     assert row(sections["continuation"], "largest error of amplitude") < 0.5
+
+
+def test_an_amplitude_that_a_correlation_does_not_see_is_restored():
+    values = truth()
+    record = tone_record(trajectory(tone_record(np.ones(4000)), values))
+    scaled = values * np.array([1.0, 1.0, 1.3**-2, 1.3, 1.0])
+    assert sized(record, scaled) == pytest.approx(values, rel=1e-4)  # what is left of a mean in 4000 samples
+
+
+def test_no_printed_point_is_a_resonator():
+    assert len(TABLE_A1) == 10
+    for one in TABLE_A1:
+        assert quality(one.mass, one.delta, one.alpha) < 1.0
+        assert below_the_drive(one) > 1e4
 
 
 def test_table_a1_s_frequencies_drift_apart_by_themselves():

@@ -16,6 +16,7 @@ from rtctl.plots.style import house_style, new_figure
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.coil import CLAMPED_FREE
 from rtctl.reproduce.me.fits import Box, annealing, box, driven, tone_record, truth
+from rtctl.reproduce.me.printed import TABLE_A1
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 
 FloatArray = NDArray[np.float64]
@@ -29,11 +30,8 @@ TRAINED, SOLVED = 0.28, 0.4
 TRAINING_S, SOLUTION_S, SETTLED_S = 0.1, 1.0, 0.2
 AVERAGES = 10
 SEED = 2010
-PAPER_OMEGA = 4.66e4 + np.array([
-    32.8953897, 33.4492152, 33.0440760, 33.0521002, 33.3831977, 33.0872224,
-    33.0944730, 33.521067, 33.1662856, 33.158936,
-])  # fmt: skip
-"""rad/s of points 1 to 6 and 52 to 55 of table A1."""
+PAPER_OMEGA = np.array([one.omega for one in TABLE_A1])
+"""rad/s."""
 SPOTS = ((2, 10), (0, 10), (2, 5), (0, 0))
 """(across, along) of the points in the table: tip, corner, middle, clamp."""
 

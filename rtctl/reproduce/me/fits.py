@@ -16,7 +16,7 @@ from rtctl.identification.fit import FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import FitOptions, fit_output_error
 from rtctl.identification.start_values import start_values
-from rtctl.identification.tone_cost import Objective, ToneRecord, cost_of, scores_of
+from rtctl.identification.tone_cost import Objective, ToneRecord, cost_of, scores_of, sizes_of
 from rtctl.reproduce.me import device
 
 FloatArray = NDArray[np.float64]
@@ -107,19 +107,10 @@ def sized(record: ToneRecord, values: FloatArray) -> FloatArray:
 
     z -> s z with F -> s F and b -> b / s^2 is the same motion on another scale: an exact symmetry of the equation.
     """
-    scores = scores_of(record, values[None, :])
-    measured = record.displacement[record.first :]
-    # |m|^2 rms^2 = |z|^2 - 2 z.m + |m|^2 and r give |z|; the best factor is z.m / |z|^2
-    power = float(np.mean(measured**2))
-    r, left = float(scores.correlation[0]), float(scores.rms[0]) ** 2
-    size = r + math.sqrt(max(r * r - 1.0 + left, 0.0))  # |z| / |m|: the larger root, tried below
-    best, least = values, left
-    for factor in (r / size, r / max(2.0 * r - size, 1e-9)):
-        trial = values * np.array([1.0, 1.0, factor**-2, factor, 1.0])
-        rms = float(scores_of(record, trial[None, :]).rms[0])
-        if power > 0.0 and rms**2 < least:
-            best, least = trial, rms**2
-    return best
+    measured = float(np.sqrt(np.mean(record.displacement[record.first :] ** 2)))
+    correlation = float(scores_of(record, values[None, :]).correlation[0])
+    factor = max(correlation, 0.0) * measured / float(sizes_of(record, values[None, :])[0])
+    return values * np.array([1.0, 1.0, factor**-2, factor, 1.0]) if factor > 0.0 else values
 
 
 def least_squares(

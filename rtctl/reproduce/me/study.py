@@ -10,6 +10,7 @@ from rtctl.reproduce.me import (
     hysteresis,
     least_squares,
     noise,
+    printed,
     response,
     sensitivity,
 )
@@ -38,6 +39,7 @@ STUDY = Study(
         Step("harmonics", harmonics.compute),
         Step("sensitivity", sensitivity.compute),
         Step("array", array.compute),
+        Step("table-a1", printed.compute),
         Step("hysteresis", hysteresis.compute),
         Step("continuation", continuation.compute),
     ),
