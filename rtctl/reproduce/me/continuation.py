@@ -230,6 +230,9 @@ def _draw(run: Run, curve: Response, found: list[Held]) -> None:
             )
         for fold in curve.folds:
             axes.axvline(hertz[fold], color=GREY, linewidth=0.6)
-        axes.set(xlabel="drive frequency, Hz", ylabel="amplitude, um")
+        near = [one.frequency_hz for one in found]
+        axes.set(
+            xlabel="drive frequency, Hz", ylabel="amplitude, um", xlim=(min(near) - 10.0, max(near) + 15.0)
+        )
         axes.legend()
         save_small_png(figure, run.pictures / "continuation.png")
