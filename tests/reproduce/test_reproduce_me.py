@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from rtctl.cli import main
 from rtctl.identification.tone_cost import trajectory
@@ -26,7 +27,10 @@ def sections(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, ob
     found = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     for section in found["sections"]:
         for part in section["parts"]:
-            assert part["kind"] != "picture" or (folder / "pictures" / part["file"]).stat().st_size > 5_000
+            if part["kind"] == "picture":
+                with Image.open(folder / "pictures" / part["file"]) as image:
+                    assert image.width > 400
+                    assert len(image.getcolors(1 << 20) or ()) > 10, "more than an empty page"
     return {section["name"]: section for section in found["sections"]}
 
 
