@@ -30,7 +30,7 @@ STUDY = Study(
         "models share no integrator: the device is marched by this project's simulated hardware, the annealing has "
         "a kernel of its own. Records are taken at 125 kHz at once: the paper's 1.25 MHz, its decimation and its "
         "band-pass from 6 to 40 kHz are not imitated. The reported seeds are not those on which anything was tuned. "
-        "Times are of one thread on a shared machine."
+        "Times of fits are processor seconds of one thread."
     ),
     steps=(
         Step("coil", coil.compute),
