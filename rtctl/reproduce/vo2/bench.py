@@ -62,7 +62,9 @@ def in_parallel(run: Run, work: Callable[[Job], Result], jobs: Sequence[Job]) ->
     if run.short or len(jobs) < 2 * WORKERS:
         with threadpool_limits(1):
             return [work(job) for job in jobs]
-    with ProcessPoolExecutor(WORKERS, get_context("spawn"), _one_thread) as pool:
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["rtctl.reproduce.vo2.models"])  # numba and all: seconds, once and not a worker
+    with ProcessPoolExecutor(WORKERS, context, _one_thread) as pool:
         return list(pool.map(work, jobs))
 
 
