@@ -83,7 +83,7 @@ def levels_figure(
             axes.set_xlabel("plays, or levels of Preisach")
             axes.set_ylabel(label)
             axes.set_xticks(list(levels))
-            axes.set_ylim(bottom=0.0)
+            axes.set_yscale("log")  # one bad fit must not hide the others
         panels[0].legend(**{**ABOVE, "ncols": 2})
         headline(figure, title)
     return figure

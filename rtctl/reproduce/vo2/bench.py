@@ -63,7 +63,9 @@ def in_parallel(run: Run, work: Callable[[Job], Result], jobs: Sequence[Job]) ->
         with threadpool_limits(1):
             return [work(job) for job in jobs]
     context = get_context("forkserver")
-    context.set_forkserver_preload(["rtctl.reproduce.vo2.models"])  # numba and all: seconds, once and not a worker
+    context.set_forkserver_preload(
+        ["rtctl.reproduce.vo2.models"]
+    )  # numba and all: seconds, once and not a worker
     with ProcessPoolExecutor(WORKERS, context, _one_thread) as pool:
         return list(pool.map(work, jobs))
 

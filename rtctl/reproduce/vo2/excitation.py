@@ -72,9 +72,9 @@ def compute(run: Run) -> Section:
             "As in the paper, R falls and D rises on two branches each, D is not monotone in the current (expansion "
             "bends against the transition), and the D–R loops are not nested. The last table puts a number to that: "
             "how far minor loops leave the major one. Preisach and EGPI from R to D cannot, as the paper says. That "
-            "the composite can, as the paper also says, does not make its loops the device's: those of the paper's "
-            "form (one pair of envelopes) leave the major loop by less than the device's do, those of the gap-free "
-            "form by more. On device L2P, whose minor loops do not close, there is next to nothing to leave."
+            "the composite can, as the paper also says, does not make its loops the device's: by its form and by what "
+            "its second half is fitted to, it leaves the major loop hardly at all or by several times as much. Only "
+            "the observer leaves it as far as the device does. On device L2P there is next to nothing to leave."
         ),
         parts=(
             _ranges(averaged["vo2_a"]),
