@@ -33,7 +33,7 @@ PERIOD_S = 1e-3
 DEVICE = "vo2_a"
 LAGS_MS = (0.0, 0.2, 1.0)
 FREQUENCIES_HZ = (1.0, 10.0, 30.0)
-MOST_SEEDS = 3
+MOST_SEEDS = 2
 KINDS = ("composite", "gap_free", "gap_free with a rate term", "observer")
 EXPANSION_UM_PER_K, HEATING_K_PER_MA2 = -0.4, 0.945
 """Of device A."""
