@@ -157,9 +157,9 @@ def _ripples(run: Run, paths: Models) -> Table:
             (device, *(spread(found[device, kind], 3) for kind in ESTIMATORS)) for device in devices(run)
         ),
         text=(
-            "In the second half of each 1 s. An inverse that has to guess the branch between two envelopes guesses "
-            "anew with every noise, and the loop hunts. The white noise of the instrument, 0.02 um, is in every "
-            "figure."
+            "In the second half of each 1 s; the white noise of the instrument, 0.02 um, is in every figure. With "
+            "Preisach and with the observer the loop stands still on every device; with each of the others it hunts on "
+            "some: on A and B with the paper's composite, whose inverse has to guess the branch between two envelopes."
         ),
         numbers=tuple(range(1, 1 + len(ESTIMATORS))),
     )
