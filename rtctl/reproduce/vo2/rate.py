@@ -38,6 +38,12 @@ KINDS = ("composite", "gap_free", "gap_free with a rate term", "observer")
 EXPANSION_UM_PER_K, HEATING_K_PER_MA2 = -0.4, 0.945
 """Of device A."""
 SHOWN_S = 0.2
+VERDICT = (
+    " That is too little to earn it a place: it repairs the expansion that runs ahead of the film, not the loops of R "
+    "and D against each other, which the lag opens as well. The observer, which knows of no lag either, keeps its lead "
+    "as long as the lag is small and loses it at the longest lag and highest frequency: first-order heating is what it "
+    "stands on, and to find that it is not enough is the diagnosis's business."
+)
 
 
 class RateTermEstimator:
@@ -90,12 +96,7 @@ def compute(run: Run) -> Section:
             "Device A, and two like it whose film switches 0.2 and 1 ms behind the temperature that bends the beam, "
             "each identified by itself. The rate term is one number, found on the transients of the identification: "
             "no device has to be told that it lags. Self-sensing on sines of the whole range at 1 ms, open loop, "
-            f"after the first period; {len(seeds(run)[:MOST_SEEDS])} seeds.\n\n"
-            + _verdict(rows)
-            + " That is too little to earn it a place: it repairs the expansion that runs ahead of the film, not the "
-            "loops of R and D against each other, which the lag opens as well. Nor does the observer, which knows of "
-            "no lag, keep its lead there: first-order heating is what it stands on, and to find that it is not "
-            "enough is the diagnosis's business."
+            f"after the first period; {len(seeds(run)[:MOST_SEEDS])} seeds.\n\n" + _verdict(rows) + VERDICT
         ),
         parts=(_kappa_table(lags, kappas), _error_table(rows), _drawn(run, jobs, kappas, lags[-1])),
     )
