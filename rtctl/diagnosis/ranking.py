@@ -25,7 +25,7 @@ def ranked(data: Data, field: Sequence[Hypothesis], best: Examined, *, plain: bo
     """Lowest BIC first; `plain`: of white residuals, each with a variance of its own."""
     made = []
     for hypothesis in field:
-        bic = _plain_bic(data, hypothesis) if plain else whitened_bic(data, hypothesis, best.noise)
+        bic = plain_bic(data, hypothesis) if plain else whitened_bic(data, hypothesis, best.noise)
         made.append(Ranked(hypothesis, bic, best if hypothesis is best.hypothesis else None))
     return tuple(sorted(made, key=lambda one: one.bic))
 
@@ -70,7 +70,8 @@ def unknowns(hypothesis: Hypothesis) -> int:
     return len(hypothesis.shared) + hypothesis.starts.size
 
 
-def _plain_bic(data: Data, hypothesis: Hypothesis) -> float:
+def plain_bic(data: Data, hypothesis: Hypothesis) -> float:
+    """Of white residuals."""
     samples = sum(record.samples - record.first for record in data.records)
     fit = samples * float(np.log(max(hypothesis.cost, 1e-300)))
     return fit + unknowns(hypothesis) * float(np.log(samples))

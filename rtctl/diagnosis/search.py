@@ -23,7 +23,7 @@ from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.projection import Projected
 from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
 from rtctl.diagnosis.race import Runner, race
-from rtctl.diagnosis.ranking import Ranked, by_likelihood, ranked, whitened_bic
+from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
 
 FloatArray = NDArray[np.float64]
 LARGEST_SET = 6
@@ -144,7 +144,7 @@ def _grown(
         if budget.spent:
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
-    return found._replace(equivalent=_others(data, found.tried, found.chosen))
+    return found._replace(equivalent=_others(data, found.tried, found.chosen, plain=not found.passes))
 
 
 def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
@@ -355,8 +355,10 @@ def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> Floa
     return steps
 
 
-def _others(data: Data, tried: Sequence[Sequence[Ranked]], best: Examined) -> tuple[Hypothesis, ...]:
-    """Sets of the same size that the data do not tell from the best."""
+def _others(
+    data: Data, tried: Sequence[Sequence[Ranked]], best: Examined, *, plain: bool = False
+) -> tuple[Hypothesis, ...]:
+    """Sets of the same size that the data do not tell from the best; `plain`: by white residuals, as nothing passes."""
     size = len(best.hypothesis.mechanisms)
     rivals = [
         one.hypothesis
@@ -364,6 +366,9 @@ def _others(data: Data, tried: Sequence[Sequence[Ranked]], best: Examined) -> tu
         for one in ranking
         if len(one.hypothesis.mechanisms) == size and one.hypothesis is not best.hypothesis
     ]
-    reference = whitened_bic(data, best.hypothesis, best.noise)
-    near = [one for one in rivals if one.cost < NEAR * best.hypothesis.cost]
-    return tuple(one for one in near if whitened_bic(data, one, best.noise) < reference + EQUIVALENT)
+
+    def bic(one: Hypothesis) -> float:
+        return plain_bic(data, one) if plain else whitened_bic(data, one, best.noise)
+
+    most = bic(best.hypothesis) + EQUIVALENT
+    return tuple(one for one in rivals if one.cost < NEAR * best.hypothesis.cost and bic(one) < most)
