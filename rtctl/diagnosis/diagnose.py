@@ -258,7 +258,7 @@ def _answer(
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     final = gained(fits, output)
-    if final is not None and verdict in ("adequate", "explained"):
+    if final is not None and whole is None and verdict in ("adequate", "explained"):
         warnings += _beyond_the_fit(final, data)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,

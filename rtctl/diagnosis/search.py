@@ -223,8 +223,8 @@ def _second_chance(
     )
     if data.glance is not data or parent is None or len(field) < 2 or first.cost > ALONE * field[1].cost:
         return list(field)
-    there = fitted_without(data, parent, first, parent.mechanisms, iterations=0)
-    if there is None or budget.spent:
+    there = None if budget.spent else fitted_without(data, parent, first, parent.mechanisms, iterations=0)
+    if there is None:
         return list(field)
     runners = [
         runner
