@@ -32,7 +32,7 @@ ASTRAY = 25.0
 """Times the median cost of a sample."""
 TRIAL = 8
 """Iterations over whole records that show which start is near."""
-FITTED = 2
+FITTED = 4
 """Starts, of those that are nearest, from which whole records are fitted to the end."""
 JUDGED_PERIODS = 1.0
 MOST_JUDGED = 160
@@ -140,18 +140,22 @@ def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Un
 def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
     """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges.
 
-    Where the nearest of them end far off, from every start: a jump between motions makes many minima.
+    Where the lowest ends far off, from every start: a jump between motions makes many minima.
     """
     tried = [
         fitted(data, start, mechanisms, iterations=TRIAL)
         for start in (simulation, *approached(data, simulation))
     ]
-    found = [fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)]
-    best = min((one for one in found if one is not None), key=_cost, default=None)
-    if best is not None and misfit(data, best) < FAR:
-        return best
-    found += [fitted(data, start, mechanisms) for start in approached(data, simulation, settle=False)]
-    return min((one for one in found if one is not None), key=_cost, default=None)
+    found = _ends([fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)])
+    if not found or misfit(data, found[0]) >= FAR:
+        starts = approached(data, simulation, settle=False)
+        found = _ends([*found, *(fitted(data, start, mechanisms) for start in starts)])
+    return found[0] if found else None
+
+
+def _ends(found: Sequence[Hypothesis | None]) -> list[Hypothesis]:
+    """Of fits, lowest cost first."""
+    return sorted((one for one in found if one is not None), key=_cost)
 
 
 def misfit(data: Data, hypothesis: Hypothesis) -> float:
@@ -173,7 +177,7 @@ def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:
         for start in approached(data, hypothesis.simulation, still)
     ]
     found = [fitted(data, one.simulation, mechanisms, one.starts, still=still) for one in _nearest(tried)]
-    return min([hypothesis, *(one for one in found if one is not None)], key=_cost)
+    return _ends([hypothesis, *found])[0]
 
 
 def _nearest(tried: Sequence[Hypothesis | None]) -> list[Hypothesis]:

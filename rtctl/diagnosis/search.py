@@ -127,7 +127,7 @@ def _grown(
             return _second_chance(data, parents, ones, ids, told, budget)
 
         field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
-        last, (best, parents) = best, _front(data, field, ids, level, near, from_there)
+        last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             return Search(at_nominal, last, True, _others(data, tried, last), tuple(tried))
@@ -135,6 +135,7 @@ def _grown(
         tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
             found = _returned(data, Search(at_nominal, best, True, (), tuple(tried)), ids, level)
+            found = _beyond_what_is_allowed(data, found, ids)
             return found._replace(equivalent=_others(data, found.tried, found.chosen))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
@@ -159,6 +160,26 @@ def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Se
             if examined.p_value > level:
                 return _instead(data, found, examined)
     return found
+
+
+def _beyond_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Search:
+    """Less the causes that all together remove no more than what a nominal model may be off by.
+
+    The gate's verdict is the larger set's: it passes, and what the smaller one leaves beyond that is no gap.
+    """
+    samples = sum(record.samples - record.first for record in data.records)
+    most = 0.5 * samples * sum(square / data.size(name) ** 2 for name, square in data.allowed.items())
+    chosen = found.chosen.hypothesis
+    while data.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
+        fewer = min(
+            without_each(data, found.nominal.hypothesis, chosen, _all(found)), key=lambda one: one.cost
+        )
+        if fewer.cost > found.chosen.hypothesis.cost + most:
+            break
+        chosen = fewer
+    if chosen is found.chosen.hypothesis:
+        return found
+    return _instead(data, found, examine(chosen, data, ids)._replace(tests=found.chosen.tests))
 
 
 def _stalled(size: int, last: Examined) -> float:
@@ -241,24 +262,33 @@ def _front(
     rate: float,
     near: float,
     from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
+    budget: Budget,
 ) -> tuple[Examined, list[Examined]]:
-    """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes."""
+    """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
+
+    Where those that extend do not pass, others as good are asked too, one after the other.
+    """
     likely = by_likelihood(data, field[:BEAM])
     alike = [one for one in field[:ALIKE] if one.cost < AS_GOOD * field[0].cost]
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
     if all(one.p_value <= rate for one in examined):
         few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
-        again = [*(fitted_again(data, one) for one in few[:AGAIN]), *few[AGAIN:]]
+        again = [*(one if budget.spent else fitted_again(data, one) for one in few[:AGAIN]), *few[AGAIN:]]
         again = from_there(sorted(again, key=lambda one: one.cost))
         again = _by_stretches(data, [one for one in again if one.cost < near * again[0].cost])
         known = {id(one.hypothesis): one for one in examined}
         examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
-        seen = {id(one.hypothesis) for one in examined}
-        if all(one.p_value <= rate for one in examined):
-            examined += [examine(one, data, ids) for one in alike if id(one) not in seen]
     passing = [one for one in examined if one.p_value > rate]
-    return max(passing, key=lambda one: one.p_value) if passing else examined[0], examined
+    if passing:
+        return max(passing, key=lambda one: one.p_value), examined
+    seen = {id(one.hypothesis) for one in examined}
+    for one in alike:
+        if id(one) not in seen and not budget.spent:
+            further = examine(one, data, ids)
+            if further.p_value > rate:
+                return further, [*examined, further]
+    return examined[0], examined[:BEAM]
 
 
 def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:

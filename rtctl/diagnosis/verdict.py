@@ -9,7 +9,8 @@ from rtctl.diagnosis.search import Search
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
 LEAST_GAIN = 1.5
-"""Times less error on records that no fit saw: a part that is explained and gains less there is not named."""
+"""Times less error on records that no fit saw: a part that is explained and gains less there, or by chance, is not
+named."""
 
 
 def verdict_of(search: Search, least_removed: float) -> str:
@@ -29,7 +30,7 @@ def confirmed(verdict: str, causes: Sequence[str], gains: Sequence[Gain | None])
     if verdict != "partly_explained":
         return verdict
     measured = [one for one in gains if one is not None]
-    held = not measured or any(one.ratio_low > LEAST_GAIN for one in measured)
+    held = not measured or any(one.ratio > LEAST_GAIN and one.ratio_low > 1.0 for one in measured)
     if len(DISSIPATION & set(causes)) > 1 or not held:
         return "unexplained"
     return verdict

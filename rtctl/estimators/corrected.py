@@ -1,7 +1,7 @@
 """Estimators that have resistance alone, behind a sensor that an extended model knows.
 
     R = Y + tau_r Y'           exact where R is constant over a sample: (Y_k - a Y_(k-1)) / (1 - a), a = exp(-h / tau_r)
-    R_film = (R - leak (i - known v)) / exp(ageing t)
+    R_film = (R - leak (i - known v)) / exp(ageing t + bend t^2)
 
 and -ln R by its correction back to what the loops were identified on; v is the estimate's own last surrogate. Taking a
 lag back costs noise, (1 + a^2)^(1/2) / (1 - a) of it. The deflection is the loops' corrected forward; a beam that
@@ -47,7 +47,7 @@ class CorrectedEstimator:
         dynamics = self._dynamics
         v = self._v if math.isfinite(self._v) else current
         own = (reading - dynamics.leak * (current - dynamics.leak_known * v)) * math.exp(
-            -dynamics.ageing * self._time_s
+            -(dynamics.ageing + dynamics.ageing_bend * self._time_s) * self._time_s
         )
         if not 0.0 < own < math.inf:
             return math.nan

@@ -44,6 +44,7 @@ class PathParams(NamedTuple):
     deflection_gain: float
     deflection_offset: float
     ageing: float
+    ageing_bend: float
     leak: float
     leak_known: float
     sensor_lag_s: float
@@ -57,8 +58,8 @@ def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
     """Of a model."""
     return PathParams(
         dynamics.balance, -math.log(model.resistance.high), dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
-        dynamics.ageing, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s, dynamics.participation,
-        2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
+        dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s,
+        dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
     )  # fmt: skip
 
 
@@ -86,7 +87,8 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
 @kernel
 def sensed_film(reading: float, v: float, current: float, time_s: float, p: PathParams) -> float:
     """R that reaches the sensor [ohm] of the loops' -ln R."""
-    aged = math.exp(p.ageing * time_s - (p.reading_gain * reading + p.reading_offset))
+    drift = (p.ageing + p.ageing_bend * time_s) * time_s
+    aged = math.exp(drift - (p.reading_gain * reading + p.reading_offset))
     return aged + p.leak * (current - p.leak_known * v)
 
 
@@ -131,7 +133,8 @@ def path_step(
             preisach_step(beam, math.sqrt(max(peak, 0.0)), d)
         x[S], x[SEEN] = s, seen
         v, w = math.sqrt(max(s, 0.0)), math.sqrt(max(seen, 0.0))
-        ohm = sensed_film(read_at(film, w, v, r), v, current, time_s + (k + 1) * h, p)
+        reversible = v + p.balance.lagging * (w - v)
+        ohm = sensed_film(read_at(film, w, reversible, r), v, current, time_s + (k + 1) * h, p)
         x[READ] = relax(x[READ], x[FILM], 0.5 * (x[FILM] + ohm), ohm, h, p.sensor_lag_s)
         x[FILM] = ohm
         bent = p.deflection_gain * read_at(beam, w, v, d) + p.deflection_offset

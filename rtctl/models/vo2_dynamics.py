@@ -61,6 +61,7 @@ class Vo2Dynamics:
     drift: float = 0.0
     """mA^2/s"""
     ageing: float = 0.0
+    ageing_bend: float = 0.0
     """1/s"""
     leak: float = 0.0
     """ohm/mA"""
@@ -120,6 +121,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         behind=of("actuation.deadband", "behind", 1.0),
         drift=of("thermal.ambient_drift", "rate"),
         ageing=of("sensor.ageing", "rate"),
+        ageing_bend=of("sensor.ageing", "bend"),
         leak=of("sensor.crosstalk", "leak"),
         leak_known=of("sensor.crosstalk", "known", 1.0),
         sensor_lag_s=of("sensor.lag", "time_constant"),

@@ -32,6 +32,13 @@ def test_a_part_is_explained_only_if_it_is_on_records_that_no_fit_saw(
     assert confirmed(verdict, causes.split(), [gain]) == said
 
 
+def test_a_gain_may_lie_in_a_few_stretches_but_not_in_chance() -> None:
+    bursts = Gain("displacement", "mm", 4.3, 1.0, 0.1, 4.3, 1.001, 7.3)
+    chance = Gain("displacement", "mm", 4.3, 1.0, 0.1, 4.3, 0.98, 7.3)
+    assert confirmed("partly_explained", ["sensor.lag"], [bursts]) == "partly_explained"
+    assert confirmed("partly_explained", ["sensor.lag"], [chance]) == "unexplained"
+
+
 def test_what_ails_a_sensor_shows_in_its_own_output_alone() -> None:
     assert (
         confirmed("partly_explained", ["sensor.ageing"], [of_ratio(4.0), of_ratio(1.0)]) == "partly_explained"

@@ -60,7 +60,8 @@ def check_sampled(found, expected, nominal, share):
         ("actuation__delay", {"delay": 0.3e-3}, {"late": int(0.3 * STEPS)}),
         ("actuation__delay", {"delay": 2.5e-3}, {"late": int(2.5 * STEPS)}),
         ("actuation__deadband", {"zone": 2.0}, {"zone": 2.0}),
-        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3}, {"lag_s": 0.7e-3}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3}, {"lag_s": 0.7e-3, "lagging": 1.0}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3, "reversible": 0.0}, {"lag_s": 0.7e-3}),
         ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
         ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
     ],
@@ -167,10 +168,16 @@ def test_shape_corrects_each_loop_and_knows_the_branch():
 def test_ageing_grows_by_the_same_fraction_and_crosstalk_follows_the_current():
     plain = predict(simulation(), stimulus(CURRENT))[0]
     aged = predict(simulation(sensor__ageing={"rate": 0.3}), stimulus(CURRENT))[0]
-    assert aged == pytest.approx(plain * np.exp(0.3 * PERIOD_S * np.arange(len(plain))), rel=1e-12)
+    time_s = PERIOD_S * np.arange(len(plain))
+    assert aged == pytest.approx(plain * np.exp(0.3 * time_s), rel=1e-12)
+    slackening = predict(simulation(sensor__ageing={"rate": 0.3, "bend": -0.2}), stimulus(CURRENT))[0]
+    assert slackening == pytest.approx(plain * np.exp(0.3 * time_s - 0.2 * time_s**2), rel=1e-12)
     leaking = predict(simulation(sensor__crosstalk={"leak": 50.0, "known": 0.0}), stimulus(CURRENT))[0]
     before = np.concatenate((CURRENT[:1], CURRENT[:-1]))  # a reading is taken before its row's current acts
     assert leaking == pytest.approx(plain + 50.0 * before, rel=1e-12)
+    stepped = {"leak": 50.0, "known": 0.0, "before": 0.0}
+    late = predict(simulation(sensor__crosstalk=stepped), stimulus(CURRENT))[0]
+    assert late[:-1] == pytest.approx((plain + 50.0 * CURRENT)[:-1], rel=1e-12)
     known = predict(simulation(sensor__crosstalk={"leak": 50.0}), stimulus(CURRENT))[0]
     v = dense(CURRENT).v[::STEPS]
     assert known == pytest.approx(plain + 50.0 * (before - v), rel=1e-9)
@@ -234,7 +241,7 @@ def test_all_mechanisms_together_run_and_refining_changes_little():
 def test_a_lane_that_leaves_the_numbers_is_told():
     made = simulation().extended(("sensor.ageing",))
     values = of_size(made, 0.0)
-    values[-1] = 1e5
+    values[[one.name for one in made.parameters].index("sensor.ageing.rate")] = 1e5
     found = made.predict(stimulus(np.full(40, 5.0)), np.array([of_size(made, 0.0), values]))
     room = np.log(np.finfo(float).max / found.outputs["resistance"][1, 0])
     assert found.diverged_at.tolist() == [-1, int(np.ceil(room / (1e5 * PERIOD_S)))]

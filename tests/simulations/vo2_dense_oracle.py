@@ -52,6 +52,7 @@ def dense(
     own: float = 0.0,
     known: float = 1.0,
     lag_s: float = 0.0,
+    lagging: float = 0.0,
     drift: float = 0.0,
     late: int = 0,
     zone: float = 0.0,
@@ -81,7 +82,7 @@ def dense(
         s = T * (1 + known * loss * T) / (1 + known * tcr * T)
         lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
         v, seen = zone + np.sqrt(s + drift * k * dt), zone + np.sqrt(lagged + drift * k * dt)
-        film.at(seen, v)
+        film.at(seen, v + lagging * (seen - v))
         beam.at(seen, v)
         rows.append((film.y, beam.y, v, film.relays, beam.relays))
         if k == len(held):

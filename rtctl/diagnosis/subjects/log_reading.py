@@ -1,7 +1,8 @@
 """A VO2 simulation whose resistance is told as its logarithm: errors of a film's resistance are relative ones.
 
-Down to where noise takes over: asinh(R / 2 floor) + ln floor is ln R far above the floor and straight below it, so
-that a noisy reading of a metallic film, even one below zero, does not outweigh all others.
+Down to where noise takes over: asinh(R / 2 floor) + ln floor is ln R far above the floor and straight below it. Noise
+of one size in ohm and errors in proportion to the resistance are then of one size everywhere, so that a noisy reading
+of a metallic film, even one below zero, does not outweigh all others.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ FloatArray = NDArray[np.float64]
 LOG_RESISTANCE = "log_resistance"
 LOWEST = 0.2
 """Share of the readings that tell the noise where the film is metallic."""
+RELATIVE_ERROR = 0.01
+"""Of a model's resistance: where that is the noise, the reading turns from straight to logarithmic."""
 QUARTILE = 0.6745
 SMALLEST = 1e-6
 
@@ -82,9 +85,9 @@ def log_above(resistance: FloatArray, floor: float) -> FloatArray:
 
 
 def floor_of(records: Sequence[FloatArray]) -> float:
-    """[ohm] Three times the noise of the lowest readings, by second differences of `records`, each (n,)."""
+    """[ohm] Where half the noise is `RELATIVE_ERROR`: by second differences of the lowest of `records`, each (n,)."""
     lowest = float(np.quantile(np.concatenate(records), LOWEST))
     steps = [np.diff(one, 2)[one[1:-1] <= lowest] for one in records if len(one) > 2]
     noise = float(np.median(np.abs(np.concatenate(steps)))) / (QUARTILE * np.sqrt(6.0)) if steps else 0.0
     least = -min(float(one.min()) for one in records)
-    return max(3.0 * noise, least, SMALLEST * float(np.median(np.concatenate(records))))
+    return max(0.5 * noise / RELATIVE_ERROR, least, SMALLEST * float(np.median(np.concatenate(records))))

@@ -68,6 +68,8 @@ class Balance(NamedTuple):
     self_heating_known: float = 0.0
     lag_s: float = 0.0
     """Of the relays behind the temperature."""
+    lagging: float = 0.0
+    """Share of what is reversible in the resistance that lags as well."""
 
     @property
     def is_plain(self) -> bool:
@@ -104,6 +106,8 @@ class Read(NamedTuple):
     """v (instants,) [mA]"""
     current: FloatArray
     """That flows just before each instant (instants,) [mA]."""
+    current_after: FloatArray
+    """And just after it."""
     time_s: FloatArray
     steps_s: FloatArray
     """From one instant to the next, the pattern of one sample period."""

@@ -105,14 +105,17 @@ class Vo2Simulation:
         warm = self._warm(pieces, substeps, steps_s, active, values)
         v = np.sqrt(np.maximum(warm.power, 0.0))
         seen = peaks = v
+        reversible = v
         if warm.lagging is not warm.power:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
+            reversible = v + self._balance(active, values).lagging * (seen - v)
         every = 1 if between else len(steps_s)
-        film: ReadOut = follow(seen, peaks, v, every, self.model.resistance_preisach.params)
+        film: ReadOut = follow(seen, peaks, reversible, every, self.model.resistance_preisach.params)
         beam: ReadOut = follow(seen, peaks, v, every, self.model.deflection_preisach.params)
         return Read(
             reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
             resistance=film.y, surrogate=v[::every], current=_just_before(pieces, substeps)[::every],
+            current_after=_just_after(pieces, substeps)[::every],
             time_s=warm.time_s[::every],
             steps_s=steps_s if between else np.array([stimulus.period_s]), span=self.model.current,
         )  # fmt: skip
@@ -214,6 +217,13 @@ def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
                 declared, mechanism.id,
             )
         )  # fmt: skip
+    return found
+
+
+def _just_after(pieces: Pieces, substeps: int) -> FloatArray:
+    """The current that flows just after each instant (instants,) [mA]; of the last one, until it."""
+    found = _just_before(pieces, substeps)
+    found[:-1:substeps] = pieces.nodes[:, 0]
     return found
 
 

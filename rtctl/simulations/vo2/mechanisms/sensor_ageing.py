@@ -1,4 +1,4 @@
-"""`sensor.ageing`: R exp(rate t) is read, t since the record's first sample."""
+"""`sensor.ageing`: R exp(rate t + bend t^2) is read, t since the record's first sample."""
 
 import numpy as np
 
@@ -6,15 +6,23 @@ from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coeffici
 
 
 def ageing(read: Read, p: Values) -> Read:
-    """The film's resistance grows or falls by the same fraction in equal times."""
-    return read._replace(resistance=read.resistance * np.exp(p["rate"] * read.time_s))
+    """The film's resistance grows or falls by the same fraction in equal times, or faster and faster."""
+    drift = (p["rate"] + p["bend"] * read.time_s) * read.time_s
+    return read._replace(resistance=read.resistance * np.exp(drift))
 
 
 MECHANISM = Vo2Mechanism(
     id="sensor.ageing",
     statement="The resistance drifts, by {rate} of itself.",
     parameters=(
-        coefficient("rate", "1/s", "relative, from each record's start", lambda s: 0.1 / s.duration),
+        coefficient("rate", "1/s", "relative, at each record's start", lambda s: 0.1 / s.duration),
+        coefficient(
+            "bend",
+            "1/s^2",
+            "relative, of a drift that grows or slackens",
+            lambda s: 0.1 / s.duration**2,
+            default=0.0,
+        ),
     ),
     instrument=ageing,
     stage=1,

@@ -1,6 +1,7 @@
-"""`sensor.crosstalk`: R + leak (i - known v) is read, i the current that flows just before the sample.
+"""`sensor.crosstalk`: R + leak (i - known v) is read, i the current that flows while the reading is taken.
 
-At rest v = i: loops that were identified on the same device hold leak v already.
+At rest v = i: loops that were identified on the same device hold leak v already. Where a converter steps at the
+sample's instant, no manifest says whether the reading is taken before or after: `before` is the share of before.
 """
 
 from rtctl.simulations.vo2.mechanism import (
@@ -11,12 +12,14 @@ from rtctl.simulations.vo2.mechanism import (
     Vo2Mechanism,
     coefficient,
     known,
+    shape,
 )
 
 
 def leaking(read: Read, p: Values) -> Read:
     """The heater's current in the resistance reading."""
-    seen = read.current - p["known"] * read.surrogate
+    current = p["before"] * read.current + (1.0 - p["before"]) * read.current_after
+    seen = current - p["known"] * read.surrogate
     return read._replace(resistance=read.resistance + p["leak"] * seen)
 
 
@@ -29,6 +32,10 @@ MECHANISM = Vo2Mechanism(
             0.1 * TYPICAL_RESISTANCE_OHM / TYPICAL_CURRENT_MA,
         ),
         known(),
+        shape(
+            "before", "dimensionless", "share of the reading that is taken before the current steps", 1.0,
+            default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0),
+        ),
     ),
     instrument=leaking,
     stage=2,
