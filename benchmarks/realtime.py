@@ -5,8 +5,8 @@ median of the rounds' ratios. Nothing is asserted on maxima.
 
     python benchmarks/realtime.py [recording] [wakeup] [busy] [stalls] [--rounds 5] [--seconds 5] [--priority 80]
 
-Ten minutes of the loop over Modbus TCP beside a busy Python thread, ten without it and ten of cyclictest beside it: `busy
---compiled --rounds 10 --seconds 60`.
+Ten minutes of the loop over Modbus TCP beside a busy Python thread, ten without it and ten of cyclictest beside it:
+`busy --compiled --rounds 10 --seconds 60`.
 """
 
 from __future__ import annotations
@@ -152,9 +152,8 @@ def busy(rounds: int, seconds: float, priority: int, compiled: bool) -> None:
         )
     if own.count:
         whole = sum(count * (low // 1_000_000) for low, _, count in own.buckets())
-        print(
-            f"  cyclictest, busy thread: {whole} of {own.count + whole} ({whole / (own.count + whole):.1e}); {beyond(own, 1e6)}"
-        )
+        of = own.count + whole
+        print(f"  cyclictest, busy thread: {whole} of {of} ({whole / of:.1e}); {beyond(own, 1e6)}")
 
 
 def beyond(histogram: Histogram, duration_ns: float) -> int:
