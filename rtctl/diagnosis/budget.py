@@ -1,4 +1,4 @@
-"""How much processor time a search may take: what is done by then is told, and that time ran out is said."""
+"""How much processor time a diagnosis may search: what is done by then is told, and that time ran out is said."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-SECONDS = 90.0
+SECONDS = 70.0
+"""Of a diagnosis, so that what is under way then and the answer are done by 90 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

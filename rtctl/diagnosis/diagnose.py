@@ -73,7 +73,7 @@ class DiagnosisOptions:
     false_claim_rate: float = 0.05
     threads: int = max(1, min(2, os.cpu_count() or 1))
     seconds: float = SECONDS
-    """Processor time of the search, after which no further fit is begun."""
+    """Processor time of the diagnosis, after which no further fit is begun."""
 
 
 class Fits(NamedTuple):
@@ -145,6 +145,7 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
+    budget = Budget.of(options.seconds)
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
     if subject.output != SUBJECTS[subject.kind].output:
@@ -170,7 +171,7 @@ def diagnose(
             nominal = _nominal(data, comparable)
             warnings.append(LONG_MEMORY.format(len(data.records)))
         data = allowing(data)
-        found, stopped = _searched(data, nominal, ids, options, told)
+        found, stopped = _searched(data, nominal, ids, options, budget, told)
         if stopped:
             warnings.append(stopped)
         if found.out_of_time:
@@ -205,6 +206,7 @@ def _searched(
     nominal: Hypothesis,
     ids: Sequence[str],
     options: DiagnosisOptions,
+    budget: Budget,
     told: Callable[[str], None],
 ) -> tuple[Search, str]:
     """The search, or what is known without it and why there is no more."""
@@ -216,9 +218,7 @@ def _searched(
         tried.append(text)
 
     try:
-        found = search(
-            data, nominal, ids, options.false_claim_rate, noted, known.append, Budget.of(options.seconds)
-        )
+        found = search(data, nominal, ids, options.false_claim_rate, noted, known.append, budget)
         return found, ""
     except Stopped:
         so_far = known[-1]

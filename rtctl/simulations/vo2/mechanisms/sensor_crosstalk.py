@@ -29,7 +29,7 @@ MECHANISM = Vo2Mechanism(
     parameters=(
         coefficient(
             "leak", "ohm/mA", "of the reading, on the heater's current",
-            0.1 * TYPICAL_RESISTANCE_OHM / TYPICAL_CURRENT_MA,
+            0.5 * TYPICAL_RESISTANCE_OHM / TYPICAL_CURRENT_MA,
         ),
         known(),
         shape(
