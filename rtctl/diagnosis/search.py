@@ -135,7 +135,7 @@ def _grown(
         tried.append(ranked(data, _each_once(field), best, plain=not passes))
         if passes:
             found = _returned(data, Search(at_nominal, best, True, (), tuple(tried)), ids, level)
-            found = _beyond_what_is_allowed(data, found, ids)
+            found = _less_what_is_allowed(data, found, ids)
             return found._replace(equivalent=_others(data, found.tried, found.chosen))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
@@ -162,7 +162,7 @@ def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Se
     return found
 
 
-def _beyond_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Search:
+def _less_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Search:
     """Less the causes that all together remove no more than what a nominal model may be off by.
 
     The gate's verdict is the larger set's: it passes, and what the smaller one leaves beyond that is no gap.
@@ -171,10 +171,9 @@ def _beyond_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Se
     most = 0.5 * samples * sum(square / data.size(name) ** 2 for name, square in data.allowed.items())
     chosen = found.chosen.hypothesis
     while data.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
-        fewer = min(
-            without_each(data, found.nominal.hypothesis, chosen, _all(found)), key=lambda one: one.cost
-        )
-        if fewer.cost > found.chosen.hypothesis.cost + most:
+        rests = without_each(data, found.nominal.hypothesis, chosen, _all(found))
+        fewer = min(rests, key=lambda one: one.cost, default=None)
+        if fewer is None or fewer.cost > found.chosen.hypothesis.cost + most:
             break
         chosen = fewer
     if chosen is found.chosen.hypothesis:
