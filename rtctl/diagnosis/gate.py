@@ -184,8 +184,7 @@ def _beyond_what_is_allowed(
     plain = [NoiseModel(np.empty(0), power * k) for power, k in zip(powers, wider, strict=True)]
     squares = sum(row.residual.shape[1] for row in rows) * allowed / (powers * wider)
     in_colour, in_squares = (
-        Metric(project(rows, models), one * _along(by_output(rows, models), squares), many * squares.sum())
-        for models, (one, many) in ((coloured, IN_COLOUR), (plain, BY_SIZE))
+        _metric(rows, models, squares, most) for models, most in ((coloured, IN_COLOUR), (plain, BY_SIZE))
     )
     by_size = [
         test._replace(name=f"{test.name}, by size") for test in _tests(directions, in_squares, of_noise)
@@ -193,10 +192,16 @@ def _beyond_what_is_allowed(
     return [*_tests(directions, in_colour), *by_size]
 
 
-def _along(shares: FloatArray, squares: FloatArray) -> FloatArray:
-    """(k,) most along each direction that has `shares` (outputs, k), where the misfit has `squares` (outputs,)."""
-    found: FloatArray = np.sum(np.sqrt(shares * squares[:, None]), axis=0) ** 2
-    return found
+def _metric(
+    rows: Sequence[Rows], noise: Sequence[NoiseModel], squares: FloatArray, most: tuple[float, float]
+) -> Metric:
+    """Where a misfit of `squares` (outputs,) is no gap of which not `most` lies along one direction, or along many.
+
+    Along a direction that is spread over the outputs by shares lies (sum sqrt(share x squares))^2 at most.
+    """
+    projected = project(rows, noise)
+    along = np.sum(np.sqrt(by_output(projected, rows, noise) * squares[:, None]), axis=0) ** 2
+    return Metric(projected, most[0] * along, most[1] * float(squares.sum()))
 
 
 def _tests(directions: Sequence[Direction], *metrics: Metric) -> list[Test]:

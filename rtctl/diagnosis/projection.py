@@ -102,6 +102,8 @@ class Projected:
         border = normal[np.ix_(keep, range(1, 1 + shared))]
         left = normal[np.ix_(keep, keep)] - border @ self._solve @ border.T
         self.left = left
+        self.followed = border[1:] @ self._solve
+        """(k, p) of each direction along the shared unknowns, both over their scales."""
         self.visible = np.clip(np.diag(left)[1:], 0.0, 1.0)
         """(k,) squared share of each direction that the hypothesis cannot follow."""
         self.samples = samples
@@ -156,19 +158,17 @@ def project(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> Projected:
     return Projected(gram, rows[0].shared.shape[0], samples, own)
 
 
-def by_output(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> FloatArray:
-    """(outputs, k): of each direction beyond all unknowns, how its square is spread over the outputs; 1 in all."""
-    gram, _, _ = _total(rows, noise)
-    count, shared = len(gram), len(rows[0].shared)
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    normal = gram / scale[:, None] / scale
-    inner, border = normal[1 : 1 + shared, 1 : 1 + shared], normal[1 + shared :, 1 : 1 + shared]
-    weights = border @ np.linalg.pinv(inner, rcond=1e-12, hermitian=True)
-    squares = np.zeros((len(noise), count - 1 - shared))
+def by_output(projected: Projected, rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> FloatArray:
+    """(outputs, k): of each direction beyond all unknowns, how its square is spread over the outputs; 1 in all.
+
+    `projected`: of the same rows and noise.
+    """
+    count, shared = projected.followed.shape
+    squares = np.zeros((len(noise), count))
     for row in rows:
         white, _ = row.whitened(noise)
-        white /= scale[:, None]
-        left = white[1 + shared :] - weights @ white[1 : 1 + shared]
+        white /= projected.scale[:, None]
+        left = white[1 + shared :] - projected.followed @ white[1 : 1 + shared]
         squares += np.sum(left.reshape(len(left), len(noise), -1) ** 2, axis=2).T
     shares: FloatArray = squares / np.maximum(squares.sum(axis=0), 1e-300)
     return shares

@@ -16,21 +16,18 @@ from numpy.typing import NDArray
 
 from rtctl.diagnosis.approach import fitted_again, over_stretches
 from rtctl.diagnosis.budget import Budget
-from rtctl.diagnosis.directions import ALL, Direction
-from rtctl.diagnosis.gate import Examined, examine, start_of
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, defaulted
+from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.noise_floor import left_over_noise
-from rtctl.diagnosis.projection import Projected
 from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
-from rtctl.diagnosis.race import Runner, race
+from rtctl.diagnosis.race import race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
+from rtctl.diagnosis.runners import GROWN, runners_of
 
 FloatArray = NDArray[np.float64]
 LARGEST_SET = 6
 BEAM = 3
 """Best sets of one size that are extended to the next."""
-GROWN = 2
-"""Largest set that is extended by all that may act beside it; larger ones grow alone, by the most likely causes."""
 ALIKE = 8
 AS_GOOD = 1.02
 """Times the lowest cost: so close, white squares do not say which is right, and the gate is asked of each."""
@@ -40,8 +37,6 @@ RIVALS = 0.5
 """Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
 NEAR_BEST = 3.0
 """Times the lowest cost: beyond, a set is not extended."""
-MOST_CHILDREN = (9, 6)
-"""Mechanisms that a set which has some is extended by: up to `GROWN`, and beyond."""
 CLOSE = 1.5
 """Times the lowest cost: among these a misfit's size alone says little."""
 AGAIN = 2
@@ -55,8 +50,6 @@ WORTH_ANOTHER = 0.92
 small beside them is real."""
 FAR_ABOVE_NOISE = 3.0
 WORTH_TELLING = 0.5
-SHAPES_TRIED = 2
-START_FACTORS = (1.0, 0.3)
 EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
 LEVEL = 0.2
@@ -67,8 +60,6 @@ NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
 MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
-WEAK = 0.05
-"""Mechanisms whose score is below this share of the best one are fitted from one start only."""
 
 
 class Search(NamedTuple):
@@ -118,7 +109,7 @@ def _grown(
     parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
-        runners = [runner for parent in parents for runner in _runners(parent)]
+        runners = [runner for parent in parents for runner in runners_of(parent)]
         field = race(data, runners, told, budget)
         if not field:
             break
@@ -248,7 +239,7 @@ def _second_chance(
         return list(field)
     runners = [
         runner
-        for runner in _runners(examine(there, data, ids), least=RIVALS)
+        for runner in runners_of(examine(there, data, ids), least=RIVALS)
         if runner.mechanisms != first.mechanisms
     ]
     return _each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
@@ -297,91 +288,6 @@ def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
         left = {id(one): over_stretches(data, one) for one in close}
         close.sort(key=lambda one: left[id(one)])
     return [*close, *field[len(close) :]]
-
-
-def _runners(parent: Examined, least: float = 0.0) -> list[Runner]:
-    """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes.
-
-    Those with a score of `least` times the best one's or more.
-    """
-    made = []
-    large = len(parent.hypothesis.mechanisms) >= GROWN
-    for identity, strength in _screened(parent):
-        if strength < least:
-            continue
-        mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-        groups = sorted(
-            _by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
-        )
-        few = strength < WEAK or large
-        for group in groups[: 1 if few else SHAPES_TRIED]:
-            for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
-                made.append(_runner(parent, identity, group, factor))
-    return made
-
-
-def _screened(parent: Examined) -> list[tuple[str, float]]:
-    """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
-    by_id: dict[str, list[int]] = {}
-    for k, direction in enumerate(parent.directions):
-        if direction.mechanism:
-            by_id.setdefault(direction.mechanism, []).append(k)
-    scores = {
-        identity: max(
-            parent.projected.block(np.array(group))[0] for group in _by_shape(parent.directions, indices)
-        )
-        for identity, indices in by_id.items()
-    }
-    top = max(scores.values(), default=0.0) or 1.0
-    ranking = sorted(((identity, score / top) for identity, score in scores.items()), key=lambda one: -one[1])
-    size = len(parent.hypothesis.mechanisms)
-    return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
-
-
-def _by_shape(directions: Sequence[Direction], indices: Sequence[int]) -> list[list[int]]:
-    groups: dict[tuple[tuple[str, float], ...], list[int]] = {}
-    for k in indices:
-        groups.setdefault(tuple(directions[k].shapes.items()), []).append(k)
-    return list(groups.values())
-
-
-def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float) -> Runner:
-    hypothesis = parent.hypothesis
-    simulation = neutral = hypothesis.simulation.extended((identity,))
-    at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
-    values = np.array([parameter.value for parameter in simulation.parameters])
-    still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
-    own: dict[str, FloatArray] = {}
-    for k, step in zip(group, _joint_step(parent.projected, len(hypothesis.shared), group), strict=True):
-        direction = parent.directions[k]
-        for name, value in direction.shapes.items():
-            values[at[name]] = value
-        if direction.record != ALL:
-            of_each = own.setdefault(direction.name, np.zeros(len(hypothesis.starts)))
-            of_each[direction.record] = factor * step * direction.scale
-        elif parent.projected.usable[k]:
-            values[at[direction.name]] += factor * step * direction.scale
-        else:
-            still.add(simulation.parameters[at[direction.name]].name)
-    starts = np.column_stack((hypothesis.starts, *own.values()))
-    shaped = np.array([parameter.value for parameter in neutral.parameters])
-    for k in group:
-        for name, value in parent.directions[k].shapes.items():
-            shaped[at[name]] = value
-    return Runner(
-        mechanisms=(*hypothesis.mechanisms, identity), simulation=start_of(simulation, values), starts=starts,
-        still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
-    )  # fmt: skip
-
-
-def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
-    """Least-squares steps along directions that act together."""
-    index = 1 + np.asarray(group)
-    matrix = projected.left[np.ix_(index, index)]
-    right = -projected.left[index, 0]
-    solved = np.linalg.lstsq(matrix + 1e-9 * np.eye(len(index)), right, rcond=1e-9)[0]
-    steps: FloatArray = solved * projected.scale[0] / projected.scale[shared + index]
-    return steps
 
 
 def _others(

@@ -61,8 +61,9 @@ class Vo2Dynamics:
     drift: float = 0.0
     """mA^2/s"""
     ageing: float = 0.0
-    ageing_bend: float = 0.0
     """1/s"""
+    ageing_bend: float = 0.0
+    """1/s^2"""
     leak: float = 0.0
     """ohm/mA"""
     leak_known: float = 1.0

@@ -110,12 +110,13 @@ class Vo2Simulation:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
             reversible = v + self._balance(active, values).lagging * (seen - v)
         every = 1 if between else len(steps_s)
+        before = _just_before(pieces, substeps)
         film: ReadOut = follow(seen, peaks, reversible, every, self.model.resistance_preisach.params)
         beam: ReadOut = follow(seen, peaks, v, every, self.model.deflection_preisach.params)
         return Read(
             reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
-            resistance=film.y, surrogate=v[::every], current=_just_before(pieces, substeps)[::every],
-            current_after=_just_after(pieces, substeps)[::every],
+            resistance=film.y, surrogate=v[::every], current=before[::every],
+            current_after=_just_after(before, pieces, substeps)[::every],
             time_s=warm.time_s[::every],
             steps_s=steps_s if between else np.array([stimulus.period_s]), span=self.model.current,
         )  # fmt: skip
@@ -220,9 +221,9 @@ def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
     return found
 
 
-def _just_after(pieces: Pieces, substeps: int) -> FloatArray:
-    """The current that flows just after each instant (instants,) [mA]; of the last one, until it."""
-    found = _just_before(pieces, substeps)
+def _just_after(before: FloatArray, pieces: Pieces, substeps: int) -> FloatArray:
+    """The current that flows just after each instant (instants,) [mA], given that just before; at the last one that."""
+    found = before.copy()
     found[:-1:substeps] = pieces.nodes[:, 0]
     return found
 

@@ -6,14 +6,14 @@ from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coeffici
 
 
 def ageing(read: Read, p: Values) -> Read:
-    """The film's resistance grows or falls by the same fraction in equal times, or faster and faster."""
+    """The film's resistance grows or falls by the same fraction in equal times, or ever faster or slower."""
     drift = (p["rate"] + p["bend"] * read.time_s) * read.time_s
     return read._replace(resistance=read.resistance * np.exp(drift))
 
 
 MECHANISM = Vo2Mechanism(
     id="sensor.ageing",
-    statement="The resistance drifts, by {rate} of itself.",
+    statement="The resistance drifts, by {rate} of itself at first, and bends by {bend}.",
     parameters=(
         coefficient("rate", "1/s", "relative, at each record's start", lambda s: 0.1 / s.duration),
         coefficient(
