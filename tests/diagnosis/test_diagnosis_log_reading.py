@@ -13,6 +13,7 @@ def test_noise_and_relative_errors_weigh_alike_over_two_decades() -> None:
     resistance = 10.0 ** np.linspace(3.3, 5.5, 4000)
     floor = floor_of([resistance + noise_ohm * draw.standard_normal(4000)])
     assert floor == pytest.approx(0.5 * noise_ohm / RELATIVE_ERROR, rel=0.1)
+    assert RELATIVE_ERROR < 0.02  # else a metallic film's noise hides what lies along the resistance
     error = np.sqrt(noise_ohm**2 + (RELATIVE_ERROR * resistance) ** 2)
     size = log_above(resistance + error, floor) - log_above(resistance, floor)
     assert size == pytest.approx(np.full(4000, RELATIVE_ERROR), rel=0.1)
