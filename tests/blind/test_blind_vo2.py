@@ -5,10 +5,18 @@ None of these seeds was used to develop the diagnosis.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
-from case import run_case
+from case import diagnosed, identified, run_case
+from generator import generate
+
+from rtctl.diagnosis.hypothesis import fitted
+from rtctl.diagnosis.ranking import Ranked
+from rtctl.diagnosis.search import _less_what_is_allowed
+from rtctl.wiring import mechanism_ids
 
 SMALL: dict[str, Any] = {
     "plant": "vo2",
@@ -34,3 +42,21 @@ def test_what_ails_the_reading_or_lags_in_it_is_named(seed: int, effect: str) ->
 
 def test_nothing_is_claimed_of_a_sound_device() -> None:
     assert run_case(200_610, kind="null", **SMALL)["judgement"] == "right"
+
+
+def test_a_cause_that_removes_less_than_is_allowed_is_not_told(tmp_path: Path) -> None:
+    generate(200_600, tmp_path, kind="single", effects=("sensor.ageing",), **SMALL)
+    identified(tmp_path)
+    found = diagnosed(tmp_path)
+    data, chosen = replace(found.data, executor=None), found.search.chosen
+    assert chosen.hypothesis.mechanisms == ("sensor.ageing",)
+    both = ("sensor.ageing", "hysteresis.shape")
+    larger = fitted(data, chosen.hypothesis.simulation.extended(both[1:]), both, chosen.hypothesis.starts)
+    assert larger is not None
+    of_both = found.search._replace(
+        chosen=chosen._replace(hypothesis=larger), tried=(*found.search.tried, (Ranked(larger, 0.0, None),))
+    )
+    ids = mechanism_ids("vo2")
+    assert _less_what_is_allowed(data, of_both, ids).chosen.hypothesis.mechanisms == both[:1]
+    strict = replace(data, allowed={name: 1e-12 * square for name, square in data.allowed.items()})
+    assert _less_what_is_allowed(strict, of_both, ids).chosen.hypothesis.mechanisms == both
