@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plant_sim.oscillator.binding import bind
 from plant_sim.oscillator.friction import note, resistance, settle
-from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
+from plant_sim.oscillator.mechanism import Driven, Memory, OscillatorMechanism
 from plant_sim.oscillator.memory import combined
 from plant_sim.oscillator.nominal import ROWS
 from plant_sim.oscillator.rk4 import rk4
@@ -46,7 +46,7 @@ class Equation:
 
     rows: FloatArray
     terms: frozenset[str]
-    memories: tuple[OscillatorMechanism, ...]
+    memories: tuple[Memory, ...]
     constants: tuple[int, ...] = ()
     """Rows of each memory."""
     own_rate: Callable[[float], float] = lambda speed: 0.0
@@ -76,15 +76,18 @@ class Equation:
             )
             for one in active
         ]
+        remembering = [
+            (one, one.memory, of_all)
+            for one, of_all in own
+            if one.memory is not None and any(one.memory.acts(lane) for lane in of_all)
+        ]
         constants = [
-            np.array([mechanism.memory.constants(lane) for lane in of_all]).T
-            for mechanism, of_all in own
-            if mechanism.memory is not None
+            np.array([memory.constants(lane) for lane in of_all]).T for _, memory, of_all in remembering
         ]
         return cls(
             rows=np.ascontiguousarray(np.vstack([table, *constants])),
             terms=frozenset(terms),
-            memories=tuple(mechanism for mechanism in active if mechanism.memory is not None),
+            memories=tuple(memory for _, memory, _ in remembering),
             constants=tuple(len(rows) for rows in constants),
             own_rate=lambda speed: max(
                 math.hypot(*(one.fastest_rate(of_all[j], speed) for one, of_all in own))
@@ -164,7 +167,17 @@ class Equation:
     @property
     def states(self) -> int:
         """Of all memories."""
-        return sum(one.memory.states for one in self.memories if one.memory)
+        return sum(memory.states for memory in self.memories)
+
+    def own_start(self, z: FloatArray, v: FloatArray) -> FloatArray:
+        """States (states, lanes) of all memories where motions start from displacement z and velocity v (lanes,)."""
+        found = [
+            np.zeros((memory.states, len(z)))
+            if memory.start is None
+            else np.array([memory.start(*pair) for pair in zip(z.tolist(), v.tolist(), strict=True)]).T
+            for memory in self.memories
+        ]
+        return np.ascontiguousarray(np.vstack(found)) if found else np.zeros((0, len(z)))
 
     def march(
         self,
@@ -178,15 +191,14 @@ class Equation:
     ) -> None:
         """RK4 into `out_z` and `out_v` (samples, lanes).
 
-        z, v (lanes,) and the memories' `own` (states, lanes), zero where it is None, are left at the drive's end.
+        z, v (lanes,) and the memories' `own` (states, lanes), None: `own_start`, are left at the drive's end.
         """
         layout = [
-            (one.memory.law, one.memory.states, constants)
-            for one, constants in zip(self.memories, self.constants, strict=True)
-            if one.memory
+            (memory.law, memory.states, constants)
+            for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
-        memory = [np.zeros((self.states, len(z))) if own is None else own] if layout else []
+        memory = [self.own_start(z, v) if own is None else own] if layout else []
         integrator(z, v, *memory, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 
 

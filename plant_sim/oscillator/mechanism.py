@@ -71,6 +71,10 @@ class Memory(NamedTuple):
     states: int
     constants: Callable[[Values], tuple[float, ...]]
     """The rows that the law reads, in its order."""
+    acts: Callable[[Values], bool] = lambda values: True
+    """Whether it acts at all at these values of its mechanism, which may act elsewhere alone."""
+    start: Callable[[float, float], tuple[float, ...]] | None = None
+    """States at the start of a record, of displacement and velocity there; None: all zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -71,7 +71,7 @@ class OscillatorPlant:
     def reset(self) -> None:
         """At rest where nothing drives it, clocks and noise as at power-up."""
         self._z, self._v = np.full(1, resting_place(self._equation)), np.zeros(1)
-        self._own = np.zeros((self._equation.states, 1))
+        self._own = self._equation.own_start(self._z, self._v)
         self._path = SignalPath(self._acting)
         self._noise = NoiseSource(self._seed)
         self._time_s = 0.0

@@ -7,8 +7,8 @@ identification and diagnosis need no more than what is declared here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 
@@ -72,10 +72,21 @@ class Mechanism:
     statement: str
     """One sentence; parameters as `{level}` are filled in with value and unit."""
     parameters: tuple[Parameter, ...]
+    forms: Mapping[str, str] = field(default_factory=dict)
+    """Amplitude -> sentence where it acts alone: ways to act of which a device has one, looked for one at a time."""
 
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):
             raise ValueError(f"{self.id}: a mechanism needs a parameter with a neutral value")
+
+    def form_of(self, amplitude: str) -> str:
+        """The form that an amplitude belongs to; "" where all act together."""
+        return amplitude if amplitude in self.forms else ""
+
+    def sentence(self, values: Mapping[str, float]) -> str:
+        """That of the one form that acts at `values`, else the general one."""
+        acting = [name for name in self.forms if values.get(name)]
+        return self.forms[acting[0]] if len(acting) == 1 else self.statement
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.mechanisms import Mechanism
 from rtctl.border.simulation import FreeParameter
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import Examined
@@ -61,7 +62,7 @@ def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Ca
     found = [
         Cause(
             id=mechanism.id,
-            statement=" ".join([_statement(mechanism.statement, estimates), *together.get(mechanism.id, [])]),
+            statement=" ".join([_statement(mechanism, estimates), *together.get(mechanism.id, [])]),
             kind="mechanism",
             probability=probabilities.get(mechanism.id, 0.0),
             parameters=estimates,
@@ -125,8 +126,9 @@ def _own_error(examined: Examined) -> float:
     return float(np.sqrt(2.0 * np.mean(examined.noise[0].power(4096)) / samples))
 
 
-def _statement(template: str, estimates: Mapping[str, Estimate]) -> str:
+def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
     """The mechanism's sentence with values and units."""
+    template = mechanism.sentence({name: estimate.value for name, estimate in estimates.items()})
     names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
     filled = {
         name: f"{estimates[name].value:.4g} {_plain(estimates[name].unit)}".strip()

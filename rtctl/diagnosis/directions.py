@@ -8,6 +8,7 @@ which coordinate it lives.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,8 @@ class Direction(NamedTuple):
     """Of which it is the own; `ALL`: of all."""
     trials: int = 1
     """From how many shapes the data chose this one."""
+    form: str = ""
+    """Of its mechanism; directions of one form act together."""
 
 
 ALL = -1
@@ -46,21 +49,34 @@ ALL = -1
 def catalogue_directions(
     simulation: Simulation, ids: tuple[str, ...], data: Data, residuals: Sequence[FloatArray]
 ) -> list[Direction]:
-    """Of every mechanism in `ids` that the model does not have yet, amplitude by amplitude, shape by shape."""
+    """Of every mechanism in `ids` that the model does not have yet, form by form, shape by shape."""
     found = []
     for identity in ids:
         extended = simulation.extended((identity,))
         mechanism = extended.mechanisms[-1]
         units = {p.declared.name: p for p in extended.parameters if p.mechanism == identity}
-        for shapes, trials in shape_grid(mechanism, data, residuals):
+        grid = list(shape_grid(mechanism, data, residuals))
+        forms = dict.fromkeys(mechanism.form_of(amplitude.name) for amplitude in mechanism.amplitudes)
+        for form, (shapes, trials) in product(forms, grid):
             for amplitude in mechanism.amplitudes:
+                if mechanism.form_of(amplitude.name) != form:
+                    continue
                 size = _size(units[amplitude.name], data.scales)
                 records = range(len(data.records)) if amplitude.of_record else (ALL,)
                 found += [
-                    Direction(identity, amplitude.name, "", shapes, size, record, trials)
+                    Direction(identity, amplitude.name, "", shapes, size, record, trials, form)
                     for record in records
                 ]
     return found
+
+
+def acting_together(directions: Sequence[Direction], chosen: Sequence[int]) -> list[list[int]]:
+    """`chosen` directions in groups of one mechanism, one form and one choice of shapes."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for k in chosen:
+        one = directions[k]
+        groups.setdefault((one.mechanism, one.form, *one.shapes.items()), []).append(k)
+    return list(groups.values())
 
 
 def _size(parameter: FreeParameter, scales: Scales) -> float:
@@ -75,7 +91,10 @@ def _size(parameter: FreeParameter, scales: Scales) -> float:
 def mechanism_slopes(
     hypothesis: Hypothesis, directions: list[Direction], data: Data, index: int
 ) -> FloatArray:
-    """(directions, outputs, n) of record `index`, all of one mechanism; zero where it is another record's own."""
+    """(directions, outputs, n) of record `index`, all of one form of a mechanism: another may need shorter steps.
+
+    Zero where a direction is another record's own.
+    """
     identity = directions[0].mechanism
     simulation = hypothesis.simulation.extended((identity,))
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}

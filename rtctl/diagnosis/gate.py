@@ -9,6 +9,7 @@ counts, times the number of tests.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -117,9 +118,8 @@ def examine(
 
 def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index: int, base: object) -> Rows:
     slopes = []
-    for identity in dict.fromkeys(direction.mechanism for direction in named):
-        own = [direction for direction in named if direction.mechanism == identity]
-        slopes.append(mechanism_slopes(hypothesis, own, data, index))
+    for _, own in groupby(named, key=lambda direction: (direction.mechanism, direction.form)):
+        slopes.append(mechanism_slopes(hypothesis, list(own), data, index))
     slopes.append(data.subject.slopes(hypothesis, data, index))
     slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
     return Rows(

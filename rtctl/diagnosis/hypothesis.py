@@ -19,7 +19,7 @@ from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
 LEAST_DETERMINED = 1e-7
-"""Of the smallest eigenvalue of the correlation matrix of the slopes: below it two parameters say the same."""
+"""Squared share of a parameter's slopes beyond all others': below it, it says what they say."""
 MOST_ITERATIONS = 40
 MOST_SCALES = 5.0
 """A mechanism that acts so many times as much as all the rest is none that is to be found."""
@@ -146,7 +146,7 @@ def polished(data: Data, hypothesis: Hypothesis, iterations: int = MOST_ITERATIO
     """To the end, with every shape free that these records can determine beside the others."""
     still = set(hypothesis.still)
     for name in _defaulted(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
-        if name in still and _determined(data, hypothesis, still - {name}):
+        if name in still and _determined(data, hypothesis, still - {name}, name):
             still.discard(name)
     return fitted(
         data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
@@ -166,8 +166,8 @@ def _defaulted(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
     ]
 
 
-def _determined(data: Data, hypothesis: Hypothesis, still: set[str]) -> bool:
-    """Whether the records tell all free parameters apart: of Bouc-Wen's four numbers one only names the others."""
+def _determined(data: Data, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
+    """Whether the records tell it from all other free ones: of Bouc-Wen's four numbers one only names the others."""
     again = fitted(data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still))
     if again is None:
         return False
@@ -179,8 +179,14 @@ def _determined(data: Data, hypothesis: Hypothesis, still: set[str]) -> bool:
     for line in lines:
         flat = line.shared.reshape(len(line.shared), -1)
         gram += flat @ flat.T
+    sensitivity = again.sensitivity
+    names = [sensitivity.simulation.parameters[k].name for k in sensitivity.free]
+    own, others = names.index(name), [k for k, other in enumerate(names) if other != name]
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    return bool(np.linalg.eigvalsh(gram / size[:, None] / size)[0] > LEAST_DETERMINED)
+    normal = gram / size[:, None] / size
+    border = normal[own, others]
+    alike = border @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12, hermitian=True) @ border
+    return bool(gram[own, own] > 0.0 and 1.0 - alike > LEAST_DETERMINED)
 
 
 def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:

@@ -39,6 +39,8 @@ class Runner(NamedTuple):
     """The same where the added mechanism does not act yet."""
     parent: Hypothesis
     """That it is added to: a fit cannot be worse, unless it went astray."""
+    form: str = ""
+    """Of the added mechanism: another form of it is a rival to the end."""
 
     def shorter(self, step: float) -> Runner:
         """From a part of the step away from the parent."""
@@ -59,15 +61,22 @@ def race(
     """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
     `budget` lasts.
     """
-    budget, glance = budget or Budget.of(np.inf), data.glance
-    first: dict[frozenset[str], list[Hypothesis]] = {}
+    return each_once(_to_the_end(data, runners, told, budget or Budget.of(np.inf)))
+
+
+def _to_the_end(
+    data: Data, runners: Sequence[Runner], told: Callable[[str], None], budget: Budget
+) -> list[Hypothesis]:
+    """Of each form of each set its best fit."""
+    glance = data.glance
+    first: dict[tuple[frozenset[str], str], list[Hypothesis]] = {}
     for runner in runners:
         if budget.spent:
             break
         told(" + ".join(runner.mechanisms))
         found = _begun(glance, runner) if glance is not data else _no_worse(data, runner)
         if found is not None:
-            first.setdefault(frozenset(runner.mechanisms), []).append(found)
+            first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
     field = _sorted([min(ones, key=_cost) for ones in first.values()])
     going = _in_reach(field, SECOND)
     gone = [one if budget.spent else _further(glance, one, SECOND_LAP) for one in going]
@@ -110,6 +119,14 @@ def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
 
 def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
     return found if found is not None and found.cost <= one.cost else one
+
+
+def each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Of each set the first."""
+    found: dict[frozenset[str], Hypothesis] = {}
+    for one in field:
+        found.setdefault(frozenset(one.mechanisms), one)
+    return list(found.values())
 
 
 def _sorted(field: Sequence[Hypothesis]) -> list[Hypothesis]:

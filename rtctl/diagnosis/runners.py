@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.directions import ALL, Direction
+from rtctl.diagnosis.directions import ALL, acting_together
 from rtctl.diagnosis.gate import Examined, start_of
 from rtctl.diagnosis.hypothesis import defaulted
 from rtctl.diagnosis.projection import Projected
@@ -36,12 +36,14 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
             continue
         mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
         groups = sorted(
-            _by_shape(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
+            acting_together(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
         )
         few = strength < WEAK or large
-        for group in groups[: 1 if few else SHAPES_TRIED]:
-            for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
-                made.append(_runner(parent, identity, group, factor))
+        for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
+            own = [group for group in groups if parent.directions[group[0]].form == form]
+            for group in own[: 1 if few else SHAPES_TRIED]:
+                for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
+                    made.append(_runner(parent, identity, group, factor))
     return made
 
 
@@ -53,7 +55,8 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
             by_id.setdefault(direction.mechanism, []).append(k)
     scores = {
         identity: max(
-            parent.projected.block(np.array(group))[0] for group in _by_shape(parent.directions, indices)
+            parent.projected.block(np.array(group))[0]
+            for group in acting_together(parent.directions, indices)
         )
         for identity, indices in by_id.items()
     }
@@ -63,19 +66,14 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
     return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
 
 
-def _by_shape(directions: Sequence[Direction], indices: Sequence[int]) -> list[list[int]]:
-    groups: dict[tuple[tuple[str, float], ...], list[int]] = {}
-    for k in indices:
-        groups.setdefault(tuple(directions[k].shapes.items()), []).append(k)
-    return list(groups.values())
-
-
 def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float) -> Runner:
     hypothesis = parent.hypothesis
     simulation = neutral = hypothesis.simulation.extended((identity,))
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
     values = np.array([parameter.value for parameter in simulation.parameters])
+    mechanism, form = simulation.mechanisms[-1], parent.directions[group[0]].form
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
+    still |= {f"{identity}.{one.name}" for one in mechanism.amplitudes if mechanism.form_of(one.name) != form}
     own: dict[str, FloatArray] = {}
     for k, step in zip(group, _joint_step(parent.projected, len(hypothesis.shared), group), strict=True):
         direction = parent.directions[k]
@@ -96,6 +94,7 @@ def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float
     return Runner(
         mechanisms=(*hypothesis.mechanisms, identity), simulation=start_of(simulation, values), starts=starts,
         still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
+        form=form,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.directions import acting_together
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.projection import leftover
@@ -58,12 +59,10 @@ def bic(data: Data, hypothesis: Hypothesis) -> float:
 
 def further_ones(at: Examined) -> list[tuple[str, float]]:
     """Change of BIC by each further mechanism, from its score: minus what it removes, plus its unknowns' price."""
-    groups: dict[tuple[str, tuple[tuple[str, float], ...]], list[int]] = {}
-    for k, direction in enumerate(at.directions):
-        if direction.mechanism:
-            groups.setdefault((direction.mechanism, tuple(direction.shapes.items())), []).append(k)
+    named = [k for k, direction in enumerate(at.directions) if direction.mechanism]
     changes: dict[str, float] = {}
-    for (identity, shapes), members in groups.items():
+    for members in acting_together(at.directions, named):
+        identity, shapes = at.directions[members[0]].mechanism, at.directions[members[0]].shapes
         removed, rank = at.projected.block(np.array(members))
         change = (rank + len(shapes)) * float(np.log(at.projected.samples)) - removed if rank else np.inf
         changes[identity] = min(changes.get(identity, np.inf), change)

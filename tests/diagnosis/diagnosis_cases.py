@@ -41,9 +41,9 @@ unit = "mm"
 """
 
 
-def device(*mechanisms: dict[str, object]) -> Simulation:
-    """The nominal one with `mechanisms`."""
-    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in NOMINAL.items()}
+def device(*mechanisms: dict[str, object], **more: tuple[float, str]) -> Simulation:
+    """The nominal one with `mechanisms` and `more` nominal parameters."""
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in (NOMINAL | more).items()}
     tables = {"kind": "oscillator", "parameters": parameters, "mechanisms": mechanisms}
     return build_simulation(ModelFile.model_validate({"model": tables}), UNITS, "device")
 

@@ -68,6 +68,12 @@ def linear_mode(y: FloatArray, u: float, p: P) -> list[float]:
     return [y[3], p["gain"] * u - 2.0 * p["damping_ratio"] * w * y[3] - w * w * y[2]]
 
 
+def pull(y: FloatArray, p: P) -> float:
+    """Of a carried mass, at y[4] and y[5], on the device."""
+    w = 2.0 * math.pi * p["frequency"]
+    return float(2.0 * p["damping_ratio"] * w * (y[5] - y[1]) + w * w * (y[4] - y[0]))
+
+
 def langevin(u: float, curvature: float) -> float:
     """3 L(x) / sqrt(curvature)."""
     x = math.sqrt(curvature) * u
@@ -133,9 +139,11 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
     ),
     "mode.second": Oracle(
-        values={"gain": 500.0, "frequency": 41.0, "damping_ratio": 0.03},
-        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u), *linear_mode(y, u, p)],
-        states=lambda first: [0.0, 0.0],
+        values={"gain": 500.0, "mass_ratio": 0.15, "frequency": 41.0, "damping_ratio": 0.03},
+        rate=lambda t, y, u, p: [
+            y[1], duffing(y[0], y[1], u) + p["mass_ratio"] * pull(y, p), *linear_mode(y, u, p), y[5], -pull(y, p),
+        ],
+        states=lambda first: [0.0, 0.0, Z_0, V_0],
         reading=lambda t, y, p: y[:, 0] + y[:, 2],
         speed=lambda y: y[:, 1] + y[:, 3],
     ),

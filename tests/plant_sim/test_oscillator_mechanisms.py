@@ -199,12 +199,15 @@ def test_what_acts_on_the_reading_acts_in_the_order_of_its_stages() -> None:
     w = 2.0 * math.pi * p["mode.second.frequency"]
 
     def rate(t: float, y: FloatArray, u: float) -> list[float]:
-        second = p["mode.second.gain"] * u - 2.0 * p["mode.second.damping_ratio"] * w * y[3] - w * w * y[2]
+        c = 2.0 * p["mode.second.damping_ratio"] * w
+        second = p["mode.second.gain"] * u - c * y[3] - w * w * y[2]
         lagging = (y[0] + y[2] - y[4]) / p["sensor.lag.time_constant"]
-        return [y[1], duffing(y[0], y[1], u), y[3], second, lagging]
+        pull = c * (y[6] - y[1]) + w * w * (y[5] - y[0])
+        first = duffing(y[0], y[1], u) + p["mode.second.mass_ratio"] * pull
+        return [y[1], first, y[3], second, lagging, y[6], -pull]
 
     root = math.sqrt(p["sensor.saturation.curvature"])
-    read = solved(rate, multisine(), "linear", [Z_0, V_0, 0.0, 0.0, Z_0])[:, 4]
+    read = solved(rate, multisine(), "linear", [Z_0, V_0, 0.0, 0.0, Z_0, Z_0, V_0])[:, 4]
     expected = np.tanh(root * read) / root + p["sensor.offset.offset"]
     z, _ = predicted(
         multisine(), "linear", "sensor.offset", "sensor.saturation", "sensor.lag", "mode.second"
@@ -398,7 +401,7 @@ def test_every_mechanism_takes_its_values_in_units_of_the_data(z: str, u: str) -
 def test_a_value_in_another_unit_is_converted() -> None:
     values = {"gain": (2.5, "m/s^2/kV"), "frequency": (0.041, "kHz"), "damping_ratio": (3.0, "percent")}
     bound = oscillator_simulation(model(("mode.second", values)), UNITS, "test")
-    assert [p.value for p in bound.parameters[4:]] == pytest.approx([2.5, 41.0, 0.03])
+    assert [p.value for p in bound.parameters[4:]] == pytest.approx([2.5, 0.0, 41.0, 0.03])
 
 
 # --- messages --------------------------------------------------------------------------------------------------

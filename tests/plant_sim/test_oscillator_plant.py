@@ -40,7 +40,8 @@ VALUES = {
     "damping.nonlinear": "coefficient = { value = 5, unit = '1/(mm^2*s)' }",
     "damping.quadratic": "coefficient = { value = 0.05, unit = '1/mm' }",
     "friction.coulomb": "level = { value = 400, unit = 'mm/s^2' }",
-    "mode.second": "gain = { value = 2000, unit = 'mm/s^2/V' }\nfrequency = { value = 40, unit = 'Hz' }",
+    "mode.second": "gain = { value = 2000, unit = 'mm/s^2/V' }\nfrequency = { value = 40, unit = 'Hz' }\n"
+    "mass_ratio = { value = 0.1, unit = 'dimensionless' }",
     "drive.harmonics": "second = { value = 0.1, unit = '1/V' }\nthird = { value = 0.05, unit = '1/V^2' }",
     "drive.saturation": "curvature = { value = 2, unit = '1/V^2' }",
     "drive.deadband": "width = { value = 0.4, unit = 'V' }",
@@ -165,6 +166,16 @@ def test_a_bistable_beam_powers_up_in_a_well() -> None:
         beam = load_plant(bundled_plant(name))
         beam.advance((0.0,), 10.0)
         assert beam.displacement == pytest.approx(well, abs=1e-3)
+
+
+def test_a_mass_on_a_bistable_device_rests_with_it_at_power_up(tmp_path: Path) -> None:
+    """It begins where the device is: at the origin it would pull at once."""
+    path = model_file(tmp_path, "mode.second")
+    path.write_text(path.read_text().replace("stiffness = { value = 9000.0", "stiffness = { value = -9000.0"))
+    device = load_plant(path)
+    assert device.displacement == pytest.approx(math.sqrt(3.0))
+    device.advance((0.0,), 0.05)
+    assert device.displacement == pytest.approx(math.sqrt(3.0), abs=1e-9)
 
 
 def test_noise_repeats_with_the_seed_and_after_a_reset() -> None:

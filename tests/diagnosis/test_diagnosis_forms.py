@@ -1,0 +1,115 @@
+"""A mechanism of several forms: each is looked for by itself, and the answer says which one it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_cases import device, measured, noise_drive, write_case
+
+from rtctl.comparison import simulation_for
+from rtctl.diagnosis.checks import split
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Data, fitted, polished
+from rtctl.diagnosis.runners import runners_of
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.scales import scales_of
+from rtctl.measured import open_dataset, read_dataset
+
+CARRIED = {
+    "id": "mode.second",
+    "parameters": {
+        "mass_ratio": {"value": 0.02, "unit": "dimensionless"},
+        "frequency": {"value": 26.0, "unit": "Hz"},
+        "damping_ratio": {"value": 0.03, "unit": "dimensionless"},
+    },
+}
+BESIDE = {
+    "id": "mode.second",
+    "parameters": {
+        "gain": {"value": 60.0, "unit": "mm/s^2/V"},
+        "frequency": {"value": 41.0, "unit": "Hz"},
+        "damping_ratio": {"value": 0.02, "unit": "dimensionless"},
+    },
+}
+
+
+def case(folder: Path, mechanism: dict[str, object]) -> Path:
+    """Two records to fit and one to test on."""
+    drives = [noise_drive(seed) for seed in (1, 2, 3)]
+    uses = ("fit", "fit", "test")
+    return write_case(
+        folder,
+        [(drive, measured(device(mechanism), drive), use) for drive, use in zip(drives, uses, strict=True)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("hidden", "other", "words"),
+    [(CARRIED, "gain", "A mass on the device, 0.02"), (BESIDE, "mass_ratio", "A second mode at 41 Hz is driven too")],
+    ids=["carried", "beside"],
+)  # fmt: skip
+def test_the_form_that_acts_is_found_and_the_other_stays_out(
+    hidden: dict[str, object], other: str, words: str, tmp_path: Path
+) -> None:
+    path = case(tmp_path, hidden)
+    model = tmp_path / "model.toml"
+    found = diagnose(
+        read_dataset(path), SUBJECTS["oscillator"].read_model(model), simulation_for(model, open_dataset(path)),
+        ("stiffness.cubic", "mode.second", "drive.lag"),
+    )  # fmt: skip
+    (cause,) = found.causes
+    assert cause.id == "mode.second"
+    assert words.split(",")[0] in cause.statement
+    assert "?" not in cause.statement
+    assert cause.parameters[other].value == 0.0
+    for name, given in hidden["parameters"].items():  # type: ignore[attr-defined]
+        assert cause.parameters[name].value == pytest.approx(given["value"], rel=0.1), name
+
+
+def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
+    records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted(data, device(), ())
+    assert nominal is not None
+    made = runners_of(examine(nominal, data, ("mode.second",)))
+    assert {runner.form for runner in made} == {"gain", "mass_ratio"}
+    for runner in made:
+        (other,) = {"gain", "mass_ratio"} - {runner.form}
+        values = {one.name: one.value for one in runner.simulation.parameters}
+        assert values[f"mode.second.{other}"] == 0.0
+        assert f"mode.second.{other}" in runner.still
+        assert f"mode.second.{runner.form}" not in runner.still
+
+
+def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> None:
+    """Two names of one cubic spring say the same; the hum's frequency has nothing to do with them."""
+    hum = {
+        "id": "sensor.hum",
+        "parameters": {
+            "cosine": {"value": 0.1, "unit": "mm"}, "sine": {"value": 0.05, "unit": "mm"},
+            "frequency": {"value": 50.4, "unit": "Hz"},
+        },
+    }  # fmt: skip
+    path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
+    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    still = frozenset({"sensor.hum.frequency"})
+    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
+    twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
+    near = twice.with_values(
+        np.array([50.3 if one.name in still else one.value for one in twice.parameters])
+    )
+    begun = fitted(data, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    assert begun is not None
+    end = polished(data, begun)
+    assert end is not None
+    assert end.still == frozenset()
+    found = {one.name: one.value for one in end.simulation.parameters}
+    assert found["sensor.hum.frequency"] == pytest.approx(50.4, abs=0.02)
