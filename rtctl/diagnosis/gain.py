@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,15 +15,18 @@ from numpy.typing import NDArray
 
 from rtctl.border.simulation import Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.levenberg_marquardt import minimise
+from rtctl.identification.scales import scales_of
+from rtctl.identification.segments import Segment, SegmentCost
+from rtctl.identification.sensitivity import Sensitivity
 
 FloatArray = NDArray[np.float64]
 RESAMPLES = 400
 BLOCK_PERIODS = 8.0
 LEAST_BLOCKS = 12
 """Of all test records; shorter ones where they are few periods."""
-START_ITERATIONS = 4
-NUDGE = 1e-4
-"""Of the largest reading: finite differences of the start."""
+ITERATIONS = 12
+CONVERGED = 1e-6
 
 
 class Gain(NamedTuple):
@@ -58,41 +62,41 @@ def gain(
     return Gain(output, unit, first, second, noise_floor, ratio, low, high)
 
 
-def free_run_error(simulation: Simulation, record: FitRecord, output: str) -> FloatArray:
+def free_run_error(simulation: Simulation, record: FitRecord, output: str, within: float = 1.0) -> FloatArray:
     """Simulated minus measured (n,) over the scored samples, from the fitted start; infinite if it diverges."""
-    run = free_run(simulation, record, output)
+    run = free_run(simulation, record, output, within)
     if run.diverged_at[0] >= 0:
         return np.full(record.samples - record.first, np.inf)
     error: FloatArray = (run.outputs[output][0] - record.measured[output])[record.first :]
     return error
 
 
-def free_run(simulation: Simulation, record: FitRecord, output: str) -> Prediction:
-    """Of one lane. Its start is fitted to the record, two numbers: the first sample is noisy, and a lightly damped
-    device rings with that noise for a long time. By Gauss-Newton; the record's own start where that is no better.
+def free_run(simulation: Simulation, record: FitRecord, output: str, within: float = 1.0) -> Prediction:
+    """Of one lane. What is the record's own is fitted to this share of its scored samples, `within`, first.
+
+    That is its start, two numbers: the first sample is noisy, and a lightly damped device rings with that noise for a
+    long time; and parameters that each record has for itself, as the phase of a hum. As they are where no fit is.
     """
     values = np.array([parameter.value for parameter in simulation.parameters])
-    if not simulation.state:
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    if not simulation.state and not own:
         return simulation.predict(record.stimulus, values)
     start = np.array([record.stimulus.initial.get(name, 0.0) for name in simulation.state])
-    peak = float(np.abs(record.measured[output]).max()) or 1.0
-    steps = NUDGE * peak * np.array([1.0, 1.0 / (10.0 * record.period_s)])[: len(start)]
-    best, least = simulation.predict(record.stimulus, values, np.atleast_2d(start)), np.inf
-    for _ in range(START_ITERATIONS):
-        lanes = start + np.vstack((np.zeros(len(start)), np.diag(steps)))
-        run = simulation.predict(record.stimulus, np.tile(values, (len(lanes), 1)), lanes)
-        outputs = run.outputs[output][:, record.first :]
-        error = outputs[0] - record.measured[output][record.first :]
-        if (run.diverged_at >= 0).any() or not float(error @ error) < least:
-            break
-        best, least = _first_lane(run), float(error @ error)
-        slopes = (outputs[1:] - outputs[0]).T / steps
-        start = start - np.linalg.lstsq(slopes, error)[0]
-    return best
-
-
-def _first_lane(run: Prediction) -> Prediction:
-    return Prediction({name: values[:1] for name, values in run.outputs.items()}, run.diverged_at[:1])
+    alone = replace(record, measured={output: record.measured[output]})
+    seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
+    cost = SegmentCost(
+        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales_of([seen], output), of_record=own),
+        segments=[Segment(seen, np.append(start, values[own]), False)],
+        sigma=np.array([float(seen.measured[output].std()) or 1.0]),
+    )
+    nothing = np.empty(0)
+    reached = minimise(
+        cost.equations, cost.start(nothing), nothing, nothing, iterations=ITERATIONS, tolerance=CONVERGED
+    )
+    if reached is not None:
+        found = cost.state(0, reached.unknowns)
+        start, values[own] = found[: len(start)], found[len(start) :]
+    return simulation.predict(record.stimulus, values, np.atleast_2d(start))
 
 
 def _rms(errors: Sequence[FloatArray]) -> float:

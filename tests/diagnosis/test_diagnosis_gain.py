@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
 
-from rtctl.border.simulation import Stimulus
+from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.gain import free_run_error, gain
 from rtctl.identification.fit_record import FitRecord
 
@@ -46,3 +46,25 @@ def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infi
         {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
     )
     assert math.isinf(float(np.mean(free_run_error(wild, record_of(4), "displacement") ** 2)))
+
+
+def test_what_each_record_has_for_itself_is_fitted_to_a_test_record_too() -> None:
+    """The phase of a hum at a record's first sample says nothing of another record's."""
+
+    def humming(cosine: float, sine: float) -> Simulation:
+        mains = {"cosine": {"value": cosine, "unit": "mm"}, "sine": {"value": sine, "unit": "mm"}}
+        return device(
+            {"id": "sensor.hum", "parameters": mains | {"frequency": {"value": 50.0, "unit": "Hz"}}}
+        )
+
+    drive = noise_drive(9)
+    reading = measured(humming(0.05, -0.1), drive)
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+        initial={"displacement": float(reading[0])},
+    )  # fmt: skip
+    record = FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
+    for within in (1.0, 0.5):
+        error = free_run_error(humming(-0.08, 0.02), record, "displacement", within)
+        assert len(error) == len(reading) - 1
+        assert float(np.sqrt(np.mean(error**2))) == pytest.approx(NOISE_MM, rel=0.1)
