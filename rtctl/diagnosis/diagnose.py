@@ -28,6 +28,7 @@ from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.diagnosis.subjects.subject import Subject
+from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.verdict import confirmed, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
 from rtctl.identification.fit_record import FitRecord
@@ -49,6 +50,7 @@ NOT_HELD = (
     "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
     "imitate another: not named"
 )
+NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 BEYOND = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: "
     'something is missing that acts there only; mark one of the test records use = "fit" to have it looked for'
@@ -176,6 +178,9 @@ def diagnose(
             warnings.append(stopped)
         if found.out_of_time:
             warnings.append(OUT_OF_TIME.format(options.seconds))
+        found, unsupported = supported(found, data, tests, ids)
+        if unsupported:
+            warnings.append(NO_HELP.format(" and ".join(unsupported)))
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
         answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
         if answer.verdict != "adequate" or fits is not None:

@@ -20,7 +20,7 @@ from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
-from rtctl.diagnosis.race import race
+from rtctl.diagnosis.race import each_once, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
 from rtctl.diagnosis.runners import GROWN, runners_of
 
@@ -78,6 +78,11 @@ class Search(NamedTuple):
     out_of_time: bool = False
     """Larger sets, or some of this size, were not looked at."""
 
+    @property
+    def fitted(self) -> list[Hypothesis]:
+        """Every set that was."""
+        return [one.hypothesis for ranking in self.tried for one in ranking]
+
 
 def search(
     data: Data,
@@ -93,7 +98,7 @@ def search(
     found = _grown(data, nominal, ids, LEVEL * false_claim_rate, told, kept, budget)
     found = found._replace(out_of_time=budget.spent and not found.passes)
     return found._replace(
-        without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, _all(found))
+        without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted)
     )
 
 
@@ -121,13 +126,13 @@ def _grown(
         last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
-            return Search(at_nominal, last, True, _others(data, tried, last), tuple(tried))
+            return Search(at_nominal, last, True, equivalents(data, tried, last), tuple(tried))
         field = [*(one.hypothesis for one in parents), *field]
-        tried.append(ranked(data, _each_once(field), best, plain=not passes))
+        tried.append(ranked(data, each_once(field), best, plain=not passes))
         if passes:
             found = _returned(data, Search(at_nominal, best, True, (), tuple(tried)), ids, level)
             found = _less_what_is_allowed(data, found, ids)
-            return found._replace(equivalent=_others(data, found.tried, found.chosen))
+            return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
@@ -136,7 +141,15 @@ def _grown(
         if budget.spent:
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
-    return found._replace(equivalent=_others(data, found.tried, found.chosen, plain=not found.passes))
+    return found._replace(equivalent=equivalents(data, found.tried, found.chosen, plain=not found.passes))
+
+
+def in_its_place(data: Data, found: Search, fewer: Examined) -> Search:
+    """`found` with `fewer` chosen, and ranked among the sets of its size."""
+    size = len(fewer.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
+    known = [one.hypothesis for one in found.tried[size - 1]]
+    own = ranked(data, each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
+    return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
 
 
 def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
@@ -144,12 +157,12 @@ def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Se
 
     In a narrow valley a fit of the smaller set may have stopped short: then whatever is added seems to explain it.
     """
-    known = {frozenset(one.mechanisms): one.cost for one in (*_all(found), found.nominal.hypothesis)}
+    known = {frozenset(one.mechanisms): one.cost for one in (*found.fitted, found.nominal.hypothesis)}
     for one in without_each(data, found.nominal.hypothesis, found.chosen.hypothesis):
         if one.cost < (1.0 - MOVED) * known.get(frozenset(one.mechanisms), np.inf):
             examined = examine(one, data, ids)
             if examined.p_value > level:
-                return _instead(data, found, examined)
+                return in_its_place(data, found, examined)
     return found
 
 
@@ -162,14 +175,14 @@ def _less_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Sear
     most = 0.5 * samples * sum(square / data.size(name) ** 2 for name, square in data.allowed.items())
     chosen = found.chosen.hypothesis
     while data.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
-        rests = without_each(data, found.nominal.hypothesis, chosen, _all(found))
+        rests = without_each(data, found.nominal.hypothesis, chosen, found.fitted)
         fewer = min(rests, key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > found.chosen.hypothesis.cost + most:
             break
         chosen = fewer
     if chosen is found.chosen.hypothesis:
         return found
-    return _instead(data, found, examine(chosen, data, ids)._replace(tests=found.chosen.tests))
+    return in_its_place(data, found, examine(chosen, data, ids)._replace(tests=found.chosen.tests))
 
 
 def _stalled(size: int, last: Examined) -> float:
@@ -184,21 +197,8 @@ def _trimmed(data: Data, found: Search, ids: Sequence[str], level: float) -> Sea
     fewer = pruned(data, found.nominal.hypothesis, found.chosen.hypothesis)
     if fewer is found.chosen.hypothesis:
         return found
-    found = _instead(data, found, examine(fewer, data, ids))
+    found = in_its_place(data, found, examine(fewer, data, ids))
     return found._replace(passes=found.chosen.p_value > level)
-
-
-def _instead(data: Data, found: Search, fewer: Examined) -> Search:
-    """`fewer` chosen, and ranked among the sets of its size."""
-    size = len(fewer.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
-    known = [one.hypothesis for one in found.tried[size - 1]]
-    own = ranked(data, _each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
-    return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
-
-
-def _all(found: Search) -> list[Hypothesis]:
-    """Every set that was fitted."""
-    return [one.hypothesis for ranking in found.tried for one in ranking]
 
 
 def _worth_telling(smaller: Examined, larger: Examined) -> bool:
@@ -210,13 +210,6 @@ def _needed(data: Data, smaller: Examined, larger: Examined) -> bool:
     """Whether the larger set is worth its parameters: what the gate found in the smaller one may be chance."""
     before, after = (whitened_bic(data, one.hypothesis, larger.noise) for one in (smaller, larger))
     return before - after > NEEDED
-
-
-def _each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
-    found: dict[frozenset[str], Hypothesis] = {}
-    for one in field:
-        found.setdefault(frozenset(one.mechanisms), one)
-    return list(found.values())
 
 
 def _second_chance(
@@ -242,7 +235,7 @@ def _second_chance(
         for runner in runners_of(examine(there, data, ids), least=RIVALS)
         if runner.mechanisms != first.mechanisms
     ]
-    return _each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
+    return each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
 
 
 def _front(
@@ -290,7 +283,7 @@ def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
     return [*close, *field[len(close) :]]
 
 
-def _others(
+def equivalents(
     data: Data, tried: Sequence[Sequence[Ranked]], best: Examined, *, plain: bool = False
 ) -> tuple[Hypothesis, ...]:
     """Sets of the same size that the data do not tell from the best; `plain`: by white residuals, as nothing passes."""

@@ -1,0 +1,82 @@
+"""A small cause is told only if it helps on records that no fit saw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from diagnosis_cases import FRICTION, PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.pruning import without_each
+from rtctl.diagnosis.ranking import ranked
+from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.support import supported
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+
+IDS = ("friction.coulomb", "sensor.offset", "stiffness.cubic")
+OFFSET_MM = 0.004
+
+
+def record_of(seed: int, offset_mm: float) -> FitRecord:
+    """Of the device with friction, read with an offset."""
+    drive = noise_drive(seed)
+    reading = measured(device(FRICTION), drive) + offset_mm
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+        initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
+    )  # fmt: skip
+    return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
+
+
+def fit_of(data: Data, *mechanisms: str) -> Hypothesis:
+    found = fitted(data, device().extended(mechanisms), mechanisms)
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def searched() -> tuple[Data, Search]:
+    """A search that chose friction and an offset, by two records that have both."""
+    records = tuple(record_of(seed, OFFSET_MM) for seed in (1, 2))
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = examine(fit_of(data), data, IDS)
+    both = examine(fit_of(data, "friction.coulomb", "sensor.offset"), data, IDS)
+    tried = tuple(
+        ranked(data, field, both, plain=False)
+        for field in ([fit_of(data, "friction.coulomb")], [both.hypothesis])
+    )
+    without = without_each(data, nominal.hypothesis, both.hypothesis)
+    return data, Search(nominal, both, True, (), tried, without)
+
+
+def supported_by(
+    searched: tuple[Data, Search], tests: Sequence[FitRecord]
+) -> tuple[set[str], tuple[str, ...]]:
+    data, found = searched
+    left, dropped = supported(found, data, tests, IDS)
+    assert left.chosen.tests == found.chosen.tests
+    return set(left.chosen.hypothesis.mechanisms), dropped
+
+
+def test_a_small_cause_that_the_test_records_have_too_stays(searched: tuple[Data, Search]) -> None:
+    names, dropped = supported_by(searched, [record_of(7, OFFSET_MM)])
+    assert names == {"friction.coulomb", "sensor.offset"}
+    assert dropped == ()
+
+
+def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(searched: tuple[Data, Search]) -> None:
+    names, dropped = supported_by(searched, [record_of(7, 0.0), record_of(8, 0.0)])
+    assert names == {"friction.coulomb"}
+    assert dropped == ("sensor.offset",)
+
+
+def test_without_test_records_nothing_is_dropped(searched: tuple[Data, Search]) -> None:
+    assert supported_by(searched, []) == ({"friction.coulomb", "sensor.offset"}, ())
