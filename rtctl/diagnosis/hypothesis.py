@@ -23,6 +23,8 @@ LEAST_DETERMINED = 1e-7
 MOST_ITERATIONS = 40
 MOST_SCALES = 5.0
 """A mechanism that acts so many times as much as all the rest is none that is to be found."""
+FAR_OFF = 100.0
+"""Times what matters as much as all the rest: beyond, no nominal value is looked for, unless the model begins there."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,13 +192,20 @@ def _determined(data: Data, hypothesis: Hypothesis, still: set[str], name: str) 
 
 
 def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:
-    """Of the scaled unknowns; shapes stay where they are a shape: a yield displacement of 0 is dry friction."""
+    """Of the scaled unknowns; shapes stay where they are a shape: a yield displacement of 0 is dry friction.
+
+    Nominal values may move far, but not to where a motion would need steps without number.
+    """
     low, high = sensitivity.bounds
+    start = sensitivity.own_values[sensitivity.free] / sensitivity.scale
     for k, index in enumerate(sensitivity.free):
         declared = sensitivity.simulation.parameters[index].declared
         parameter = sensitivity.simulation.parameters[index]
         if parameter.mechanism and not declared.is_shape:
             low[k], high[k] = max(low[k], -MOST_SCALES), min(high[k], MOST_SCALES)
+        if not parameter.mechanism:
+            most = max(FAR_OFF, abs(float(start[k])))
+            low[k], high[k] = max(low[k], -most), min(high[k], most)
         if declared.is_shape:
             open_ended = declared.default is None or declared.searched
             scale = declared.scale(scales) if open_ended else declared.default

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.gate import resolved
-from rtctl.diagnosis.hypothesis import Data, fitted
+from rtctl.diagnosis.hypothesis import FAR_OFF, Data, bounds, fitted, sensitivity_of
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -65,3 +66,15 @@ def test_the_gate_takes_the_error_of_the_steps_off_the_residual() -> None:
     error = np.std(coarse + own_noise)
     assert 1e-8 < error < 0.2 * noise
     assert np.std(resolved(at, data, 0, coarse) + own_noise) < 0.01 * error
+
+
+def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_without_number() -> None:
+    """A stretch of noise alone fits a spring of any strength; each length of stretches would go further."""
+    data = data_of(device(), (0.0, 0.0), 1e-3, 64.0, 6.0)
+    for own, most in ((1.0, FAR_OFF), (1e9, None)):
+        sensitivity = sensitivity_of(data, device(stiffness_cubic=(own, "1/(mm^2*s^2)")), frozenset())
+        low, high = bounds(sensitivity, data.scales)
+        k = [sensitivity.simulation.parameters[i].name for i in sensitivity.free].index("stiffness_cubic")
+        limit = most or own / sensitivity.scale[k]  # a model that begins there stays allowed
+        assert high[k] == pytest.approx(limit)
+        assert low[k] == pytest.approx(-limit)

@@ -103,9 +103,7 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
-    near = twice.with_values(
-        np.array([50.3 if one.name in still else one.value for one in twice.parameters])
-    )
+    near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
     begun = fitted(data, near, ("stiffness.cubic", "sensor.hum"), still=still)
     assert begun is not None
     end = polished(data, begun)
