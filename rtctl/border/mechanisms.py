@@ -74,6 +74,9 @@ class Mechanism:
     parameters: tuple[Parameter, ...]
     forms: Mapping[str, str] = field(default_factory=dict)
     """Amplitude -> sentence where it acts alone: ways to act of which a device has one, looked for one at a time."""
+    of_identification: bool = False
+    """Corrects what identification made of records in which other effects acted too: beside those, a small one is the
+    identification's own error."""
 
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Mechanism
-from rtctl.border.simulation import FreeParameter
+from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.joint_statements import joint_statements
@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 NORMAL_95 = 1.96
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
+IDENTIFICATION_ERROR = 0.1
+"""Of the removable error: what a correction of the identified model may remove beside other causes and be none."""
 
 
 class Estimate(NamedTuple):
@@ -76,6 +78,25 @@ def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Ca
     ]
     qualifies = {"drive.offset"} if together else set()  # says how the friction depends on direction
     return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
+
+
+def apart_from_identification(
+    causes: Sequence[Cause], simulation: Simulation
+) -> tuple[list[Cause], tuple[str, ...]]:
+    """`causes`, and the ids of those taken out: small ones that may be an error of identification under the others.
+
+    The model was identified from records in which the others acted already, so it has to be corrected once they are
+    in it. That is no effect of the device.
+    """
+    own = {mechanism.id for mechanism in simulation.mechanisms if mechanism.of_identification}
+    small = [
+        cause
+        for cause in causes
+        if cause.share_removed < IDENTIFICATION_ERROR and own & {cause.id, *cause.indistinguishable_from}
+    ]
+    if len(small) == len(causes):
+        return list(causes), ()
+    return [cause for cause in causes if cause not in small], tuple(cause.id for cause in small)
 
 
 def wrong_value_cause(wrong: WrongValue) -> Cause:

@@ -11,7 +11,13 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.answer import Cause, as_json, causes_of, wrong_value_cause
+from rtctl.diagnosis.answer import (
+    Cause,
+    apart_from_identification,
+    as_json,
+    causes_of,
+    wrong_value_cause,
+)
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
@@ -51,6 +57,10 @@ NOT_HELD = (
     "imitate another: not named"
 )
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
+CORRECTED = (
+    "{} is in the extended model and no cause: the model was identified while the causes acted, and its loops need "
+    "that small correction once they are in it"
+)
 BEYOND = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: "
     'something is missing that acts there only; mark one of the test records use = "fit" to have it looked for'
@@ -258,6 +268,9 @@ def _answer(
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []
+    causes, corrected = apart_from_identification(causes, fits.after.hypothesis.simulation)
+    if corrected:
+        warnings.append(CORRECTED.format(" and ".join(corrected)))
     where = places(found.nominal) if verdict != "adequate" else []
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":

@@ -57,6 +57,7 @@ def _parameters(of: str, unit: str, what: str, scale: float) -> tuple[Parameter,
 
 MECHANISM = Vo2Mechanism(
     id="hysteresis.shape",
+    of_identification=True,
     statement="The static loops are modelled too coarsely: in their middle by {deflection_first} and {deflection_side} "
     "(heating) of the deflection, {resistance_first} and {resistance_side} of the logarithm of the resistance.",
     parameters=(
