@@ -11,14 +11,20 @@ DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hy
 LEAST_GAIN = 1.5
 """Times less error on records that no fit saw: a part that is explained and gains less there, or by chance, is not
 named."""
+NEARLY = 1e-6
+"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
+HALF = 0.5
 
 
 def verdict_of(search: Search, least_removed: float) -> str:
-    """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit."""
+    """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit, or
+    half of it and all but passes: noise is never quite the one that the gate assumes.
+    """
     if search.passes:
         return "adequate" if search.chosen is search.nominal else "explained"
     nominal, best = search.nominal.hypothesis.cost, search.chosen.hypothesis.cost
-    return "partly_explained" if best < (1.0 - least_removed) * nominal else "unexplained"
+    least = min(least_removed, HALF) if search.chosen.p_value > NEARLY else least_removed
+    return "partly_explained" if best < (1.0 - least) * nominal else "unexplained"
 
 
 def confirmed(verdict: str, causes: Sequence[str], gains: Sequence[Gain | None]) -> str:

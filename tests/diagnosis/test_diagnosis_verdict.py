@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 from rtctl.diagnosis.gain import Gain
-from rtctl.diagnosis.verdict import confirmed
+from rtctl.diagnosis.verdict import confirmed, verdict_of
 
 
 def of_ratio(ratio: float) -> Gain:
@@ -21,7 +24,7 @@ def of_ratio(ratio: float) -> Gain:
         ("partly_explained", "stiffness.quintic", of_ratio(0.96), "unexplained"),
         ("partly_explained", "stiffness.quintic", of_ratio(float("nan")), "unexplained"),
         ("partly_explained", "stiffness.cubic", None, "partly_explained"),
-        ("explained", "sensor.hum", of_ratio(1.0), "explained"),  # its phase in a test record is nobody's
+        ("explained", "sensor.hum", of_ratio(1.0), "explained"),  # the gate has said so
         ("explained", "friction.coulomb damping.quadratic", of_ratio(9.0), "explained"),
         ("adequate", "", of_ratio(1.0), "adequate"),
     ],
@@ -45,3 +48,23 @@ def test_what_ails_a_sensor_shows_in_its_own_output_alone() -> None:
     )
     assert confirmed("partly_explained", ["sensor.ageing"], [of_ratio(1.1), of_ratio(1.0)]) == "unexplained"
     assert confirmed("partly_explained", ["sensor.ageing"], []) == "partly_explained"
+
+
+def at(cost: float, p_value: float) -> Any:
+    return SimpleNamespace(hypothesis=SimpleNamespace(cost=cost), p_value=p_value)
+
+
+@pytest.mark.parametrize(
+    ("left", "p_value", "said"),
+    [
+        (0.05, 1e-40, "partly_explained"),
+        (0.3, 1e-40, "unexplained"),
+        (0.3, 1e-4, "partly_explained"),  # all but passes
+        (0.6, 1e-4, "unexplained"),
+    ],
+)
+def test_a_part_is_explained_by_what_is_removed_or_by_half_of_it_where_the_gate_nearly_opens(
+    left: float, p_value: float, said: str
+) -> None:
+    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False)
+    assert verdict_of(search, 0.9) == said
