@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 1200-1399
-VO2         ?= 50600-50719
-AMBIGUOUS   ?= 90300-90319
+OSCILLATORS ?= 1400-1599
+VO2         ?= 50720-50839
+AMBIGUOUS   ?= 90320-90339
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
