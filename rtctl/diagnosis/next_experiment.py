@@ -115,7 +115,7 @@ def _least(
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
     runs = []
     for candidate in candidates:
-        start = _rest(candidate)
+        start = np.append(_rest(candidate), candidate.starts[0, candidate.states :])
         line = candidate.sensitivity.linearise(record, candidate.shared, start, data.steps_per_period)
         if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
             return float("nan")
@@ -159,9 +159,9 @@ def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:
 
 
 def _rest(candidate: Hypothesis) -> FloatArray:
-    """Zero, or where the first record began: a bistable beam rests in a well."""
+    """State (states,): zero, or where the first record began: a bistable beam rests in a well."""
     values = {p.name: p.value for p in candidate.simulation.parameters}
-    start = np.zeros(candidate.starts.shape[1])
+    start = np.zeros(candidate.states)
     if values.get("stiffness", 1.0) < 0.0:
         start[0] = candidate.starts[0][0]
     return start

@@ -122,6 +122,18 @@ def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch
     assert len(gone) > 2
 
 
+def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> None:
+    """A hum has a phase in every record; in the next one it is taken to be as large as in the first."""
+    data, (true, _), _ = ambiguous()
+    humming = device().extended(("sensor.hum",))
+    hum = fitted(data, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
+    assert hum is not None
+    proposed = next_experiment([hum, true], data, NOISE, UNITS)
+    assert proposed is not None
+    assert proposed.separates == ("sensor.hum", next(iter(RIVALS)))
+    assert proposed.best.separation > 3.0
+
+
 def test_one_candidate_needs_no_experiment() -> None:
     data, rivals, _ = ambiguous()
     assert next_experiment(rivals[:1], data, NOISE, UNITS) is None
