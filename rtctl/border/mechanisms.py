@@ -81,6 +81,9 @@ class Mechanism:
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):
             raise ValueError(f"{self.id}: a mechanism needs a parameter with a neutral value")
+        unknown = self.forms.keys() - {amplitude.name for amplitude in self.amplitudes}
+        if unknown:
+            raise ValueError(f"{self.id}: forms are named after amplitudes, {', '.join(unknown)} is none")
 
     def form_of(self, amplitude: str) -> str:
         """The form that an amplitude belongs to; "" where all act together."""

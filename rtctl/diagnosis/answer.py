@@ -81,14 +81,14 @@ def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Ca
 
 
 def apart_from_identification(
-    causes: Sequence[Cause], simulation: Simulation
+    causes: Sequence[Cause], simulations: Sequence[Simulation]
 ) -> tuple[list[Cause], tuple[str, ...]]:
     """`causes`, and the ids of those taken out: small ones that may be an error of identification under the others.
 
     The model was identified from records in which the others acted already, so it has to be corrected once they are
-    in it. That is no effect of the device.
+    in it. That is no effect of the device. `simulations`: of the causes, and of what the data do not tell from them.
     """
-    own = {mechanism.id for mechanism in simulation.mechanisms if mechanism.of_identification}
+    own = {one.id for simulation in simulations for one in simulation.mechanisms if one.of_identification}
     small = [
         cause
         for cause in causes
@@ -130,6 +130,7 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
                 parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
             )
     apart = set(sensitivity.of_record.tolist())
+    forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
     for k, parameter in enumerate(hypothesis.simulation.parameters):
         if k in apart and parameter.mechanism == mechanism:
             spread = NORMAL_95 * _own_error(examined)
@@ -137,6 +138,8 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
             found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
         elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
             value = parameter.value
+            if parameter.declared.name in forms and value == 0.0:  # another form of it acts
+                continue
             found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
     return found
 

@@ -188,9 +188,10 @@ def diagnose(
             warnings.append(stopped)
         if found.out_of_time:
             warnings.append(OUT_OF_TIME.format(options.seconds))
-        found, unsupported = supported(found, data, tests, ids)
-        if unsupported:
-            warnings.append(NO_HELP.format(" and ".join(unsupported)))
+        if whole.records is data.records and not stopped:
+            found, unsupported = supported(found, data, tests, ids, budget)
+            if unsupported:
+                warnings.append(NO_HELP.format(" and ".join(unsupported)))
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
         answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
         if answer.verdict != "adequate" or fits is not None:
@@ -268,7 +269,8 @@ def _answer(
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []
-    causes, corrected = apart_from_identification(causes, fits.after.hypothesis.simulation)
+    alike = [one.simulation for one in (fits.after.hypothesis, *found.equivalent)]
+    causes, corrected = apart_from_identification(causes, alike)
     if corrected:
         warnings.append(CORRECTED.format(" and ".join(corrected)))
     where = places(found.nominal) if verdict != "adequate" else []

@@ -78,14 +78,24 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
     long time; and parameters that each record has for itself, as the phase of a hum. As they are where no fit is.
     """
     values = np.array([parameter.value for parameter in simulation.parameters])
+
+    def run(start: FloatArray | None) -> Prediction:
+        try:
+            return simulation.predict(record.stimulus, values, start)
+        except ValueError:  # no sensible step resolves the model at this record's amplitude
+            nothing = {name: np.full((1, record.samples), np.nan) for name in simulation.outputs}
+            return Prediction(nothing, np.zeros(1, dtype=np.int64))
+
     own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
     if not simulation.state and not own:
-        return simulation.predict(record.stimulus, values)
+        return run(None)
     start = np.array([record.stimulus.initial.get(name, 0.0) for name in simulation.state])
     alone = replace(record, measured={output: record.measured[output]})
     seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
     cost = SegmentCost(
-        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales_of([seen], output), of_record=own),
+        sensitivity=Sensitivity.of(
+            simulation, [seen], own, scales=scales_of([record], next(iter(record.measured))), of_record=own
+        ),
         segments=[Segment(seen, np.append(start, values[own]), False)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),
     )
@@ -96,7 +106,7 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
     if reached is not None:
         found = cost.state(0, reached.unknowns)
         start, values[own] = found[: len(start)], found[len(start) :]
-    return simulation.predict(record.stimulus, values, np.atleast_2d(start))
+    return run(np.atleast_2d(start))
 
 
 def _rms(errors: Sequence[FloatArray]) -> float:

@@ -24,7 +24,9 @@ MOST_ITERATIONS = 40
 MOST_SCALES = 5.0
 """A mechanism that acts so many times as much as all the rest is none that is to be found."""
 FAR_OFF = 100.0
-"""Times what matters as much as all the rest: beyond, no nominal value is looked for, unless the model begins there."""
+"""Times what matters as much as all the rest: beyond, no nominal value is looked for, unless the fit begins there."""
+FURTHER = 2.0
+"""Times where it begins: a beam far below its resonance has a stiffness of many scales."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,7 +206,7 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
         if parameter.mechanism and not declared.is_shape:
             low[k], high[k] = max(low[k], -MOST_SCALES), min(high[k], MOST_SCALES)
         if not parameter.mechanism:
-            most = max(FAR_OFF, abs(float(start[k])))
+            most = max(FAR_OFF, FURTHER * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)
         if declared.is_shape:
             open_ended = declared.default is None or declared.searched

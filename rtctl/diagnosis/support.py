@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gain import free_run_error
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
@@ -13,6 +15,7 @@ from rtctl.diagnosis.pruning import without_each
 from rtctl.diagnosis.search import Search, equivalents, in_its_place
 from rtctl.identification.fit_record import FitRecord
 
+FloatArray = NDArray[np.float64]
 SMALL = 0.02
 """Of what the set removes of the squared misfit: a cause that removes more is told, whatever test records say."""
 SHOWN = 0.5
@@ -20,24 +23,30 @@ SHOWN = 0.5
 
 
 def supported(
-    found: Search, data: Data, tests: Sequence[FitRecord], ids: Sequence[str]
+    found: Search, data: Data, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
 ) -> tuple[Search, tuple[str, ...]]:
     """Less the small causes without which the error on `tests` is no larger; and which those are.
 
-    The gate's verdict stays the larger set's: what is left without them is too small to be a cause.
+    The gate's verdict stays the larger set's: what is left without them is too small to be a cause. Nothing is taken
+    out once `budget` is spent, nor where no test record can be simulated.
     """
     dropped: list[str] = []
-    while tests:
-        chosen = found.chosen.hypothesis
-        causes = set(chosen.mechanisms) - set(found.nominal.hypothesis.mechanisms)
+    chosen = found.chosen.hypothesis
+    error: FloatArray | None = None
+    while tests and not budget.spent and len(_causes(found)) > 1:
         removed = found.nominal.hypothesis.cost - chosen.cost
         small = [one for one in found.without if one.cost - chosen.cost < SMALL * removed]
-        if len(causes) < 2 or not small:
+        if not small:
             break
-        least, fewer = min(((_error(one, data, tests), one) for one in small), key=lambda pair: pair[0])
-        if not least <= _error(chosen, data, tests):
+        error = _squares(chosen, data, tests) if error is None else error
+        rest, fewer = min(
+            ((_squares(one, data, tests), one) for one in small), key=lambda pair: pair[0].sum()
+        )
+        seen = np.isfinite(error) & np.isfinite(rest)
+        if not seen.any() or rest[seen].sum() > error[seen].sum():
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
+        chosen, error = fewer, rest
         examined = examine(fewer, data, ids)._replace(tests=found.chosen.tests)
         found = in_its_place(data, found, examined)
         found = found._replace(
@@ -47,12 +56,16 @@ def supported(
     return found, tuple(dropped)
 
 
-def _error(one: Hypothesis, data: Data, tests: Sequence[FitRecord]) -> float:
-    """Mean square over all outputs that are there, in squares of their size."""
-    names = [name for name in one.sensitivity.outputs if all(name in record.measured for record in tests)]
-    squares = [
-        np.concatenate([free_run_error(one.simulation, record, name, SHOWN) for record in tests]) ** 2
-        / data.size(name) ** 2
-        for name in names
-    ]
-    return float(np.mean(squares)) if squares else np.inf
+def _causes(found: Search) -> set[str]:
+    return set(found.chosen.hypothesis.mechanisms) - set(found.nominal.hypothesis.mechanisms)
+
+
+def _squares(one: Hypothesis, data: Data, tests: Sequence[FitRecord]) -> FloatArray:
+    """(records,): sums over all outputs that are there, in squares of their size, where nothing was fitted."""
+    total = np.zeros(len(tests))
+    for k, record in enumerate(tests):
+        for name in one.sensitivity.outputs:
+            if name in record.measured:
+                error = free_run_error(one.simulation, record, name, SHOWN)
+                total[k] += float(np.sum(error[round(SHOWN * len(error)) :] ** 2)) / data.size(name) ** 2
+    return total

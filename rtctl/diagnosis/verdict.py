@@ -13,12 +13,13 @@ LEAST_GAIN = 1.5
 named."""
 NEARLY = 1e-6
 """Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
-HALF = 0.5
+HALF = 1.0 - 1.0 / LEAST_GAIN**2
+"""Of the squares: what the least gain on test records comes to."""
 
 
 def verdict_of(search: Search, least_removed: float) -> str:
     """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit, or
-    half of it and all but passes: noise is never quite the one that the gate assumes.
+    more than half of it and all but passes: noise is never quite the one that the gate assumes.
     """
     if search.passes:
         return "adequate" if search.chosen is search.nominal else "explained"

@@ -9,7 +9,7 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.gate import resolved
-from rtctl.diagnosis.hypothesis import FAR_OFF, Data, bounds, fitted, sensitivity_of
+from rtctl.diagnosis.hypothesis import FAR_OFF, FURTHER, Data, bounds, fitted, sensitivity_of
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -75,6 +75,6 @@ def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_witho
         sensitivity = sensitivity_of(data, device(stiffness_cubic=(own, "1/(mm^2*s^2)")), frozenset())
         low, high = bounds(sensitivity, data.scales)
         k = [sensitivity.simulation.parameters[i].name for i in sensitivity.free].index("stiffness_cubic")
-        limit = most or own / sensitivity.scale[k]  # a model that begins there stays allowed
+        limit = most or FURTHER * own / sensitivity.scale[k]  # where a model begins there is room
         assert high[k] == pytest.approx(limit)
         assert low[k] == pytest.approx(-limit)

@@ -48,6 +48,15 @@ def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infi
     assert math.isinf(float(np.mean(free_run_error(wild, record_of(4), "displacement") ** 2)))
 
 
+def test_a_model_that_no_sensible_step_resolves_at_a_records_amplitude_has_an_infinite_error_too() -> None:
+    stiff = {
+        "id": "stiffness.quintic",
+        "parameters": {"coefficient": {"value": 1e30, "unit": "1/(mm^4*s^2)"}},
+    }
+    error = free_run_error(device(stiff), record_of(4), "displacement")
+    assert np.isinf(error).all()
+
+
 def test_what_each_record_has_for_itself_is_fitted_to_a_test_record_too() -> None:
     """The phase of a hum at a record's first sample says nothing of another record's."""
 

@@ -10,8 +10,6 @@ import pytest
 from rtctl.diagnosis.answer import Cause, apart_from_identification
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 
-IDS = ("hysteresis.rate_dependence", "hysteresis.shape", "thermal.latent_heat")
-SIMULATION: Any = SimpleNamespace(mechanisms=[MECHANISMS[name] for name in IDS])
 LAGS = ("hysteresis.rate_dependence", 0.9, ())
 
 
@@ -36,6 +34,10 @@ def cause(identity: str, share: float, others: tuple[str, ...] = ()) -> Cause:
 def test_a_small_correction_of_the_loops_is_told_only_where_nothing_else_is(
     given: list[tuple[str, float, tuple[str, ...]]], told: list[str]
 ) -> None:
-    left, corrected = apart_from_identification([cause(*one) for one in given], SIMULATION)
+    sets = [[name for name, _, _ in given], *([other] for _, _, others in given for other in others)]
+    simulations: list[Any] = [
+        SimpleNamespace(mechanisms=[MECHANISMS[name] for name in names]) for names in sets
+    ]
+    left, corrected = apart_from_identification([cause(*one) for one in given], simulations)
     assert [one.id for one in left] == told
     assert corrected == tuple(name for name, _, _ in given if name not in told)

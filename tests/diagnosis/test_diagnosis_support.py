@@ -9,6 +9,7 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import without_each
@@ -61,7 +62,7 @@ def supported_by(
     searched: tuple[Data, Search], tests: Sequence[FitRecord]
 ) -> tuple[set[str], tuple[str, ...]]:
     data, found = searched
-    left, dropped = supported(found, data, tests, IDS)
+    left, dropped = supported(found, data, tests, IDS, Budget.of(60.0))
     assert left.chosen.tests == found.chosen.tests
     return set(left.chosen.hypothesis.mechanisms), dropped
 
@@ -80,3 +81,13 @@ def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(searched: tu
 
 def test_without_test_records_nothing_is_dropped(searched: tuple[Data, Search]) -> None:
     assert supported_by(searched, []) == ({"friction.coulomb", "sensor.offset"}, ())
+
+
+def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_is_out_of_time(
+    searched: tuple[Data, Search], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, found = searched
+    tests = [record_of(7, 0.0)]
+    assert supported(found, data, tests, IDS, Budget.of(0.0)) == (found, ())
+    monkeypatch.setattr("rtctl.diagnosis.support.free_run_error", lambda *_: np.full(9, np.inf))
+    assert supported(found, data, tests, IDS, Budget.of(60.0)) == (found, ())
