@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 SMALL = 0.02
 """Of what the set removes of the squared misfit: a cause that removes more is told, whatever test records say."""
 SHOWN = 0.5
-"""Of a test record, where its start and what else is its own are fitted: the rest has to follow from there."""
+"""Of a test record, where numbers of its own (a hum's) are fitted: they are judged by the rest, which has to follow."""
 
 
 def supported(
@@ -32,21 +32,21 @@ def supported(
     """
     dropped: list[str] = []
     chosen = found.chosen.hypothesis
-    error: FloatArray | None = None
     while tests and not budget.spent and len(_causes(found)) > 1:
         removed = found.nominal.hypothesis.cost - chosen.cost
         small = [one for one in found.without if one.cost - chosen.cost < SMALL * removed]
         if not small:
             break
-        error = _squares(chosen, data, tests) if error is None else error
+        shown = SHOWN if any(p.declared.of_record for p in chosen.simulation.parameters) else 0.0
+        error = _squares(chosen, data, tests, shown)
         rest, fewer = min(
-            ((_squares(one, data, tests), one) for one in small), key=lambda pair: pair[0].sum()
+            ((_squares(one, data, tests, shown), one) for one in small), key=lambda pair: pair[0].sum()
         )
         seen = np.isfinite(error) & np.isfinite(rest)
         if not seen.any() or rest[seen].sum() > error[seen].sum():
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
-        chosen, error = fewer, rest
+        chosen = fewer
         examined = examine(fewer, data, ids)._replace(tests=found.chosen.tests)
         found = in_its_place(data, found, examined)
         found = found._replace(
@@ -60,12 +60,12 @@ def _causes(found: Search) -> set[str]:
     return set(found.chosen.hypothesis.mechanisms) - set(found.nominal.hypothesis.mechanisms)
 
 
-def _squares(one: Hypothesis, data: Data, tests: Sequence[FitRecord]) -> FloatArray:
-    """(records,): sums over all outputs that are there, in squares of their size, where nothing was fitted."""
+def _squares(one: Hypothesis, data: Data, tests: Sequence[FitRecord], shown: float) -> FloatArray:
+    """(records,): sums over all outputs that are there, in squares of their size, behind the share that is `shown`."""
     total = np.zeros(len(tests))
     for k, record in enumerate(tests):
         for name in one.sensitivity.outputs:
             if name in record.measured:
-                error = free_run_error(one.simulation, record, name, SHOWN)
-                total[k] += float(np.sum(error[round(SHOWN * len(error)) :] ** 2)) / data.size(name) ** 2
+                error = free_run_error(one.simulation, record, name, shown or 1.0)
+                total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / data.size(name) ** 2
     return total
