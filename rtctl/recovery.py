@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.errors import Fault, InputError
 from rtctl.loop import LoopOutcome
 from rtctl.plants import support_of
-from rtctl.recording.layout import ColumnsOnDemand
 from rtctl.run_folder import MODEL, SIGNALS, rows_left_by, scenario_tables
 from rtctl.scenario import checked_scenario
 from rtctl.session import RunResult, write_run
 from rtctl.step_timing import StepTiming
 from rtctl.summary import summarise
+
+FloatArray = NDArray[np.float64]
 
 
 def recover(folder: Path) -> dict[str, Any]:
@@ -31,7 +34,7 @@ def recover(folder: Path) -> dict[str, Any]:
     model = plant.read_model(folder / MODEL)
     table = signals.table()
     index = table["index"]
-    times = _timing(timing.table(), overruns=int(index[-1]) + 1 - len(index))
+    times = _timing(timing.table(), steps=len(index), overruns=int(index[-1]) + 1 - len(index))
     outcome = LoopOutcome(
         steps=len(index),
         overruns=times.overruns,
@@ -45,11 +48,11 @@ def recover(folder: Path) -> dict[str, Any]:
     return summary
 
 
-def _timing(table: ColumnsOnDemand, *, overruns: int) -> StepTiming:
-    """The histograms again, from the recorded times [us]."""
+def _timing(table: Mapping[str, FloatArray], *, steps: int, overruns: int) -> StepTiming:
+    """The histograms again, from the recorded times [us]; a kill may have come before those of the last of `steps`."""
     timing = StepTiming()
     columns = [np.round(1e3 * table[name]).astype(np.int64).tolist() for name in table]
     for lateness_ns, round_trip_ns, compute_ns in zip(*columns, strict=True):
         timing.step(lateness_ns, round_trip_ns, compute_ns)
-    timing.overruns = overruns
+    timing.steps, timing.overruns = steps, overruns
     return timing

@@ -23,6 +23,7 @@ from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.events import read_events
 from rtctl.recording.layout import Rows
+from rtctl.recovery import _timing
 
 SCENARIO = "me_amplitude"
 
@@ -85,6 +86,13 @@ def test_nothing_is_lost_when_the_process_is_killed(
     assert replayed(folder, capsys) == (code, found)
     assert main(["recover", str(folder), "--quiet"]) == 2
     assert "no interrupted recording" in capsys.readouterr().err
+
+
+def test_a_sample_counts_whose_times_were_not_written_any_more() -> None:
+    times = {"lateness": np.full(4, 7.0), "round_trip": np.full(4, 200.0), "compute": np.full(4, 20.0)}
+    found = _timing(times, steps=5, overruns=2)
+    assert (found.steps, found.overruns) == (5, 2)
+    assert found.lateness.summary_us()["max"] == pytest.approx(7.0, rel=0.05)
 
 
 def test_a_running_loop_is_changed_from_outside_and_a_replay_makes_the_same_change(
