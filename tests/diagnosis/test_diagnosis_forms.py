@@ -18,22 +18,18 @@ from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 
-CARRIED = {
-    "id": "mode.second",
-    "parameters": {
-        "mass_ratio": {"value": 0.02, "unit": "dimensionless"},
-        "frequency": {"value": 26.0, "unit": "Hz"},
-        "damping_ratio": {"value": 0.03, "unit": "dimensionless"},
-    },
-}
-BESIDE = {
-    "id": "mode.second",
-    "parameters": {
-        "gain": {"value": 60.0, "unit": "mm/s^2/V"},
-        "frequency": {"value": 41.0, "unit": "Hz"},
-        "damping_ratio": {"value": 0.02, "unit": "dimensionless"},
-    },
-}
+
+def second_mode(
+    frequency_hz: float, damping_ratio: float, **amplitude: tuple[float, str]
+) -> dict[str, object]:
+    """The mechanism in the form of its one amplitude."""
+    values = {"frequency": (frequency_hz, "Hz"), "damping_ratio": (damping_ratio, "dimensionless")}
+    tables = {name: {"value": value, "unit": unit} for name, (value, unit) in (amplitude | values).items()}
+    return {"id": "mode.second", "parameters": tables}
+
+
+CARRIED = second_mode(26.0, 0.03, mass_ratio=(0.02, "dimensionless"))
+BESIDE = second_mode(41.0, 0.02, gain=(60.0, "mm/s^2/V"))
 
 
 def case(folder: Path, mechanism: dict[str, object]) -> Path:
