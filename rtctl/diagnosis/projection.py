@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.identification.residual_noise import NoiseModel, autocorrelation, autoregression, order_within
+from rtctl.identification.residual_noise import NoiseModel, noise_with_slow_part
 
 FloatArray = NDArray[np.float64]
 LEAST_VISIBLE = 1e-5
 """Squared share of a direction that must remain: below it, it is a combination of others."""
 RESTRICTED_TURNS = 3
-"""Of the noise's estimate; the second knows its size, the third its colour."""
+"""Of the noise's estimate; the second knows its size, the third its colour; one more its slow part."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,30 +202,30 @@ def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArr
     return left
 
 
-def noise_of(rows: Sequence[Rows]) -> list[NoiseModel]:
+def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     """Of each output, by restricted maximum likelihood: from what no direction explains, and what they took of it.
 
+    With a slow part where asked (`slow`) and seen.
     Directions take the noise that lies along them, all of them near the resonance; a spectrum of the leftover alone
     has a hole there, and every statistic would be too large. Under a noise model the leftover and the covariance of
     what was taken are known (generalised least squares), and both together give the next model.
     H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545, by expectation and maximisation.
     """
     outputs = rows[0].residual.shape[0]
-    lengths = [row.residual.shape[1] for row in rows]
-    highest, count = order_within(lengths), sum(lengths)
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
-    for turn in range(RESTRICTED_TURNS):
+    for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
         taken, half = _least_squares(split)
         models = []
         for o in range(outputs):
-            sums = np.zeros(highest + 1)
+            series = []
             for part in split:
                 table = part.table[:, o]
-                sums += autocorrelation(table[0] - taken @ table[1:], highest)
+                left = [table[0] - taken @ table[1:]]
                 if turn > 0:  # the first model's unit is not that of the noise
-                    sums += autocorrelation(np.concatenate((half @ table[1:], part.own[:, o])), highest)
-            models.append(autoregression(sums, count))
+                    left += [*(half @ table[1:]), *part.own[:, o]]
+                series.append(np.stack(left))
+            models.append(noise_with_slow_part(series, slow=slow and turn > 0))
     return models
 
 

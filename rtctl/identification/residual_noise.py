@@ -4,7 +4,8 @@
 
 by Yule-Walker and Levinson over all records at once, the order by BIC. Treating coloured residuals as white makes
 every interval too short (often many times). The first m samples of a record are predicted from the fewer that are
-there, by the predictors of lower order: so w is white from the first sample on.
+there, by the predictors of lower order: so w is white from the first sample on. What is slower than the order
+reaches (1/f) is a part of its own, see `slow_noise`; only restricted likelihood looks for one (`projection.noise_of`).
 
 Reference: J. Durbin, The fitting of time-series models (1960).
 """
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter, oaconvolve
 
+from rtctl.identification.slow_noise import LEVELS, SlowPart, by_level, fitted_slow
+
 FloatArray = NDArray[np.float64]
 HIGHEST_ORDER = 60
 ROWS_AT_ONCE = 16
@@ -28,13 +31,14 @@ DIRECT = 12
 
 
 class NoiseModel(NamedTuple):
-    """Coefficients a (order,) and the variance of w."""
+    """Coefficients a (order,), the variance of w and what of w is slow."""
 
     coefficients: FloatArray
     variance: float
+    slow: SlowPart | None = None
 
     def whiten(self, series: FloatArray) -> FloatArray:
-        """w of the series (..., n), standardised to variance 1 from the first sample on."""
+        """w of the series (..., n), standardised to variance 1 from the first sample on; without its slow part."""
         order = len(self.coefficients)
         kernel = np.append(1.0, self.coefficients) / np.sqrt(self.variance or 1.0)
         if order <= DIRECT:
@@ -44,7 +48,7 @@ class NoiseModel(NamedTuple):
             whitened = oaconvolve(series, shaped, axes=-1)[..., : series.shape[-1]]
         begin = min(order, series.shape[-1])
         whitened[..., :begin] = series[..., :begin] @ self._begin()[:begin, :begin].T
-        return whitened
+        return whitened if self.slow is None else self.slow.whiten(whitened)
 
     def _begin(self) -> FloatArray:
         """Lower triangle (m, m): the predictors of order 0 to m - 1, each over its own standard deviation."""
@@ -64,7 +68,7 @@ class NoiseModel(NamedTuple):
         """Power (length // 2 + 1,) at the frequencies of a real FFT of `length`; white noise: its variance."""
         response = np.abs(rfft(np.append(1.0, self.coefficients), length)) ** 2
         density: FloatArray = self.variance / np.maximum(response, 1e-300)
-        return density
+        return density if self.slow is None else density * self.slow.power(np.arange(len(density)) / length)
 
 
 def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) -> NoiseModel:
@@ -78,6 +82,23 @@ def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) 
 def order_within(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:
     """Highest order that records of these lengths can carry."""
     return max(0, min(highest_order, sum(lengths) // 20, min(lengths) - 1))
+
+
+def noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> NoiseModel:
+    """Of residuals (rows, n), one array a record, of which the first row is what is left and the others, in squares,
+    what was taken of it; with a `slow` part where asked and seen.
+    """
+    lengths = [one.shape[1] for one in series]
+    highest = order_within(lengths)
+    correlation = np.sum([autocorrelation(one, highest) for one in series], axis=0)
+    model = autoregression(correlation, sum(lengths))
+    if not slow or not model.variance > 0.0:
+        return model
+    squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
+    for one in series:
+        own, count = by_level(model.whiten(one))
+        squares, numbers = squares + own, numbers + count
+    return model._replace(slow=fitted_slow(squares, numbers))
 
 
 def autoregression(correlation: FloatArray, count: int) -> NoiseModel:
