@@ -18,6 +18,7 @@ from scipy.stats import chi2, ncx2
 from scipy.stats import f as f_distribution
 
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.converter import COARSE, step_of
 from rtctl.diagnosis.directions import (
     Direction,
     catalogue_directions,
@@ -25,13 +26,12 @@ from rtctl.diagnosis.directions import (
     mechanism_slopes,
 )
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.own_rows import as_converted
 from rtctl.diagnosis.projection import Projected, Rows, by_output, leftover, noise_of, project
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
 FloatArray = NDArray[np.float64]
-COARSE = 0.3
-"""Of the noise: a converter's step above it shows; random readings lie far closer."""
 FIRST_ORDER = 0.3
 """Of the residual, by the fits' steps."""
 IN_COLOUR = (1.0 / 8.0, 1.0 / 4.0)
@@ -103,7 +103,7 @@ def examine(
     rows = [_rows(hypothesis, data, named, index, base) for index, base in enumerate(lines)]
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
-    models = list(noise) if noise is not None else noise_of(rows)
+    models = list(noise) if noise is not None else noise_of(rows, slow=not data.allowed)
     projected, outputs = project(rows, models), hypothesis.sensitivity.outputs
     of_noise = Metric(projected, np.zeros(len(directions)), 0.0)
     if data.allowed:
@@ -124,12 +124,13 @@ def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index:
         slopes.append(mechanism_slopes(hypothesis, list(own), data, index))
     slopes.append(data.subject.slopes(hypothesis, data, index))
     slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
-    return Rows(
+    made = Rows(
         residual=resolved(hypothesis, data, index, base.residual),  # type: ignore[attr-defined]
         shared=base.shared,  # type: ignore[attr-defined]
         own=base.own,  # type: ignore[attr-defined]
         directions=np.concatenate(slopes),
     )
+    return as_converted(made, data, index, hypothesis.sensitivity.outputs)
 
 
 def resolved(hypothesis: Hypothesis, data: Data, index: int, coarse: FloatArray) -> FloatArray:
@@ -241,12 +242,9 @@ def _chance(statistic: float, freedom: int, allowance: float) -> float:
 def _quantised(data: Data, noise: Sequence[NoiseModel]) -> bool:
     """Whether the noise is mostly that of a converter: it then depends on the motion, and is no sign of a gap."""
     spread = float(np.sqrt(noise[0].power(4096).mean()))
-    steps = []
-    for record in data.records:
-        levels = np.unique(record.measured[data.subject.output])
-        if len(levels) > 2:
-            steps.append(float(np.median(np.diff(levels))))
-    return bool(steps) and min(steps) > COARSE * spread
+    steps = [step_of(record.measured[data.subject.output]) for record in data.records]
+    seen = [step for step in steps if step > 0.0]
+    return bool(seen) and min(seen) > COARSE * spread
 
 
 def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:

@@ -9,7 +9,8 @@ import numpy as np
 
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.projection import Rows, leftover, project
+from rtctl.diagnosis.own_rows import own_rows
+from rtctl.diagnosis.projection import leftover, project
 from rtctl.identification.residual_noise import NoiseModel, fit_noise
 
 
@@ -51,18 +52,6 @@ def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
             likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
             found.append((likelihood + unknowns(hypothesis) * float(np.log(count)), hypothesis))
     return min(found, key=lambda one: one[0])[1] if found else field[0]
-
-
-def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
-    """Without directions; None where the optimum is on the edge of divergence."""
-    try:
-        lines = hypothesis.linearise(data)
-    except ArithmeticError:
-        return None
-    return [
-        Rows(residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0])
-        for line in lines
-    ]
 
 
 def unknowns(hypothesis: Hypothesis) -> int:

@@ -15,8 +15,9 @@ from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.directions import acting_together
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.own_rows import own_rows
 from rtctl.diagnosis.projection import leftover
-from rtctl.diagnosis.ranking import own_rows, unknowns
+from rtctl.diagnosis.ranking import unknowns
 from rtctl.identification.residual_noise import NoiseModel, fit_noise
 
 OF_A_SIZE = 3

@@ -1,0 +1,74 @@
+"""A converter's steps err on the mean, periodically in the motion: that is no gap of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.converter import heard, rounding_errors
+from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.hypothesis import Data, fitted
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+
+STEP_MM = 0.01
+IDS = ("stiffness.cubic", "damping.quadratic", "friction.coulomb", "sensor.offset")
+
+
+def ring_down(seed: int) -> FitRecord:
+    """A pulse that rings down through the steps of the converter, with noise of a sixth of one."""
+    rng = np.random.default_rng(seed)
+    drive = np.zeros(3000)
+    drive[10:60] = rng.uniform(8.0, 12.0)
+    plant = device()
+    values = np.array([one.value for one in plant.parameters])
+    run = plant.predict(
+        Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S), values
+    )
+    reading = STEP_MM * np.round(
+        (run.outputs["displacement"][0] + rng.normal(scale=STEP_MM / 6.0, size=3000)) / STEP_MM
+    )
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+        initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
+    )  # fmt: skip
+    return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
+
+
+def examined(seed: int) -> Examined:
+    records = tuple(ring_down(10 * seed + k) for k in range(3))
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted(data, device(), ())
+    assert nominal is not None
+    return examine(nominal, data, IDS)
+
+
+def smallest_of_six() -> list[float]:
+    return sorted(examined(seed).p_value for seed in range(1, 7))
+
+
+def test_ring_downs_through_the_steps_show_nothing_wrong() -> None:
+    assert smallest_of_six()[0] > 1e-2
+
+
+def test_without_the_error_of_the_steps_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rtctl.diagnosis.converter.OVERTONES", 0)
+    assert smallest_of_six()[2] < 1e-3
+
+
+def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rtctl.diagnosis.own_rows.heard", lambda readings, *_: np.ones(len(readings), bool))
+    assert smallest_of_six()[2] < 1e-3
+
+
+def test_readings_without_steps_are_left_as_they_are() -> None:
+    readings = np.random.default_rng(0).standard_normal(400)
+    readings[100:200] = readings[100]
+    residual = 0.1 * np.random.default_rng(1).standard_normal(400)
+    assert heard(readings, residual, 20).all()
+    assert len(rounding_errors(readings, residual)) == 0
