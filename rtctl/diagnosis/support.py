@@ -18,6 +18,8 @@ from rtctl.identification.fit_record import FitRecord
 FloatArray = NDArray[np.float64]
 SMALL = 0.02
 """Of what the set removes of the squared misfit: a cause that removes more is told, whatever test records say."""
+LITTLE = 0.05
+"""Of what is left: a set that removes less is small beside the noise, all of it."""
 SHOWN = 0.5
 """Of a test record, where numbers of its own (a hum's) are fitted: they are judged by the rest, which has to follow."""
 
@@ -31,10 +33,13 @@ def supported(
     out once `budget` is spent, nor where no test record can be simulated.
     """
     dropped: list[str] = []
-    chosen = found.chosen.hypothesis
-    while tests and not budget.spent and len(_causes(found)) > 1:
-        removed = found.nominal.hypothesis.cost - chosen.cost
-        small = [one for one in found.without if one.cost - chosen.cost < SMALL * removed]
+    nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
+    while tests and not budget.spent and _causes(found):
+        removed = nominal.cost - chosen.cost
+        little = found.passes and removed < LITTLE * chosen.cost
+        alone = len(_causes(found)) == 1
+        rests = (nominal,) if alone and little else () if alone else found.without
+        small = [one for one in rests if little or one.cost - chosen.cost < SMALL * removed]
         if not small:
             break
         shown = SHOWN if any(p.declared.of_record for p in chosen.simulation.parameters) else 0.0
@@ -47,13 +52,21 @@ def supported(
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
-        examined = examine(fewer, data, ids)._replace(tests=found.chosen.tests)
-        found = in_its_place(data, found, examined)
-        found = found._replace(
-            without=without_each(data, found.nominal.hypothesis, fewer, found.fitted),
-            equivalent=equivalents(data, found.tried, examined, plain=not found.passes),
-        )
+        found = _with(fewer, found, data, ids)
     return found, tuple(dropped)
+
+
+def _with(fewer: Hypothesis, found: Search, data: Data, ids: Sequence[str]) -> Search:
+    """`found` with `fewer` chosen, by the larger set's gate."""
+    if fewer is found.nominal.hypothesis:
+        chosen = found.nominal._replace(tests=found.chosen.tests)
+        return found._replace(chosen=chosen, equivalent=(), without=())
+    examined = examine(fewer, data, ids)._replace(tests=found.chosen.tests)
+    found = in_its_place(data, found, examined)
+    return found._replace(
+        without=without_each(data, found.nominal.hypothesis, fewer, found.fitted),
+        equivalent=equivalents(data, found.tried, examined, plain=not found.passes),
+    )
 
 
 def _causes(found: Search) -> set[str]:

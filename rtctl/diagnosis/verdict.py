@@ -22,7 +22,7 @@ def verdict_of(search: Search, least_removed: float) -> str:
     more than half of it and all but passes: noise is never quite the one that the gate assumes.
     """
     if search.passes:
-        return "adequate" if search.chosen is search.nominal else "explained"
+        return "adequate" if search.chosen.hypothesis is search.nominal.hypothesis else "explained"
     nominal, best = search.nominal.hypothesis.cost, search.chosen.hypothesis.cost
     least = min(least_removed, HALF) if search.chosen.p_value > NEARLY else least_removed
     return "partly_explained" if best < (1.0 - least) * nominal else "unexplained"

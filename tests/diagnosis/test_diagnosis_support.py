@@ -17,6 +17,7 @@ from rtctl.diagnosis.ranking import ranked
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.support import supported
+from rtctl.diagnosis.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 
@@ -24,10 +25,13 @@ IDS = ("friction.coulomb", "sensor.offset", "stiffness.cubic")
 OFFSET_MM = 0.004
 
 
-def record_of(seed: int, offset_mm: float) -> FitRecord:
-    """Of the device with friction, read with an offset."""
+FRICTION_FREE = ()
+
+
+def record_of(seed: int, offset_mm: float, effects: tuple[dict[str, object], ...] = (FRICTION,)) -> FitRecord:
+    """Of the device with friction, or with other effects, read with an offset."""
     drive = noise_drive(seed)
-    reading = measured(device(FRICTION), drive) + offset_mm
+    reading = measured(device(*effects), drive) + offset_mm
     stimulus = Stimulus(
         inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
         initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
@@ -77,6 +81,23 @@ def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(searched: tu
     names, dropped = supported_by(searched, [record_of(7, 0.0), record_of(8, 0.0)])
     assert names == {"friction.coulomb"}
     assert dropped == ("sensor.offset",)
+
+
+@pytest.mark.parametrize(("tested_mm", "told"), [(0.0, "adequate"), (2e-4, "explained")])
+def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(tested_mm: float, told: str) -> None:
+    records = tuple(record_of(seed, 2e-4, FRICTION_FREE) for seed in (1, 2))
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = examine(fit_of(data), data, IDS)
+    offset = examine(fit_of(data, "sensor.offset"), data, IDS)
+    tried = (ranked(data, [offset.hypothesis], offset, plain=False),)
+    found = Search(nominal, offset, True, (), tried, (nominal.hypothesis,))
+    assert 0.0 < nominal.hypothesis.cost - offset.hypothesis.cost < 0.05 * offset.hypothesis.cost
+    tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
+    left, dropped = supported(found, data, tests, IDS, Budget.of(60.0))
+    assert dropped == (("sensor.offset",) if told == "adequate" else ())
+    assert verdict_of(left, 0.9) == told
 
 
 def test_without_test_records_nothing_is_dropped(searched: tuple[Data, Search]) -> None:
