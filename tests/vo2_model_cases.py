@@ -63,7 +63,7 @@ def simulation(**mechanisms: Mapping[str, float]) -> Vo2Simulation:
 
     tables = []
     for name, values in mechanisms.items():
-        one = MECHANISMS[name.replace("__", ".")]
+        one = MECHANISMS[name.replace("__", ".", 1)]
         units = {declared.name: declared.unit for declared in one.parameters}
         parameters = {key: Value(value=value, unit=units[key]) for key, value in values.items()}
         tables.append(MechanismTable(id=one.id, parameters=parameters))

@@ -150,6 +150,16 @@ def _own_error(examined: Examined) -> float:
     return float(np.sqrt(2.0 * np.mean(examined.noise[0].power(4096)) / samples))
 
 
+def sentence_of(simulation: Simulation, identity: str) -> str:
+    """A mechanism's sentence with the values that it has in `simulation`."""
+    values = {
+        one.declared.name: Estimate(one.value, one.value, one.value, one.unit)
+        for one in simulation.parameters
+        if one.mechanism == identity
+    }
+    return _statement(next(one for one in simulation.mechanisms if one.id == identity), values)
+
+
 def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
     """The mechanism's sentence with values and units."""
     template = mechanism.sentence({name: estimate.value for name, estimate in estimates.items()})

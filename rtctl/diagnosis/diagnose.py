@@ -35,6 +35,7 @@ from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.support import supported
+from rtctl.diagnosis.unnamed import explaining_more
 from rtctl.diagnosis.verdict import confirmed, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
 from rtctl.identification.fit_record import FitRecord
@@ -56,6 +57,7 @@ NOT_HELD = (
     "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
     "imitate another: not named"
 )
+OUTDONE = "{} would remove most of the error, but a law of no name leaves less: not named. {} See where the gap lives"
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 CORRECTED = (
     "{} is in the extended model and no cause: the model was identified while the causes acted, and its loops need "
@@ -266,6 +268,11 @@ def _answer(
     verdict = confirmed(judged, added, [gained(fits, name) for name in seen])
     if verdict != judged:
         warnings.append(NOT_HELD.format(", ".join(added)))
+    if verdict == "partly_explained":
+        law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis)
+        if law:
+            verdict = "unexplained"
+            warnings.append(OUTDONE.format(", ".join(added), law))
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []

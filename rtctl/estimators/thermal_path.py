@@ -22,6 +22,7 @@ from rtctl.simulations.vo2.heat import (
     Step,
     advance,
     first_temperature,
+    phase_at,
     stored,
     surrogate_power,
 )
@@ -29,6 +30,8 @@ from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.relaxation import relax, turn
 
 STATES = 12
+NO_SHARPNESS = 0.0
+"""The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
 S, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
 
 
@@ -105,7 +108,7 @@ def path_start(
     x[0] = x[1] = x[2] = T
     x[3], x[S], x[SEEN] = 1.0, s, s
     reading, bent = preisach_step(film, v, r).y, preisach_step(beam, v, d).y
-    x[4] = stored(T, beam, film, p.cold, p.balance, d, r)
+    x[4] = stored(T, phase_at(T, beam, p.balance, d), film, p.cold, p.balance, r)
     x[FILM] = x[READ] = sensed_film(reading, v, current, 0.0, p)
     x[BENT] = x[SWING] = p.deflection_gain * bent + p.deflection_offset
     x[SPEED] = 0.0
@@ -121,7 +124,7 @@ def path_step(
     h = duration_s / count
     power = current * current + heat
     powers = Powers(power, power, power, power)
-    step = Step(x[0], x[1], x[2], x[2], x[3], x[4])
+    step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     lag_s = p.balance.lag_s
     for k in range(count):
         step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)
@@ -153,7 +156,7 @@ def reached(
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
     powers = Powers(power, power, power, power)
-    step = Step(x[0], x[1], x[2], x[2], x[3], x[4])
+    step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     s, seen = float(x[S]), float(x[SEEN])
     for _ in range(count):
         step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)

@@ -56,6 +56,8 @@ def dense(
     drift: float = 0.0,
     late: int = 0,
     zone: float = 0.0,
+    cooling: float = 0.0,
+    sharpness: float = 0.0,
 ) -> Dense:
     """A held current (samples,); `late` in tiny steps; the first `zone` [mA] of it does not heat."""
     current = np.maximum(current - zone, 0.0)
@@ -77,7 +79,8 @@ def dense(
     main = second = T
     lagged = None
     stored, rows = None, []
-    fast, slow = np.exp(-dt / TAU_S), np.exp(-dt / slow_s)
+    before, phase_before, capacity = T, 0.0, 1.0
+    slow = np.exp(-dt / slow_s)
     for k in range(len(held) + 1):
         s = T * (1 + known * loss * T) / (1 + known * tcr * T)
         lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
@@ -93,7 +96,12 @@ def dense(
         stored = now
         p = held[k] ** 2
         target = p * (1 + tcr * T) - loss * T * T + (1 - known) * own * share_of_cold
-        main = target + (main - target) * fast - released
+        phase = beam.relays / mass
+        if sharpness and k and abs(T - before) > 1e-12:
+            capacity = 1 + sharpness * ((phase - phase_before) / (T - before)) ** 2
+        before, phase_before = T, phase
+        longer = 1 + cooling if target < main else 1
+        main = target + (main - target) * np.exp(-dt / (TAU_S * longer * capacity)) - released
         second = target + (second - target) * slow
         T = (1 - share) * main + share * second
     return Dense(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -139,6 +139,7 @@ OSCILLATOR = Subject(
     about_mean=False,
     forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
     slopes=slopes,
+    unnamed=(),
     lag_s=_quarter_period,
     grows_with_motion=True,
     allowed_share=0.0,

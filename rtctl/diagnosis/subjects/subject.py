@@ -49,6 +49,8 @@ class Subject:
     forces: tuple[Force, ...]
     slopes: Callable[[Hypothesis, Data, int], FloatArray]
     """(forces, outputs, n) of a record: what each force does to the outputs."""
+    unnamed: tuple[str, ...]
+    """Mechanisms in no catalogue: a set of causes that leaves something is not told if one of these leaves less."""
     lag_s: Callable[[Scales], float]
     """Between two looks at the past of motion and drive."""
     grows_with_motion: bool

@@ -22,6 +22,7 @@ from rtctl.diagnosis.subjects.steps import STEPS, tame
 from rtctl.diagnosis.subjects.subject import Force, Reader, Records, Signals, Subject
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
+from rtctl.simulations.vo2.unnamed import UNNAMED
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.gate import Examined
@@ -215,6 +216,7 @@ VO2 = Subject(
     about_mean=True,
     forces=FORCES,
     slopes=slopes,
+    unnamed=tuple(UNNAMED),
     lag_s=_heating_time,
     grows_with_motion=False,
     allowed_share=0.005,

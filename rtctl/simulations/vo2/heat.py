@@ -30,7 +30,8 @@ class Powers(NamedTuple):
 
 
 class Step(NamedTuple):
-    """T_1, T_2, T at the end of a substep and T in its middle [mA^2], its capacity, the heat stored [mA^2]."""
+    """T_1, T_2, T at the end of a substep and T in its middle [mA^2], its capacity, the heat stored [mA^2] and the
+    share of the film that has changed phase."""
 
     main: float
     second: float
@@ -38,6 +39,7 @@ class Step(NamedTuple):
     half: float
     capacity: float
     stored: float
+    phase: float
 
 
 @kernel
@@ -82,17 +84,21 @@ def resistance_share(film: FloatArray, v: float, cold: float, p: PreisachParams)
 
 
 @kernel
-def stored(
-    T: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance, d: PreisachParams, r: PreisachParams
-) -> float:  # fmt: skip
+def stored(T: float, phase: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
     """Heat [mA^2] that the phase holds beyond T, and what of self-heating the loops know already."""
-    v = math.sqrt(max(surrogate_power(T, b), 0.0))
-    heat = 0.0
-    if b.latent != 0.0:
-        heat = b.latent * relays_at(beam, v, d) / d.nodes[-1, 0]
+    heat = b.latent * phase
     if b.self_heating_known != 0.0:
+        v = math.sqrt(max(surrogate_power(T, b), 0.0))
         heat += b.self_heating_known * resistance_share(film, v, cold, r)
     return heat
+
+
+@kernel
+def phase_at(T: float, beam: FloatArray, b: Balance, d: PreisachParams) -> float:
+    """Share of the film, by the deflection's relays; 0 where no heat depends on it."""
+    if b.latent == 0.0 and b.sharpness == 0.0:
+        return 0.0
+    return float(relays_at(beam, math.sqrt(max(surrogate_power(T, b), 0.0)), d) / d.nodes[-1, 0])
 
 
 @kernel
@@ -136,23 +142,32 @@ def advance(
     d: PreisachParams, r: PreisachParams,
 ) -> Step:  # fmt: skip
     """One substep of h [s]; moves no relays."""
-    kept, tau, slow = 1.0 - b.share, b.time_constant_s * step.capacity, b.second_time_constant_s
     p0, pq, pm, p1 = power
     e = extra_heat(step.T, p0, film, cold, b, r)
+    base = b.time_constant_s * (1.0 + b.cooling if pm + e < step.T else 1.0)
+    kept, tau, slow = 1.0 - b.share, base * step.capacity, b.second_time_constant_s
     half = kept * relax(step.main, p0 + e, pq + e, pm + e, 0.5 * h, tau)
     half += b.share * relax(step.second, p0 + e, pq + e, pm + e, 0.5 * h, slow)
     e = extra_heat(half, pm, film, cold, b, r)
     main = relax(step.main, p0 + e, pm + e, p1 + e, h, tau)
     second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
-    capacity, stored_heat = step.capacity, step.stored
-    if b.latent != 0.0 or b.self_heating_known != 0.0:
+    capacity, heat, phase = step.capacity, step.stored, step.phase
+    if b.latent != 0.0 or b.sharpness != 0.0 or b.self_heating_known != 0.0:
         for _ in range(ITERATIONS):
-            stored_heat = stored(kept * main + b.share * second, beam, film, cold, b, d, r)
-            if abs(main - step.main) > LEAST_CHANGE:
-                capacity = max(1.0 + (stored_heat - step.stored) / (main - step.main), LEAST_CAPACITY)
-            main = relax(step.main, p0 + e, pm + e, p1 + e, h, b.time_constant_s * capacity)
-        stored_heat = stored(kept * main + b.share * second, beam, film, cold, b, d, r)
-    return Step(main, second, kept * main + b.share * second, half, capacity, stored_heat)
+            T = kept * main + b.share * second
+            phase = phase_at(T, beam, b, d)
+            heat = stored(T, phase, film, cold, b, r)
+            change = main - step.main
+            if abs(change) > LEAST_CHANGE:
+                rate = (phase - step.phase) / change
+                capacity = max(
+                    1.0 + (heat - step.stored) / change + b.sharpness * rate * rate, LEAST_CAPACITY
+                )
+            main = relax(step.main, p0 + e, pm + e, p1 + e, h, base * capacity)
+        T = kept * main + b.share * second
+        phase = phase_at(T, beam, b, d)
+        heat = stored(T, phase, film, cold, b, r)
+    return Step(main, second, kept * main + b.share * second, half, capacity, heat, phase)
 
 
 @background_kernel
@@ -170,7 +185,8 @@ def balance_pieces(
     """
     T = first_temperature(nodes[0, 0] * nodes[0, 0], cold, b, r)
     beam, film = settle_film(T, b, d), settle_film(T, b, r)
-    step = Step(T, T, T, T, 1.0, stored(T, beam, film, cold, b, d, r))
+    phase = phase_at(T, beam, b, d)
+    step = Step(T, T, T, T, 1.0, stored(T, phase, film, cold, b, r), phase)
     s = lagged = surrogate_power(T, b)
     size = nodes.shape[0] * substeps + 1
     power, lagging, peaks = np.empty(size), np.empty(size), np.empty(size)
@@ -184,7 +200,7 @@ def balance_pieces(
         )  # fmt: skip
         step = advance(step, heater, h, beam, film, cold, b, d, r)
         before, middle, s = s, surrogate_power(step.half, b), surrogate_power(step.T, b)
-        if b.latent != 0.0:
+        if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, math.sqrt(max(s, 0.0)), d)
         if b.self_heating != 0.0:
             preisach_step(film, math.sqrt(max(s, 0.0)), r)

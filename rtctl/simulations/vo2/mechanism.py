@@ -70,6 +70,10 @@ class Balance(NamedTuple):
     """Of the relays behind the temperature."""
     lagging: float = 0.0
     """Share of what is reversible in the resistance that lags as well."""
+    sharpness: float = 0.0
+    """mA^4, of a capacity that grows with the square of the phase's change with temperature."""
+    cooling: float = 0.0
+    """By what part cooling takes longer than heating."""
 
     @property
     def is_plain(self) -> bool:

@@ -18,6 +18,7 @@ from rtctl.simulations.vo2.mechanism import Balance, Commanded, Pieces, Read, Va
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 from rtctl.simulations.vo2.nominal import corrected, middle, middle_reading
 from rtctl.simulations.vo2.relaxation import heat_pieces
+from rtctl.simulations.vo2.unnamed import UNNAMED
 
 FloatArray = NDArray[np.float64]
 STEPS_PER_TIME_CONSTANT = 8.0
@@ -65,7 +66,7 @@ class Vo2Simulation:
 
     def extended(self, mechanisms: tuple[str, ...]) -> Vo2Simulation:
         """The same with these mechanisms at neutral; shapes at their defaults or scales."""
-        added = tuple(MECHANISMS[name] for name in mechanisms)
+        added = tuple((MECHANISMS | UNNAMED)[name] for name in mechanisms)
         more = [one for mechanism in added for one in neutral_parameters(mechanism)]
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 

@@ -1,0 +1,22 @@
+"""Whether a law of no name explains more than causes that leave something: then none of them is the cause."""
+
+from __future__ import annotations
+
+from rtctl.diagnosis.answer import sentence_of
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.race import race
+from rtctl.diagnosis.runners import runners_of
+
+BETTER = 0.8
+"""Of the cost: a law of no name that leaves less than this share of what the named causes leave."""
+
+
+def explaining_more(data: Data, nominal: Hypothesis, named: Hypothesis) -> str:
+    """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does."""
+    for identity in data.subject.unnamed:
+        examined = examine(nominal, data, (identity,))
+        field = race(data, runners_of(examined), lambda text: None)
+        if field and field[0].cost < BETTER * named.cost:
+            return sentence_of(field[0].simulation, identity)
+    return ""
