@@ -6,7 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.projection import Rows, project
+from rtctl.identification.residual_noise import NoiseModel
 
 NEGLIGIBLE = 1.1
 """Times the squared misfit: a cause without which no more than this is left is not needed."""
@@ -50,11 +53,19 @@ def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
 def fitted_without(
     data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS
 ) -> Hypothesis | None:
-    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there."""
+    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there.
+
+    Else from there or from where they make up for what goes as far as they can, whichever is better to begin with: the
+    parts of one delay that two laws share would all be left to one.
+    """
     added = tuple(name for name in rest if name not in nominal.mechanisms)
     simulation = nominal.simulation.extended(added)
     values = {parameter.name: parameter.value for parameter in chosen.simulation.parameters}
     simulation = simulation.with_values(np.array([values[one.name] for one in simulation.parameters]))
+    begins = [simulation]
+    if iterations:
+        values |= _making_up(data, chosen, rest)
+        begins.append(start_of(simulation, np.array([values[one.name] for one in simulation.parameters])))
     known = {one.name for one in simulation.parameters}
     still = frozenset(name for name in chosen.still if name in known)
     starts = chosen.starts[:, : chosen.states]
@@ -67,4 +78,30 @@ def fitted_without(
             if chosen.simulation.parameters[k].name in known
         ]
         starts = np.column_stack((starts, chosen.starts[:, kept]))
+    if len(begins) > 1:
+        there = [(fitted(data, one, rest, starts, 0, still), one) for one in begins]
+        simulation = min(there, key=lambda pair: pair[0].cost if pair[0] else np.inf)[1]
     return fitted(data, simulation, rest, starts, iterations, still)
+
+
+def _making_up(data: Data, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
+    """By name, what the parameters that stay would be if the amplitudes of all others went to zero, to first order."""
+    parameters = [chosen.simulation.parameters[k] for k in chosen.sensitivity.free]
+    stays = [k for k, one in enumerate(parameters) if not one.mechanism or one.mechanism in rest]
+    goes = [k for k, one in enumerate(parameters) if k not in stays and one.declared.neutral is not None]
+    try:
+        lines = chosen.linearise(data)
+    except ArithmeticError:
+        return {}
+    if not goes or not stays:
+        return {}
+    rows = [
+        Rows(residual=line.residual, shared=line.shared[stays], own=line.own, directions=line.shared[goes])
+        for line in lines
+    ]
+    projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+    scale = chosen.sensitivity.scale
+    gone = chosen.shared[goes] - np.array([parameters[k].declared.neutral for k in goes]) / scale[goes]
+    sizes = gone * projected.scale[1 + len(stays) :]
+    moved = chosen.shared[stays] + (sizes @ projected.followed) / projected.scale[1 : 1 + len(stays)]
+    return dict(zip([parameters[k].name for k in stays], (moved * scale[stays]).tolist(), strict=True))

@@ -20,6 +20,9 @@ MOST_CHILDREN = (9, 6)
 """Mechanisms that a set which has some is extended by: up to `GROWN`, and beyond."""
 SHAPES_TRIED = 2
 START_FACTORS = (1.0, 0.3)
+COLLINEAR = 0.1
+"""Squared share of a direction beyond the set's own parameters: below it, they have to make room for it at once, or the
+start lies far from the valley."""
 WEAK = 0.05
 """Mechanisms whose score is below this share of the best one are fitted from one start only."""
 
@@ -75,7 +78,10 @@ def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
     still |= {f"{identity}.{one.name}" for one in mechanism.amplitudes if mechanism.form_of(one.name) != form}
     own: dict[str, FloatArray] = {}
-    for k, step in zip(group, _joint_step(parent.projected, len(hypothesis.shared), group), strict=True):
+    steps = _joint_step(parent.projected, len(hypothesis.shared), group)
+    free = hypothesis.sensitivity.free
+    values[free] += factor * _given_way(parent, group, steps) * hypothesis.sensitivity.scale
+    for k, step in zip(group, steps, strict=True):
         direction = parent.directions[k]
         for name, value in direction.shapes.items():
             values[at[name]] = value
@@ -96,6 +102,17 @@ def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float
         still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
         form=form,
     )  # fmt: skip
+
+
+def _given_way(parent: Examined, group: Sequence[int], steps: FloatArray) -> FloatArray:
+    """(p,) by how much the set's own parameters make room for `steps`, scaled; zero where they hardly follow them."""
+    projected, shared = parent.projected, len(parent.hypothesis.shared)
+    chosen = np.asarray(group)
+    if projected.visible[chosen].max() > COLLINEAR:
+        return np.zeros(shared)
+    sizes = steps * projected.scale[1 + shared + chosen]
+    way: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
+    return way
 
 
 def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:

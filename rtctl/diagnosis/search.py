@@ -32,7 +32,7 @@ ALIKE = 8
 AS_GOOD = 1.02
 """Times the lowest cost: so close, white squares do not say which is right, and the gate is asked of each."""
 ALONE = 0.1
-"""Times the cost of the second: a first below it is alone, or the others are stuck."""
+"""Times the cost of another: a first below it is right, or the other is stuck."""
 RIVALS = 0.5
 """Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
 NEAR_BEST = 3.0
@@ -126,11 +126,14 @@ def _grown(
         last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
-            return Search(at_nominal, last, True, equivalents(data, tried, last), tuple(tried))
+            found = _returned(data, Search(at_nominal, last, True, (), tuple(tried)), ids, level)
+            return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, each_once(field), best, plain=not passes))
-        if passes:
-            found = _returned(data, Search(at_nominal, best, True, (), tuple(tried)), ids, level)
+        found = Search(at_nominal, best, True, (), tuple(tried))
+        if passes or (size > 1 and not budget.spent):
+            found = _returned(data, found, ids, level)
+        if passes or found.chosen is not best:
             found = _less_what_is_allowed(data, found, ids)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
@@ -153,7 +156,7 @@ def in_its_place(data: Data, found: Search, fewer: Examined) -> Search:
 
 
 def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
-    """Less one cause, where the smaller set passes too once it is fitted from where the larger one ended.
+    """Less one cause, where the smaller set passes once it is fitted from where the larger one ended.
 
     In a narrow valley a fit of the smaller set may have stopped short: then whatever is added seems to explain it.
     """
@@ -216,7 +219,7 @@ def _second_chance(
     data: Data, parents: Sequence[Examined], field: Sequence[Hypothesis], ids: Sequence[str],
     told: Callable[[str], None], budget: Budget,
 ) -> list[Hypothesis]:  # fmt: skip
-    """`field`, and where its first leaves all others far behind, what could stand in its place, from there.
+    """`field`, and where its first leaves others far behind, what of them could stand in its place, from there.
 
     With a jump between motions a fit ends where the nominal parameters are off, whatever is added; one that found its
     way shows where they are right, and from there an equal needs but its own size.
@@ -225,7 +228,8 @@ def _second_chance(
     parent = next(
         (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
     )
-    if data.glance is not data or parent is None or len(field) < 2 or first.cost > ALONE * field[1].cost:
+    near = {frozenset(one.mechanisms) for one in field if first.cost > ALONE * one.cost}
+    if data.glance is not data or parent is None or len(near) == len(field):
         return list(field)
     there = None if budget.spent else fitted_without(data, parent, first, parent.mechanisms, iterations=0)
     if there is None:
@@ -233,7 +237,7 @@ def _second_chance(
     runners = [
         runner
         for runner in runners_of(examine(there, data, ids), least=RIVALS)
-        if runner.mechanisms != first.mechanisms
+        if frozenset(runner.mechanisms) not in near
     ]
     return each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
 

@@ -7,7 +7,7 @@ from diagnosis_cases import device, friction_case
 
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.pruning import pruned, without_each
+from rtctl.diagnosis.pruning import _making_up, pruned, without_each
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
@@ -41,3 +41,22 @@ def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(data: Da
     assert rests[("stiffness.quintic",)] is alone
     assert rests[("friction.coulomb",)].cost < 0.1 * alone.cost
     assert without_each(data, nominal, alone) == (nominal,)
+
+
+def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(data: Data) -> None:
+    both = fitted(
+        data,
+        device(
+            {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}},
+            {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}},
+        ),
+        ("drive.lag", "drive.delay"),
+        iterations=0,
+    )
+    assert both is not None
+    values = _making_up(data, both, ("drive.delay",))
+    assert values["drive.delay.delay"] == pytest.approx(
+        3e-3, rel=0.05
+    )  # the lag's millisecond, to first order
+    assert "drive.lag.time_constant" not in values
+    assert _making_up(data, both, both.mechanisms) == {}
