@@ -23,6 +23,7 @@ from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.horizon import beginnings
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
@@ -49,6 +50,10 @@ RIVALS = 3
 LONG_MEMORY = (
     "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
     "from a state of its own; the errors on test records are of free runs over whole records all the same"
+)
+PARTS = (
+    "the free runs of the nominal model part from the records, as between two motions: causes were judged by {} of {} "
+    "samples, the beginnings of {} records up to there; the errors on test records are of whole free runs all the same"
 )
 OTHER_OUTPUT = (
     "no record that is fitted has a {0}: diagnosed by the {1} alone, and the gain is that of its logarithm"
@@ -184,6 +189,11 @@ def diagnose(
             data = cut_up(data, nominal)
             nominal = _nominal(data, comparable)
             warnings.append(LONG_MEMORY.format(len(data.records)))
+        elif (followed := beginnings(data, nominal)) is not None:
+            told("the nominal model as far as it follows the records")
+            data, nominal = followed
+            kept, total = (sum(record.samples for record in one.records) for one in (data, whole))
+            warnings.append(PARTS.format(kept, total, len(data.records)))
         data = allowing(data)
         found, stopped = _searched(data, nominal, ids, options, budget, told)
         if stopped:

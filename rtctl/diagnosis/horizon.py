@@ -1,0 +1,90 @@
+"""The beginnings of records, up to where the free runs of the nominal model part from them.
+
+Between two motions, those of a jump or of two wells, a model with any error goes the other way sooner or later. What
+follows says nothing of the error; before that a free run is as good a judge as any, and what is missing shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.approach import FAR, approached, misfit
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.identification.fit_record import FitRecord
+
+FloatArray = NDArray[np.float64]
+PARTED = 0.5
+"""Of a record's RMS about its mean: a residual that is larger over a period has gone another way."""
+LEAST_PERIODS = 12.0
+"""Of a beginning; a record that parts before is left out."""
+LEAST_SHARE = 0.05
+"""Of all samples, that the beginnings must hold together."""
+TURNS = 3
+"""Each fits the beginnings and finds how far that reaches."""
+
+
+def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | None:
+    """The data that the nominal model follows, and the nominal model fitted to them; None where it follows all, or
+    next to none.
+    """
+    held = {record.stimulus.holds.get(data.subject.drive) for record in data.records}
+    if not nominal.states or "band-limited" in held or misfit(data, nominal) < FAR:
+        return None
+    best: tuple[Data, Hypothesis] | None = None
+    starts = [nominal.simulation, *approached(data, nominal.simulation)]
+    longest = max(starts, key=lambda one: sum(_followed(data, one)))
+    simulation = longest
+    for _ in range(TURNS):
+        kept = _followed(data, simulation)
+        found = _fitted_to(data, simulation, nominal.mechanisms, kept)
+        if found is None or (best is not None and _samples(found[0]) <= _samples(best[0])):
+            break
+        best, simulation = found, found[1].simulation
+    if best is None or _samples(best[0]) >= _samples(data):
+        return None
+    return best if _samples(best[0]) >= LEAST_SHARE * _samples(data) else None
+
+
+def _samples(data: Data) -> int:
+    return sum(record.samples for record in data.records)
+
+
+def _fitted_to(
+    data: Data, simulation: Simulation, mechanisms: Sequence[str], kept: Sequence[int]
+) -> tuple[Data, Hypothesis] | None:
+    records = tuple(
+        record.beginning(count) for record, count in zip(data.records, kept, strict=True) if count
+    )
+    if not records:
+        return None
+    short = replace(data, records=records)
+    found = fitted(short, simulation, mechanisms)
+    return None if found is None else (short, found)
+
+
+def _followed(data: Data, simulation: Simulation) -> list[int]:
+    """Of each record, samples up to where a free run parts from it; 0 where that is too soon."""
+    values = np.array([one.value for one in simulation.parameters])
+    period = max(1, round(2.0 * np.pi / (data.scales.rate * data.records[0].period_s)))
+    return [_followed_of(record, simulation, values, period) for record in data.records]
+
+
+def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, period: int) -> int:
+    start = np.array([[record.stimulus.initial.get(name, 0.0) for name in simulation.state]])
+    run = simulation.predict(record.stimulus, values, start)
+    reach = record.samples
+    for name in (one for one in simulation.outputs if one in record.measured):
+        measured = record.measured[name]
+        error = np.nan_to_num(run.outputs[name][0] - measured, nan=np.inf, posinf=np.inf, neginf=np.inf)
+        count = len(error) // period
+        if not count:
+            return 0
+        size = np.sqrt(np.mean(error[: count * period].reshape(count, period) ** 2, axis=1))
+        parted = np.flatnonzero(~(size < PARTED * float(np.std(measured))))
+        reach = min(reach, int(parted[0]) * period if len(parted) else record.samples)
+    return reach if reach >= record.first + LEAST_PERIODS * period else 0
