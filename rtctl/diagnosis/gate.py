@@ -18,7 +18,6 @@ from scipy.stats import chi2, ncx2
 from scipy.stats import f as f_distribution
 
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.converter import COARSE, step_of
 from rtctl.diagnosis.directions import (
     Direction,
     catalogue_directions,
@@ -111,9 +110,12 @@ def examine(
         tests = _beyond_what_is_allowed(directions, of_noise, rows, models, allowed)
     else:
         tests = _tests(directions, of_noise)
-    if noise is None and data.subject.grows_with_motion and not _quantised(data, models):
+    stepped = any(
+        data.step(name) > 0.0 for name in outputs
+    )  # a converter's noise follows the motion, and repeats
+    if noise is None and data.subject.grows_with_motion and not stepped:
         tests.append(_growth(rows, models, data))
-    if not data.allowed and not _quantised(data, models):  # a converter's steps repeat, too
+    if not data.allowed and not stepped:
         tests += beyond_repeats([row.residual for row in rows], models, data.records, outputs)
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
@@ -237,14 +239,6 @@ def _chance(statistic: float, freedom: int, allowance: float) -> float:
     if allowance > 0.0:
         return float(ncx2.sf(statistic, freedom, allowance))
     return float(chi2.sf(statistic, freedom))
-
-
-def _quantised(data: Data, noise: Sequence[NoiseModel]) -> bool:
-    """Whether the noise is mostly that of a converter: it then depends on the motion, and is no sign of a gap."""
-    spread = float(np.sqrt(noise[0].power(4096).mean()))
-    steps = [step_of(record.measured[data.subject.output]) for record in data.records]
-    seen = [step for step in steps if step > 0.0]
-    return bool(seen) and min(seen) > COARSE * spread
 
 
 def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.converter import step_of
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.levenberg_marquardt import Unknowns, minimise
@@ -50,10 +52,19 @@ class Data:
         each = max(1, most // len(self.records))
         return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))
 
+    def step(self, output: str) -> float:
+        """Of the converter that the output was read with; 0 where none can be seen."""
+        return _step(self.records, output)
+
     def size(self, output: str) -> float:
         """RMS of a measured output over all scored samples, about its mean where the subject has it so; 1 if zero."""
         values = np.concatenate([record.measured[output][record.first :] for record in self.records])
         return float(values.std() if self.subject.about_mean else np.sqrt(np.mean(values**2))) or 1.0
+
+
+@lru_cache(maxsize=8)
+def _step(records: tuple[FitRecord, ...], output: str) -> float:
+    return step_of([record.measured[output] for record in records])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,19 +28,22 @@ def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
 
 
 def as_converted(rows: Rows, data: Data, index: int, outputs: Sequence[str]) -> Rows:
-    """`rows` of record `index` where a converter's steps are coarse: their mean error is an unknown of the record, and
-    samples at which the reading rests for a period are left out.
+    """`rows` of record `index` where readings have a converter's steps: their mean error is an unknown of the record,
+    and samples at which the reading rests for a period are left out. Not where a misfit is allowed: it is larger.
     """
+    steps = [0.0 if data.allowed else data.step(name) for name in outputs]
+    if not any(steps):
+        return rows
     record = data.records[index]
     window = round(2.0 * np.pi / (data.scales.rate * record.period_s)) if data.scales.rate > 0.0 else 0
     errors, kept = [rows.own], np.zeros(rows.residual.shape[1], bool)
-    for o, name in enumerate(outputs):
-        readings, residual = record.measured[name][record.first :], rows.residual[o]
-        found = rounding_errors(readings, residual)
+    for o, (name, step) in enumerate(zip(outputs, steps, strict=True)):
+        readings = record.measured[name][record.first :]
+        found = rounding_errors(rows.residual[o] + readings, step)
         spread = np.zeros((len(found), *rows.residual.shape))
         spread[:, o] = found
         errors.append(spread)
-        kept |= heard(readings, residual, min(window, len(readings)))
+        kept |= heard(readings, step, min(window, len(readings)))
     rows = replace(rows, own=np.concatenate(errors))
     if kept.all():
         return rows

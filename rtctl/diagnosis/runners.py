@@ -110,7 +110,7 @@ def _given_way(parent: Examined, group: Sequence[int], steps: FloatArray) -> Flo
     chosen = np.asarray(group)
     if projected.visible[chosen].max() > COLLINEAR:
         return np.zeros(shared)
-    sizes = steps * projected.scale[1 + shared + chosen]
+    sizes = np.where(projected.usable[chosen], steps, 0.0) * projected.scale[1 + shared + chosen]
     way: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
     return way
 

@@ -130,13 +130,13 @@ def _grown(
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, each_once(field), best, plain=not passes))
+        kept(Search(at_nominal, best, False, (), tuple(tried)))
         found = Search(at_nominal, best, True, (), tuple(tried))
         if passes or (size > 1 and not budget.spent):
             found = _returned(data, found, ids, level)
         if passes or found.chosen is not best:
             found = _less_what_is_allowed(data, found, ids)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
-        kept(Search(at_nominal, best, False, (), tuple(tried)))
         told(f"{size} causes do not explain it")
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
             best = best if _worth_telling(last, best) else last
@@ -228,7 +228,7 @@ def _second_chance(
     parent = next(
         (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
     )
-    near = {frozenset(one.mechanisms) for one in field if first.cost > ALONE * one.cost}
+    near = {frozenset(one.mechanisms) for one in field if first.cost >= ALONE * one.cost}
     if data.glance is not data or parent is None or len(near) == len(field):
         return list(field)
     there = None if budget.spent else fitted_without(data, parent, first, parent.mechanisms, iterations=0)

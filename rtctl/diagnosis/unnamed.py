@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from rtctl.diagnosis.answer import sentence_of
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.race import race
 from rtctl.diagnosis.runners import runners_of
 
+SECONDS = 15.0
+"""Of processor time; a race takes five on records of some seconds."""
 BETTER = 0.8
 """Of the cost: a law of no name that leaves less than this share of what the named causes leave."""
 
@@ -16,7 +19,7 @@ def explaining_more(data: Data, nominal: Hypothesis, named: Hypothesis) -> str:
     """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does."""
     for identity in data.subject.unnamed:
         examined = examine(nominal, data, (identity,))
-        field = race(data, runners_of(examined), lambda text: None)
+        field = race(data, runners_of(examined), lambda text: None, Budget.of(SECONDS))
         if field and field[0].cost < BETTER * named.cost:
             return sentence_of(field[0].simulation, identity)
     return ""

@@ -22,7 +22,9 @@ LEVELS = 40
 STEP = 0.5
 """From level to level, of the logarithm of a variance; 1/f doubles it, a random walk takes it four times."""
 CHANCE = 0.3
-"""Of white noise to look as slow."""
+"""Of white noise to look as slow, about; what it is then given is little."""
+ROUND_OFF = 1e-6
+"""Of white noise: details below it were taken out with the mean."""
 
 
 class SlowPart(NamedTuple):
@@ -34,7 +36,7 @@ class SlowPart(NamedTuple):
         """At frequencies in periods a sample, in units of white noise's; at 0 as at the lowest that is given."""
         lowest = np.min(frequencies[frequencies > 0.0], initial=0.5)
         levels = -np.log2(np.maximum(frequencies, lowest))
-        return np.exp(np.interp(levels, 1.0 + np.arange(LEVELS), np.log(self.variances)))
+        return np.exp(np.interp(levels, 1.5 + np.arange(LEVELS), np.log(self.variances)))
 
     def whiten(self, series: FloatArray) -> FloatArray:
         """`series` (..., n) with each detail over its standard deviation."""
@@ -53,7 +55,7 @@ def fitted_slow(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
 
     The variances' logarithms are a random walk over the levels, with an error of sqrt(2 / number) each.
     """
-    seen = (numbers > 0.0) & (squares > 0.0)
+    seen = (numbers > 0.0) & (squares > ROUND_OFF * numbers)
     if not seen.any():
         return None
     raw = np.zeros(LEVELS)

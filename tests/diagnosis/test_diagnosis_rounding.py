@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, device
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.converter import heard, rounding_errors
+from rtctl.diagnosis.converter import heard, rounding_errors, step_of
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, fitted
+from rtctl.diagnosis.own_rows import own_rows
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -69,6 +72,39 @@ def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.M
 def test_readings_without_steps_are_left_as_they_are() -> None:
     readings = np.random.default_rng(0).standard_normal(400)
     readings[100:200] = readings[100]
-    residual = 0.1 * np.random.default_rng(1).standard_normal(400)
-    assert heard(readings, residual, 20).all()
-    assert len(rounding_errors(readings, residual)) == 0
+    assert step_of([readings]) == 0.0
+    assert heard(readings, 0.0, 20).all()
+    assert len(rounding_errors(readings, 0.0)) == 0
+
+
+@pytest.mark.parametrize("scale", [1.0, 3e-7])
+def test_the_step_is_that_of_the_grid_though_levels_are_skipped(scale: float) -> None:
+    fast = scale * np.round(np.array([0, 7, 3, 40, 12, 41]).repeat(50).astype(float))
+    assert step_of([fast]) == pytest.approx(scale)
+    assert step_of([fast, fast + 0.3 * scale]) == 0.0
+    assert step_of([np.zeros(50)]) == 0.0
+
+
+def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:
+    loud, quiet = ring_down(1), ring_down(2)
+    drive = 0.05 * quiet.stimulus.inputs["drive"]
+    weak = replace(
+        quiet, name="weak", stimulus=replace(quiet.stimulus, inputs={"drive": drive}),
+        measured={"displacement": STEP_MM * np.round(0.05 * quiet.measured["displacement"] / STEP_MM)},
+    )  # fmt: skip
+    data = Data(
+        subject=SUBJECTS["oscillator"],
+        records=(loud, weak),
+        scales=scales_of((loud, weak)),
+        steps_per_period=64.0,
+    )
+    lengths = []
+    for stiffness in (1.6e4, 2.4e4):
+        found = fitted(data, device(stiffness=(stiffness, "1/s^2")), (), iterations=0)
+        assert found is not None
+        rows = own_rows(data, found)
+        assert rows is not None
+        lengths.append([row.residual.shape[1] for row in rows])
+        assert examine(found, data, IDS).p_value >= 0.0
+    assert lengths[0] == lengths[1]
+    assert lengths[0][1] < 0.5 * lengths[0][0] < 0.5 * 3000

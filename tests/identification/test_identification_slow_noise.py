@@ -56,6 +56,24 @@ def test_growing_details_are_found_and_made_white() -> None:
     assert squares[:9] / (4 * numbers[:9]) == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.parametrize("growth", [1.0, 1.5, 2.0])
+def test_its_power_is_that_of_its_details(growth: float) -> None:
+    part = SlowPart(np.where(np.arange(LEVELS) < 5, 1.0, growth ** (np.arange(LEVELS) - 4.0)))
+    length = 4096
+    covariance = np.linalg.inv(part.whiten(np.eye(length // 4)))
+    power = float(np.mean(part.power(np.arange(length // 2 + 1) / length)))
+    assert power == pytest.approx(float(np.mean(np.sum(covariance**2, axis=1))), rel=0.15)
+
+
+def test_a_mean_that_was_taken_out_is_no_sign_of_a_slow_part() -> None:
+    rng = np.random.default_rng(4)
+    found = 0
+    for _ in range(50):
+        series = rng.standard_normal((1, 1024))
+        found += fitted_slow(*by_level(series - series.mean())) is not None
+    assert found < 25
+
+
 def statistics_of_a_constant(*, slow: bool) -> float:
     """Mean square along an offset beside five fast directions, in units of what noise alone would have."""
     rng, found = np.random.default_rng(3), []

@@ -52,5 +52,13 @@ def test_the_capacity_that_grows_with_the_change_of_phase_is_latent_heat() -> No
     assert predict(balanced(heat=4.0), stimulus(CURRENT))[1] == pytest.approx(latent, abs=1e-12)
 
 
+def test_a_model_that_has_latent_heat_keeps_it() -> None:
+    latent = simulation(thermal__latent_heat={"heat": 4.0})
+    _, alone = predict(latent, stimulus(CURRENT))
+    both = latent.extended(("unnamed.heat_balance",))
+    own = [1e-9 if one.declared.name == "cooling" else one.value for one in both.parameters]
+    assert predict(both.with_values(np.array(own)), stimulus(CURRENT))[1] == pytest.approx(alone, abs=1e-6)
+
+
 def test_they_are_no_causes() -> None:
     assert not set(UNNAMED) & (set(MECHANISMS) | set(mechanism_ids("vo2")))

@@ -15,7 +15,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 def slowed(balance: Balance, p: Values) -> Balance:
     """Slower while the phase changes, and while it cools."""
-    return balance._replace(latent=p["heat"], sharpness=p["sharpness"], cooling=p["cooling"])
+    return balance._replace(latent=balance.latent + p["heat"], sharpness=p["sharpness"], cooling=p["cooling"])
 
 
 MECHANISM = Vo2Mechanism(
@@ -23,7 +23,7 @@ MECHANISM = Vo2Mechanism(
     statement="The time constant depends on direction ({cooling}) and on the change of phase ({heat}, {sharpness}).",
     parameters=(
         coefficient("heat", "mA^2", "held by the phase", TYPICAL_POWER_MA2, low=0.0, high=1e3),
-        coefficient("cooling", "dimensionless", "longer than heating", 1.0, low=-0.9, high=20.0),
+        coefficient("cooling", "dimensionless", "longer than heating", 1.0, low=-0.5, high=20.0),
         coefficient("sharpness", "mA^4", "of the capacity", TYPICAL_POWER_MA2**2, low=-1e5, high=1e5),
     ),
     balance=slowed,
