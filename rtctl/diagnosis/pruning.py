@@ -51,9 +51,11 @@ def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
 
 
 def fitted_without(
-    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS
-) -> Hypothesis | None:
-    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there.
+    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS,
+    below: float = np.inf,
+) -> Hypothesis | None:  # fmt: skip
+    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there. None where it
+    diverges, or begins at a cost that is not `below`.
 
     Else from there or from where they make up for what goes as far as they can, whichever is better to begin with: the
     parts of one delay that two laws share would all be left to one.
@@ -80,7 +82,11 @@ def fitted_without(
         starts = np.column_stack((starts, chosen.starts[:, kept]))
     if len(begins) > 1:
         there = [(fitted(data, one, rest, starts, 0, still), one) for one in begins]
-        simulation = min(there, key=lambda pair: pair[0].cost if pair[0] else np.inf)[1]
+        least, simulation = min(
+            ((at.cost if at else np.inf, one) for at, one in there), key=lambda pair: pair[0]
+        )
+        if not least < below:
+            return None
     return fitted(data, simulation, rest, starts, iterations, still)
 
 

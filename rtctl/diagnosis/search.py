@@ -132,8 +132,8 @@ def _grown(
         tried.append(ranked(data, each_once(field), best, plain=not passes))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
         found = Search(at_nominal, best, True, (), tuple(tried))
-        if passes or (size > 1 and not budget.spent):
-            found = _returned(data, found, ids, level)
+        if passes or not budget.spent:
+            found = _returned(data, found, ids, level, passes=passes)
         if passes or found.chosen is not best:
             found = _less_what_is_allowed(data, found, ids)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
@@ -155,14 +155,20 @@ def in_its_place(data: Data, found: Search, fewer: Examined) -> Search:
     return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
 
 
-def _returned(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
+def _returned(data: Data, found: Search, ids: Sequence[str], level: float, *, passes: bool = True) -> Search:
     """Less one cause, where the smaller set passes once it is fitted from where the larger one ended.
 
     In a narrow valley a fit of the smaller set may have stopped short: then whatever is added seems to explain it.
+    Where not even the larger set `passes`, only what begins lower than it had ended before is fitted.
     """
-    known = {frozenset(one.mechanisms): one.cost for one in (*found.fitted, found.nominal.hypothesis)}
-    for one in without_each(data, found.nominal.hypothesis, found.chosen.hypothesis):
-        if one.cost < (1.0 - MOVED) * known.get(frozenset(one.mechanisms), np.inf):
+    nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
+    known = {frozenset(one.mechanisms): one.cost for one in (*found.fitted, nominal)}
+    causes = [name for name in chosen.mechanisms if name not in nominal.mechanisms]
+    for cause in causes if len(causes) > 1 else ():
+        rest = tuple(name for name in chosen.mechanisms if name != cause)
+        most = known.get(frozenset(rest), np.inf)
+        one = fitted_without(data, nominal, chosen, rest, below=np.inf if passes else most)
+        if one is not None and one.cost < (1.0 - MOVED) * most:
             examined = examine(one, data, ids)
             if examined.p_value > level:
                 return in_its_place(data, found, examined)
