@@ -33,6 +33,11 @@ FEW: dict[str, Line] = {
     "vo2": {"kind": "single", "fit_records": 1, "test_records": 1, "samples": 1500, "snr_dB": 40.0},
 }
 """Data that often leave several names: for the row of the next experiment, and for no other."""
+ALIKE = (
+    "drive.lag", "sensor.lag", "drive.delay", "input.hold", "drive.harmonics", "drive.saturation", "drive.offset",
+    "sensor.offset",
+)  # fmt: skip
+"""Effects of an oscillator that few data confuse, one a seed: others are named alone however few the data are."""
 REPORT_EVERY_S = 60.0
 
 
@@ -118,7 +123,7 @@ def tasks(asked: argparse.Namespace) -> list[Line]:
 def overrides_of(sort: str, plant: str, seed: int) -> Line:
     """Sizes that the generator is told; all else comes from the seed."""
     if sort == "ambiguous":
-        return FEW[plant]
+        return FEW[plant] | ({"effects": (ALIKE[seed % len(ALIKE)],)} if plant == "oscillator" else {})
     if plant == "vo2":
         return {}
     return FULL_SIZE if seed % 6 == 0 else SHORTER

@@ -83,6 +83,8 @@ def test_seeds_of_both_plants_are_mixed_and_told_apart() -> None:
     assert sum(x["overrides"].get("least_samples") == 16_000 for x in made) == 1
     assert [x["next_experiment"] for x in made].count(True) == 3
     assert overrides_of("main", "vo2", 3) == {}
+    assert {overrides_of("ambiguous", "oscillator", k)["effects"][0] for k in range(8)} == set(campaign.ALIKE)
+    assert "effects" not in overrides_of("ambiguous", "vo2", 3)
     assert seeds("none") == range(0)
 
 
