@@ -13,6 +13,7 @@ from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, S
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.node_cache import cached
 from plant_sim.oscillator.steps import Plan, check_work
+from plant_sim.oscillator.unnamed import UNNAMED
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
 FloatArray = NDArray[np.float64]
@@ -62,7 +63,7 @@ class OscillatorSimulation:
 
     def extended(self, mechanisms: tuple[str, ...]) -> OscillatorSimulation:
         """The same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""
-        added = [MECHANISMS[name] for name in mechanisms]
+        added = [(MECHANISMS | UNNAMED)[name] for name in mechanisms]
         more = [
             FreeParameter(
                 name=f"{mechanism.id}.{declared.name}",

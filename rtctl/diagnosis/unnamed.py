@@ -10,16 +10,17 @@ from rtctl.diagnosis.race import race
 from rtctl.diagnosis.runners import runners_of
 
 SECONDS = 15.0
-"""Of processor time; a race takes five on records of some seconds."""
+"""Of processor time, for all laws; a race takes five on records of some seconds."""
 BETTER = 0.8
 """Of the cost: a law of no name that leaves less than this share of what the named causes leave."""
 
 
 def explaining_more(data: Data, nominal: Hypothesis, named: Hypothesis) -> str:
     """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does."""
+    budget = Budget.of(SECONDS)
     for identity in data.subject.unnamed:
         examined = examine(nominal, data, (identity,))
-        field = race(data, runners_of(examined), lambda text: None, Budget.of(SECONDS))
+        field = race(data, runners_of(examined), lambda text: None, budget)
         if field and field[0].cost < BETTER * named.cost:
             return sentence_of(field[0].simulation, identity)
     return ""

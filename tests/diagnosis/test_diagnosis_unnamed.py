@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
@@ -64,4 +65,40 @@ def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
 )
 def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, said: str) -> None:
     found = explaining_more(*searched(device))
+    assert found.startswith(said) if said else not found
+
+
+@cache
+def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
+    """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
+    made = device(FRICTION)
+    if hidden == "root":
+        made = device().extended(("unnamed.dissipation",))
+        own = [200.0 if one.declared.name == "half" else one.value for one in made.parameters]
+        made = made.with_values(np.array(own))
+    records = []
+    for seed in (1, 2):
+        drive = noise_drive(seed)
+        stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=2e-3)
+        records.append(
+            FitRecord(
+                name=f"r{seed}", stimulus=stimulus, measured={"displacement": measured(made, drive)}, first=1
+            )
+        )
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        steps_per_period=64.0,
+    )  # fmt: skip
+    nominal = fitted(data, device(), ())
+    assert nominal is not None
+    named = race(data, runners_of(examine(nominal, data, ("friction.coulomb",))), lambda text: None)[0]
+    assert named.cost < 0.8 * nominal.cost
+    return data, nominal, named
+
+
+@pytest.mark.parametrize(
+    ("hidden", "said"), [("root", "The damping force grows with another power"), ("dry", "")]
+)
+def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
+    found = explaining_more(*braked(hidden))
     assert found.startswith(said) if said else not found

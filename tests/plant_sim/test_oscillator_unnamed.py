@@ -1,0 +1,65 @@
+"""Laws of no name are what their powers say, and no causes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from plant_sim.oscillator.mechanisms import MECHANISMS
+from plant_sim.oscillator.unnamed import UNNAMED
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.wiring import build_simulation, mechanism_ids
+
+UNITS = {"drive": "V", "displacement": "mm"}
+NOMINAL = {"damping": (8.0, "1/s"), "stiffness": (1.6e4, "1/s^2"), "drive_gain": (450.0, "mm/s^2/V")}
+DRIVE = Stimulus(
+    inputs={"drive": 20.0 * np.sin(0.2 * np.arange(1200) + 1e-4 * np.arange(1200) ** 2)},
+    holds={"drive": "linear"},
+    period_s=1e-3,
+)
+
+
+def with_one(mechanism: str, parameter: str, value: float) -> Simulation:
+    tables = {
+        "kind": "oscillator",
+        "parameters": {n: {"value": v, "unit": u} for n, (v, u) in NOMINAL.items()},
+    }
+    made = build_simulation(ModelFile.model_validate({"model": tables}), UNITS, "case").extended((mechanism,))
+    name = f"{mechanism}.{parameter}"
+    return made.with_values(np.array([value if one.name == name else one.value for one in made.parameters]))
+
+
+def motion(made: Simulation) -> np.ndarray:
+    values = np.array([one.value for one in made.parameters])
+    return made.predict(DRIVE, values, refine=4).outputs["displacement"][0]
+
+
+@pytest.mark.parametrize(
+    ("unnamed", "power", "cause", "parameter", "value"),
+    [
+        ("unnamed.spring", "power_2", "stiffness.quadratic", "coefficient", 3e3),
+        ("unnamed.spring", "power_3", "stiffness.cubic", "coefficient", 2e3),
+        ("unnamed.spring", "power_5", "stiffness.quintic", "coefficient", 5e2),
+        ("unnamed.dissipation", "square", "damping.quadratic", "coefficient", 0.05),
+    ],
+)
+def test_a_power_that_has_a_name_is_that(
+    unnamed: str, power: str, cause: str, parameter: str, value: float
+) -> None:
+    nominal, known = motion(with_one(cause, parameter, 0.0)), motion(with_one(cause, parameter, value))
+    effect = float(np.std(known - nominal))
+    assert effect > 0.01 * np.std(nominal)
+    assert motion(with_one(unnamed, power, value)) == pytest.approx(known, abs=0.01 * effect)
+
+
+@pytest.mark.parametrize("power", ["quarter", "half"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_power_below_one_takes_energy_or_gives_it(power: str, sign: float) -> None:
+    nominal = float(np.std(motion(with_one("unnamed.dissipation", power, 0.0))[600:]))
+    found = float(np.std(motion(with_one("unnamed.dissipation", power, 20.0 * sign))[600:]))
+    assert (found < 0.99 * nominal) if sign > 0.0 else (found > 1.01 * nominal)
+
+
+def test_they_are_no_causes() -> None:
+    assert not set(UNNAMED) & (set(MECHANISMS) | set(mechanism_ids("oscillator")))
