@@ -38,9 +38,7 @@ def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, model: Pat
 
 def scenario_text(proposed: NextExperiment) -> str:
     """As `rtctl acquire` takes it."""
-    return (
-        HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(dict(proposed.best.input.scenario))
-    )
+    return HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(proposed.scenario)
 
 
 def provenance_of(found: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:

@@ -27,12 +27,19 @@ from rtctl.identification.residual_noise import NoiseModel
 FloatArray = NDArray[np.float64]
 FURTHEST = 1.5
 """Times the largest measured displacement: a device is not sent further on a simulation's word."""
+PARTED = 0.5
+"""Of the motion's RMS about its mean: candidates that differ by more, though they explain the same data, have gone to
+different motions, and what follows says nothing of their causes."""
 DECIDES = 5.0
 """Standard errors between two candidates."""
+MOST_TIMES = 8
+"""Repeats of one input that are proposed where one does not decide."""
+ALIKE = 0.1
+"""Standard errors from one record: below, candidates answer alike."""
 
 
 class Scored(NamedTuple):
-    """An input and the least separation [standard errors] that it would bring; NaN: not to be sent."""
+    """An input and the least separation [standard errors] that one record of it would bring; NaN: not to be sent."""
 
     input: Input
     separation: float
@@ -42,6 +49,10 @@ class NextExperiment(NamedTuple):
     """What to measure next."""
 
     best: Scored
+    times: int
+    """Records of it."""
+    separation: float
+    """[standard errors] The least that all of them bring."""
     separates: tuple[str, ...]
     menu: tuple[Scored, ...]
 
@@ -50,16 +61,28 @@ class NextExperiment(NamedTuple):
         """For a person."""
         *first, last = self.separates
         names = f"{', '.join(first)} {'from' if len(first) == 1 else 'and'} {last}" if first else last
+        if self.separation < ALIKE:
+            return (
+                f"No input of the menu separates {names}: to each of them, within the drive that these data have, they "
+                f"answer alike. The best is {self.best.input.statement}."
+            )
+        often = f", {self.times} times" if self.times > 1 else ""
         text = (
-            f"Measure this next: {self.best.input.statement}. It separates {names} by {self.best.separation:.3g} "
+            f"Measure this next{often}: {self.best.input.statement}. It separates {names} by {self.separation:.3g} "
             "standard errors at least"
         )
-        if self.best.separation >= DECIDES:
+        if self.separation >= DECIDES:
             return text + "."
         return (
             text
             + ", too few to decide: measure longer, with less noise, or drive harder than these data did."
         )
+
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """As `rtctl acquire` takes it: a table of excitation a record."""
+        once = dict(self.best.input.scenario)
+        return once | {"excitation": [*once["excitation"]] * self.times}
 
     @property
     def json(self) -> dict[str, Any]:
@@ -68,7 +91,8 @@ class NextExperiment(NamedTuple):
             "statement": self.statement,
             "separates": list(self.separates),
             "input": self.best.input.statement,
-            "separation": self.best.separation,
+            "times": self.times,
+            "separation": self.separation,
             "scenario": "next-experiment.toml",
             "menu": [{"input": one.input.statement, "separation": one.separation} for one in self.menu],
         }
@@ -81,15 +105,30 @@ def next_experiment(
     if len(candidates) < 2:
         return None
     known = [_information(candidate, data, noise) for candidate in candidates]
-    scored = [Scored(entry, _least(entry, candidates, known, data, noise)) for entry in menu(data, units)]
-    possible = [one for one in scored if np.isfinite(one.separation)]
+    runs = [(entry, _runs(entry, candidates, data, noise)) for entry in menu(data, units)]
+    possible = [(Scored(entry, _least(run, known)), run) for entry, run in runs if run is not None]
     if not possible:
         return None
-    ranking = sorted(possible, key=lambda one: -one.separation)
+    possible.sort(key=lambda one: -one[0].separation)
+    ranking = [scored for scored, _ in possible]
+    times, together = _repeated(ranking[0].separation, possible[0][1], known)
     names = [set(candidate.mechanisms) for candidate in candidates]
     common = set.intersection(*names)
     separates = dict.fromkeys(one for found in candidates for one in found.mechanisms if one not in common)
-    return NextExperiment(ranking[0], tuple(separates), tuple(ranking))
+    return NextExperiment(ranking[0], times, together, tuple(separates), tuple(ranking))
+
+
+def _repeated(once: float, runs: Sequence[FloatArray], known: Sequence[FloatArray]) -> tuple[int, float]:
+    """How many records of one input decide, and what they separate; MOST_TIMES where no number up to it does, once
+    where it would be in vain.
+    """
+    if once >= DECIDES or once < ALIKE:
+        return 1, once
+    for times in range(2, MOST_TIMES + 1):
+        together = _least(runs, known, times)
+        if together >= DECIDES:
+            break
+    return times, together
 
 
 def _information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) -> FloatArray:
@@ -102,30 +141,43 @@ def _information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel])
     return total
 
 
-def _least(
-    entry: Input,
-    candidates: Sequence[Hypothesis],
-    known: Sequence[FloatArray],
-    data: Data,
-    noise: Sequence[NoiseModel],
-) -> float:
-    """Separation [standard errors] of the pair that is hardest to tell apart; NaN where the device might be hurt."""
+def _runs(
+    entry: Input, candidates: Sequence[Hypothesis], data: Data, noise: Sequence[NoiseModel]
+) -> list[FloatArray] | None:
+    """Of each candidate (1 + unknowns, n) prediction and slopes in units of the noise, up to where the predictions go
+    different ways; None where the device might be hurt.
+    """
     record = _record(entry, candidates[0], data)
     outputs = candidates[0].sensitivity.outputs
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
-    runs = []
+    tables = []
     for candidate in candidates:
         start = np.append(_rest(candidate), candidate.starts[0, candidate.states :])
         line = candidate.sensitivity.linearise(record, candidate.shared, start, data.steps_per_period)
         if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
-            return float("nan")
-        table = np.concatenate((line.residual[None], line.shared, line.own))
-        white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
+            return None
+        tables.append(np.concatenate((line.residual[None], line.shared, line.own)))
+    end = _together(np.stack([table[0] for table in tables]))
+    runs = []
+    for table in tables:
+        white = np.stack([model.whiten(table[:, o, :end]) for o, model in enumerate(noise)], axis=1)
         runs.append(white.reshape(len(white), -1))
-    pairs = itertools.permutations(range(len(runs)), 2)
-    return float(
-        np.sqrt(max(0.0, min(separation(runs[i][0], runs[j][0], runs[j][1:], known[j]) for i, j in pairs)))
-    )
+    return runs
+
+
+def _together(predicted: FloatArray) -> int:
+    """Samples up to where predictions (candidates, outputs, n) go different ways."""
+    apart = predicted.max(axis=0) - predicted.min(axis=0)
+    far = np.any(apart > PARTED * predicted.std(axis=2).max(axis=0)[:, None], axis=0)
+    return int(np.argmax(far)) if far.any() else predicted.shape[2]
+
+
+def _least(runs: Sequence[FloatArray], known: Sequence[FloatArray], times: int = 1) -> float:
+    """Separation [standard errors] by so many records, of the pair that is hardest to tell apart."""
+    often = [np.sqrt(times) * run for run in runs]
+    pairs = itertools.permutations(range(len(often)), 2)
+    found = min(separation(often[i][0], often[j][0], often[j][1:], known[j]) for i, j in pairs)
+    return float(np.sqrt(max(0.0, found)))
 
 
 def separation(true: FloatArray, rival: FloatArray, slopes: FloatArray, information: FloatArray) -> float:
@@ -143,14 +195,15 @@ def separation(true: FloatArray, rival: FloatArray, slopes: FloatArray, informat
 
 
 def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:
-    """Held as a converter holds it; nothing was measured yet."""
+    """Held as the records so far are, by the same chain; nothing was measured yet."""
     nothing = np.zeros(len(entry.levels))
     peak = {
         name: max(r.stimulus.peak.get(name, 0.0) for r in data.records)
         for name in candidate.sensitivity.outputs
     }
+    drive = data.subject.drive
     stimulus = Stimulus(
-        inputs={data.subject.drive: entry.levels}, holds={data.subject.drive: "zero"}, period_s=entry.period_s,
+        inputs={drive: entry.levels}, holds={drive: data.records[0].stimulus.holds[drive]}, period_s=entry.period_s,
         initial=dict(zip(candidate.simulation.state, _rest(candidate).tolist(), strict=True)), peak=peak,
     )  # fmt: skip
     return FitRecord(

@@ -1,4 +1,6 @@
-"""The next experiment, done: the proposed record is measured on the same device, and a random one of the same menu."""
+"""The next experiment, done: what is proposed is measured on the same device, and a random input of the same menu as
+often.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,7 @@ def further(
     chosen = int(np.random.default_rng([seed, RANDOM]).integers(len(proposal.menu)))
     line: Line = {"names": _names(found)}
     for name, scored in (("proposed", proposal.best), ("random", proposal.menu[chosen])):
-        line[name] = _measured(scored, folder, name, seed, plant, overrides, again)
+        line[name] = _measured(scored, proposal.times, folder, name, seed, plant, overrides, again)
     return line
 
 
@@ -46,6 +48,7 @@ def _names(found: Diagnosis) -> list[str]:
 
 def _measured(
     scored: Scored,
+    times: int,
     folder: Path,
     name: str,
     seed: int,
@@ -53,11 +56,12 @@ def _measured(
     overrides: Line,
     again: Callable[[Path], Line],
 ) -> Line:
-    line: Line = {"input": scored.input.statement, "separation": float(scored.separation)}
+    line: Line = {"input": scored.input.statement, "times": times, "separation": float(scored.separation)}
     new = folder.with_name(f"{folder.name}-{name}")
     shutil.copytree(folder, new)
     try:
-        more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, **overrides)
+        for _ in range(times):
+            more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, **overrides)
         line |= again(new)
     except Exception as error:  # a crash is a result of the campaign, not its end
         line |= {"verdict": "crash", "causes": [], "judgement": "crash", "error": repr(error)[-400:]}

@@ -57,6 +57,19 @@ def test_another_period_is_another_record_of_the_same_device(tmp_path: Path) -> 
     assert np.std(measured[::2] - old.clean) < 1.3 * truth.noise.rms
 
 
+def test_a_record_that_is_repeated_has_noise_of_its_own(tmp_path: Path) -> None:
+    truth = generate(100_503, tmp_path, **SIZES["oscillator"])
+    drive = next(record for record in truth.records if record.use == "fit").drive
+    names = [
+        more(100_503, tmp_path, drive, 1.0 / truth.sample_rate_Hz, **SIZES["oscillator"]) for _ in range(2)
+    ]
+    manifest = tomllib.loads((tmp_path / "dataset.toml").read_text())
+    assert [record["file"] for record in manifest["records"][-2:]] == names
+    column = manifest["signals"]["displacement"].get("column", "displacement")
+    one, other = (np.load(tmp_path / name)[column] for name in names)
+    assert np.std(one - other) == pytest.approx(np.sqrt(2.0) * truth.noise.rms, rel=0.15)
+
+
 @pytest.mark.parametrize("drive", [np.zeros((3, 2)), np.array([1.0]), np.array([0.0, np.nan])])
 def test_a_drive_that_is_none_is_refused(drive: np.ndarray, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="finite levels"):

@@ -15,7 +15,16 @@ from rtctl.diagnosis.files import scenario_text
 from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.menu import drive_range, menu
-from rtctl.diagnosis.next_experiment import NextExperiment, Scored, next_experiment, separation
+from rtctl.diagnosis.next_experiment import (
+    ALIKE,
+    DECIDES,
+    PARTED,
+    NextExperiment,
+    Scored,
+    _together,
+    next_experiment,
+    separation,
+)
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -70,7 +79,7 @@ def evidence(records: tuple[FitRecord, ...]) -> float:
 
 def with_one_more(scored: Scored) -> float:
     """Evidence of the data so far and a new record under this input."""
-    return evidence((*ambiguous()[0].records, record_of(scored.input.levels, "zero")))
+    return evidence((*ambiguous()[0].records, record_of(scored.input.levels, "linear")))
 
 
 def test_the_separation_is_what_a_rival_that_is_fitted_to_old_and_new_data_leaves() -> None:
@@ -132,6 +141,62 @@ def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> N
     assert proposed is not None
     assert proposed.separates == ("sensor.hum", next(iter(RIVALS)))
     assert proposed.best.separation > 3.0
+
+
+def with_noise(times: float) -> NextExperiment:
+    data, rivals, _ = ambiguous()
+    proposed = next_experiment(rivals, data, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS)
+    assert proposed is not None
+    return proposed
+
+
+def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> None:
+    """The separation that is told is that of so many records."""
+    data, _, once = ambiguous()
+    assert once.times == 1
+    louder = 1.5 * once.separation / DECIDES
+    noisy = with_noise(louder)
+    assert noisy.best.separation < DECIDES <= noisy.separation
+    assert 2 <= noisy.times <= 5
+    assert f", {noisy.times} times: " in noisy.statement
+    records = [record_of(noisy.best.input.levels, "linear") for _ in range(noisy.times)]
+    brought = (evidence((*data.records, *records)) - evidence(data.records)) / louder**2
+    assert (
+        0.8 * noisy.separation**2 < brought < 4.0 * noisy.separation**2
+    )  # told is the least, linear in the rival
+    assert len(noisy.scenario["excitation"]) == noisy.times
+    far_too_noisy = with_noise(8.0 * once.separation / DECIDES)
+    assert "too few to decide" in far_too_noisy.statement
+
+
+def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
+    """A lag before or behind a linear device is one law."""
+    linear = device().with_values(
+        np.array([0.0 if p.name == "stiffness_cubic" else p.value for p in device().parameters])
+    )
+    assert all(p.value == 0.0 for p in linear.parameters if p.name == "stiffness_cubic")
+    data, _, _ = ambiguous()
+    found = []
+    for identity in ("drive.lag", "sensor.lag"):
+        lagging = linear.extended((identity,))
+        own = [0.02 if p.mechanism else p.value for p in lagging.parameters]
+        one = fitted(data, lagging.with_values(np.array(own)), (identity,), iterations=0)
+        assert one is not None
+        found.append(one)
+    proposed = next_experiment(found, data, NOISE, UNITS)
+    assert proposed is not None
+    assert (proposed.times, proposed.separation < ALIKE) == (1, True)
+    assert proposed.statement.startswith("No input of the menu separates drive.lag from sensor.lag")
+
+
+def test_what_follows_where_predictions_part_does_not_count() -> None:
+    """Between two motions any difference decides which: it is large and says nothing of the causes."""
+    t = np.linspace(0.0, 20.0, 401)
+    one, other = np.sin(t), np.where(t < 10.0, 1.02, -1.0) * np.sin(t)
+    end = _together(np.stack((one, other))[:, None])
+    assert 200 <= end < 210
+    assert abs(other[end] - one[end]) > PARTED * one.std()
+    assert _together(np.stack((one, 1.02 * one))[:, None]) == len(t)
 
 
 def test_one_candidate_needs_no_experiment() -> None:

@@ -27,7 +27,8 @@ from .vo2.plant import simulate as simulate_vo2
 
 FloatArray = NDArray[np.float64]
 NUMBER = 63
-"""Of the new record: no drawn case has so many, and each file has a phase of the mains of its own."""
+"""Of the first new record, the next one counts down: no drawn case has so many, and each file has its own phase of the
+mains."""
 NOISE = 9
 """Sets its noise apart from all that was drawn."""
 
@@ -49,43 +50,11 @@ def more(
         raise ValueError(
             f"drive is finite levels (n,) and period_s > 0 s; got {levels.shape}, {period_s!r} s"
         )
-    return _added(folder, PLANTS[plant](seed, levels, period_s, overrides), period_s)
-
-
-def _oscillator(
-    seed: int, levels: FloatArray, period_s: float, overrides: dict[str, Any]
-) -> dict[str, FloatArray]:
-    drawn, _ = draw_oscillator(seed, Options(**overrides))
-    samples_a_period = 1.0 / (drawn.device.f0_Hz * period_s)
-    if drawn.device.manifest_hold == "band-limited":
-        levels = sosfiltfilt(butter(6, 0.5, output="sos"), levels * fade(levels.size, samples_a_period))
-    record = Input(
-        number=NUMBER, excitation="proposed", use="fit", drive=levels / drawn.drive_scale, displaced=0.0,
-        file_number=NUMBER,
-    )  # fmt: skip
-    clean, _ = simulate(replace(drawn.plan, samples_a_period=samples_a_period), record)
-    rng = np.random.default_rng([seed, NUMBER, NOISE])
-    read = sensor_noise.add_noise(rng, clean, drawn.noise, drawn.noise_rms, drawn.colour)
-    return {"drive": levels, "displacement": read * drawn.device.length}
-
-
-def _vo2(seed: int, levels: FloatArray, period_s: float, overrides: dict[str, Any]) -> dict[str, FloatArray]:
-    drawn, _ = draw_vo2(seed, Vo2Options(**overrides))
-    record = Vo2Input(
-        number=NUMBER, position=len(drawn.inputs), use="fit", excitation="proposed", current=levels,
-        rate_Hz=1.0 / period_s,
-    )  # fmt: skip
-    rng = np.random.default_rng([seed, NUMBER, NOISE])
-    return {"current": levels} | measure(rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record))
-
-
-PLANTS = {"oscillator": _oscillator, "vo2": _vo2}
-
-
-def _added(folder: Path, signals: dict[str, FloatArray], period_s: float) -> str:
     path = folder / "dataset.toml"
     manifest = tomllib.loads(path.read_text(encoding="utf-8"))
-    name = f"more{sum(r['file'].startswith('more') for r in manifest['records'])}.npz"
+    before = sum(record["file"].startswith("more") for record in manifest["records"])
+    signals = PLANTS[plant](seed, levels, period_s, NUMBER - before, overrides)
+    name = f"more{before}.npz"
     columns = {manifest["signals"][key].get("column", key): values for key, values in signals.items()}
     np.savez(folder / name, **columns)
     table = {
@@ -97,3 +66,35 @@ def _added(folder: Path, signals: dict[str, FloatArray], period_s: float) -> str
     manifest["records"].append(table)
     path.write_text(tomli_w.dumps(manifest), encoding="utf-8")
     return name
+
+
+def _oscillator(
+    seed: int, levels: FloatArray, period_s: float, number: int, overrides: dict[str, Any]
+) -> dict[str, FloatArray]:
+    drawn, _ = draw_oscillator(seed, Options(**overrides))
+    samples_a_period = 1.0 / (drawn.device.f0_Hz * period_s)
+    if drawn.device.manifest_hold == "band-limited":
+        levels = sosfiltfilt(butter(6, 0.5, output="sos"), levels * fade(levels.size, samples_a_period))
+    record = Input(
+        number=number, excitation="proposed", use="fit", drive=levels / drawn.drive_scale, displaced=0.0,
+        file_number=number,
+    )  # fmt: skip
+    clean, _ = simulate(replace(drawn.plan, samples_a_period=samples_a_period), record)
+    rng = np.random.default_rng([seed, number, NOISE])
+    read = sensor_noise.add_noise(rng, clean, drawn.noise, drawn.noise_rms, drawn.colour)
+    return {"drive": levels, "displacement": read * drawn.device.length}
+
+
+def _vo2(
+    seed: int, levels: FloatArray, period_s: float, number: int, overrides: dict[str, Any]
+) -> dict[str, FloatArray]:
+    drawn, _ = draw_vo2(seed, Vo2Options(**overrides))
+    record = Vo2Input(
+        number=number, position=len(drawn.inputs), use="fit", excitation="proposed", current=levels,
+        rate_Hz=1.0 / period_s,
+    )  # fmt: skip
+    rng = np.random.default_rng([seed, number, NOISE])
+    return {"current": levels} | measure(rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record))
+
+
+PLANTS = {"oscillator": _oscillator, "vo2": _vo2}
