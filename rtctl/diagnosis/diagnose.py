@@ -44,7 +44,7 @@ from rtctl.identification.output_error import threads
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
-RIVALS = 3
+RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
 
 LONG_MEMORY = (
@@ -302,7 +302,9 @@ def _answer(
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
-        next_experiment=None if stopped else next_experiment(_rivals(found, verdict), data, found.chosen.noise, units),
+        next_experiment=None if stopped else next_experiment(
+            _rivals(found, verdict), found.nominal.hypothesis, data, found.chosen.noise, units
+        ),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip

@@ -28,8 +28,8 @@ FloatArray = NDArray[np.float64]
 FURTHEST = 1.5
 """Times the largest measured displacement: a device is not sent further on a simulation's word."""
 PARTED = 0.5
-"""Of the motion's RMS about its mean: candidates that differ by more, though they explain the same data, have gone to
-different motions, and what follows says nothing of their causes."""
+"""Of the RMS of the readings so far: candidates that differ by more, though they explain these, have gone to different
+motions, and what follows says nothing of their causes."""
 DECIDES = 5.0
 """Standard errors between two candidates."""
 MOST_TIMES = 8
@@ -39,10 +39,19 @@ ALIKE = 0.1
 
 
 class Scored(NamedTuple):
-    """An input and the least separation [standard errors] that one record of it would bring; NaN: not to be sent."""
+    """An input and the least separation [standard errors] that one record of it would bring."""
 
     input: Input
     separation: float
+    whole: bool = True
+    """No prediction parts from the others: else only what comes before counts, and a fit may not find back after it."""
+
+
+class _Runs(NamedTuple):
+    """Of each candidate (1 + unknowns, n) prediction and slopes in units of the noise, up to where predictions part."""
+
+    tables: list[FloatArray]
+    whole: bool
 
 
 class NextExperiment(NamedTuple):
@@ -99,33 +108,45 @@ class NextExperiment(NamedTuple):
 
 
 def next_experiment(
-    candidates: Sequence[Hypothesis], data: Data, noise: Sequence[NoiseModel], units: Mapping[str, str]
-) -> NextExperiment | None:
-    """For two candidates or more; None where there is nothing to separate or nothing that the plant can take."""
+    candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel],
+    units: Mapping[str, str],
+) -> NextExperiment | None:  # fmt: skip
+    """For two candidates or more; None where there is nothing to separate or nothing that the plant can take.
+
+    What decides only by the beginning of a record, as predictions part, is proposed where nothing else decides. So is
+    what the `nominal` model does not follow: it is what the next diagnosis begins with.
+    """
     if len(candidates) < 2:
         return None
     known = [_information(candidate, data, noise) for candidate in candidates]
-    runs = [(entry, _runs(entry, candidates, data, noise)) for entry in menu(data, units)]
-    possible = [(Scored(entry, _least(run, known)), run) for entry, run in runs if run is not None]
+    runs = [(entry, _runs(entry, candidates, nominal, data, noise)) for entry in menu(data, units)]
+    possible = [
+        (Scored(entry, _least(run.tables, known), run.whole), run.tables)
+        for entry, run in runs
+        if run is not None
+    ]
     if not possible:
         return None
     possible.sort(key=lambda one: -one[0].separation)
-    ranking = [scored for scored, _ in possible]
-    times, together = _repeated(ranking[0].separation, possible[0][1], known)
+    followed = sorted(possible, key=lambda one: not one[0].whole)
+    tried = [
+        (best, *_repeated(best.separation, tables, known)) for best, tables in (followed[0], possible[0])
+    ]
+    best, times, together = tried[0] if tried[0][2] >= DECIDES else max(tried, key=lambda one: one[2])
     names = [set(candidate.mechanisms) for candidate in candidates]
     common = set.intersection(*names)
     separates = dict.fromkeys(one for found in candidates for one in found.mechanisms if one not in common)
-    return NextExperiment(ranking[0], times, together, tuple(separates), tuple(ranking))
+    return NextExperiment(best, times, together, tuple(separates), tuple(scored for scored, _ in possible))
 
 
-def _repeated(once: float, runs: Sequence[FloatArray], known: Sequence[FloatArray]) -> tuple[int, float]:
+def _repeated(once: float, tables: Sequence[FloatArray], known: Sequence[FloatArray]) -> tuple[int, float]:
     """How many records of one input decide, and what they separate; MOST_TIMES where no number up to it does, once
     where it would be in vain.
     """
     if once >= DECIDES or once < ALIKE:
         return 1, once
     for times in range(2, MOST_TIMES + 1):
-        together = _least(runs, known, times)
+        together = _least(tables, known, times)
         if together >= DECIDES:
             break
     return times, together
@@ -142,39 +163,45 @@ def _information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel])
 
 
 def _runs(
-    entry: Input, candidates: Sequence[Hypothesis], data: Data, noise: Sequence[NoiseModel]
-) -> list[FloatArray] | None:
-    """Of each candidate (1 + unknowns, n) prediction and slopes in units of the noise, up to where the predictions go
-    different ways; None where the device might be hurt.
-    """
+    entry: Input,
+    candidates: Sequence[Hypothesis],
+    nominal: Hypothesis,
+    data: Data,
+    noise: Sequence[NoiseModel],
+) -> _Runs | None:
+    """None where the device might be hurt, or predictions part from the start."""
     record = _record(entry, candidates[0], data)
     outputs = candidates[0].sensitivity.outputs
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
     tables = []
-    for candidate in candidates:
+    for candidate in (*candidates, nominal):
         start = np.append(_rest(candidate), candidate.starts[0, candidate.states :])
         line = candidate.sensitivity.linearise(record, candidate.shared, start, data.steps_per_period)
         if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
             return None
         tables.append(np.concatenate((line.residual[None], line.shared, line.own)))
-    end = _together(np.stack([table[0] for table in tables]))
+    sizes = np.array([data.size(name) for name in outputs])
+    count = tables[0].shape[2]
+    end = _together(np.stack([table[0] for table in tables]), sizes)
+    if not end:
+        return None
     runs = []
-    for table in tables:
+    for table in tables[:-1]:
         white = np.stack([model.whiten(table[:, o, :end]) for o, model in enumerate(noise)], axis=1)
         runs.append(white.reshape(len(white), -1))
-    return runs
+    return _Runs(runs, end == count)
 
 
-def _together(predicted: FloatArray) -> int:
-    """Samples up to where predictions (candidates, outputs, n) go different ways."""
+def _together(predicted: FloatArray, sizes: FloatArray) -> int:
+    """Samples up to where predictions (candidates, outputs, n) go different ways; `sizes` (outputs,) of the readings."""
     apart = predicted.max(axis=0) - predicted.min(axis=0)
-    far = np.any(apart > PARTED * predicted.std(axis=2).max(axis=0)[:, None], axis=0)
+    far = np.any(apart > PARTED * sizes[:, None], axis=0)
     return int(np.argmax(far)) if far.any() else predicted.shape[2]
 
 
-def _least(runs: Sequence[FloatArray], known: Sequence[FloatArray], times: int = 1) -> float:
+def _least(tables: Sequence[FloatArray], known: Sequence[FloatArray], times: int = 1) -> float:
     """Separation [standard errors] by so many records, of the pair that is hardest to tell apart."""
-    often = [np.sqrt(times) * run for run in runs]
+    often = [np.sqrt(times) * table for table in tables]
     pairs = itertools.permutations(range(len(often)), 2)
     found = min(separation(often[i][0], often[j][0], often[j][1:], known[j]) for i, j in pairs)
     return float(np.sqrt(max(0.0, found)))

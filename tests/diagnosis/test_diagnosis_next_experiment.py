@@ -64,9 +64,15 @@ def ambiguous() -> tuple[Data, tuple[Hypothesis, ...], NextExperiment]:
     records = (record_of(noise_drive(1), "linear"),)
     data = Data(subject=OSCILLATOR, records=records, scales=scales_of(records), steps_per_period=64.0)
     rivals = tuple(candidate(data, identity) for identity in RIVALS)
-    proposed = next_experiment(rivals, data, NOISE, UNITS)
+    proposed = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
     assert proposed is not None
     return data, rivals, proposed
+
+
+def nominal(data: Data) -> Hypothesis:
+    found = fitted(data, device(), ())
+    assert found is not None
+    return found
 
 
 def evidence(records: tuple[FitRecord, ...]) -> float:
@@ -121,7 +127,7 @@ def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_ran
 def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
     data, rivals, proposed = ambiguous()
     monkeypatch.setattr("rtctl.diagnosis.next_experiment.FURTHEST", 1.0)
-    careful = next_experiment(rivals, data, NOISE, UNITS)
+    careful = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
     assert careful is not None
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
     limit = max(float(np.abs(r.measured["displacement"]).max()) for r in data.records)
@@ -137,7 +143,7 @@ def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> N
     humming = device().extended(("sensor.hum",))
     hum = fitted(data, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
     assert hum is not None
-    proposed = next_experiment([hum, true], data, NOISE, UNITS)
+    proposed = next_experiment([hum, true], nominal(data), data, NOISE, UNITS)
     assert proposed is not None
     assert proposed.separates == ("sensor.hum", next(iter(RIVALS)))
     assert proposed.best.separation > 3.0
@@ -145,7 +151,9 @@ def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> N
 
 def with_noise(times: float) -> NextExperiment:
     data, rivals, _ = ambiguous()
-    proposed = next_experiment(rivals, data, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS)
+    proposed = next_experiment(
+        rivals, nominal(data), data, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS
+    )
     assert proposed is not None
     return proposed
 
@@ -183,7 +191,7 @@ def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
         one = fitted(data, lagging.with_values(np.array(own)), (identity,), iterations=0)
         assert one is not None
         found.append(one)
-    proposed = next_experiment(found, data, NOISE, UNITS)
+    proposed = next_experiment(found, nominal(data), data, NOISE, UNITS)
     assert proposed is not None
     assert (proposed.times, proposed.separation < ALIKE) == (1, True)
     assert proposed.statement.startswith("No input of the menu separates drive.lag from sensor.lag")
@@ -193,15 +201,30 @@ def test_what_follows_where_predictions_part_does_not_count() -> None:
     """Between two motions any difference decides which: it is large and says nothing of the causes."""
     t = np.linspace(0.0, 20.0, 401)
     one, other = np.sin(t), np.where(t < 10.0, 1.02, -1.0) * np.sin(t)
-    end = _together(np.stack((one, other))[:, None])
+    sizes = np.array([one.std()])
+    end = _together(np.stack((one, other))[:, None], sizes)
     assert 200 <= end < 210
-    assert abs(other[end] - one[end]) > PARTED * one.std()
-    assert _together(np.stack((one, 1.02 * one))[:, None]) == len(t)
+    assert abs(other[end] - one[end]) > PARTED * sizes[0]
+    assert _together(np.stack((one, 5.0 + one))[:, None], sizes) == 0
+    assert _together(np.stack((one, 1.02 * one))[:, None], sizes) == len(t)
+
+
+def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_decides(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    proposed = ambiguous()[2]
+    assert all(one.whole for one in proposed.menu)
+    monkeypatch.setattr("rtctl.diagnosis.next_experiment.PARTED", 0.05)
+    quiet, noisy = with_noise(0.3), with_noise(1.0)
+    assert not quiet.menu[0].whole
+    assert quiet.best.whole
+    assert DECIDES <= quiet.separation < quiet.menu[0].separation
+    assert not noisy.best.whole
 
 
 def test_one_candidate_needs_no_experiment() -> None:
     data, rivals, _ = ambiguous()
-    assert next_experiment(rivals[:1], data, NOISE, UNITS) is None
+    assert next_experiment(rivals[:1], nominal(data), data, NOISE, UNITS) is None
 
 
 def test_acquire_plays_exactly_the_input_that_was_scored(tmp_path: Path) -> None:
