@@ -119,21 +119,21 @@ def _errors(lines: Sequence[Line]) -> list[tuple[str, ...]]:
 
 def _next(ambiguous: Sequence[Line]) -> list[tuple[str, ...]]:
     cases = [line for line in ambiguous if "proposed" in line.get("next", {}) and separable(line)]
-    if not cases:
-        return [("the next experiment resolves an ambiguous case", "at least 95 %", "-", "", "", "")]
-    measured = rate(cases, lambda line: resolved(line, "proposed"))
-    chance = rate(cases, lambda line: resolved(line, "random"))
-    text = f"{measured}; a random entry of its menu {chance}"
-    return [
-        (
-            "the next experiment resolves an ambiguous case",
-            "at least 95 %",
-            text,
-            _yes(measured.share >= 0.95),
-            "",
-            "",
+    said = [line for line in cases if line["next"].get("decides")]
+    rows = []
+    for name, chosen in (
+        ("the next experiment resolves an ambiguous case", cases),
+        ("the same, where it is said to decide", said),
+    ):
+        if not chosen:
+            rows.append((name, "at least 95 %", "-", "", "", ""))
+            continue
+        measured, chance = (
+            rate(chosen, lambda line, which=which: resolved(line, which)) for which in ("proposed", "random")
         )
-    ]
+        text = f"{measured}; a random entry of its menu {chance}"
+        rows.append((name, "at least 95 %", text, _yes(measured.share >= 0.95), "", ""))
+    return rows
 
 
 def separable(line: Line) -> bool:

@@ -14,7 +14,7 @@ from generator import more
 from judge import single_and_right
 
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.next_experiment import Scored
+from rtctl.diagnosis.next_experiment import DECIDES, Scored
 
 Line = dict[str, Any]
 RANDOM = 5
@@ -27,7 +27,7 @@ def further(
     """`proposed` and `random`: what `again` answers on old and new data; None where nothing is ambiguous.
 
     Ambiguous: explained, by a cause that others of the catalogue could stand for. Random: any entry of the menu that
-    the device could be sent, the proposed one included, all as likely.
+    the device could be sent, the proposed one included, all as likely. `decides`: whether it is said to.
     """
     proposal = found.next_experiment
     if found.verdict != "explained" or not any(one.indistinguishable_from for one in found.causes):
@@ -35,7 +35,7 @@ def further(
     if proposal is None:
         return {"names": _names(found), "why_not": "nothing was proposed"}
     chosen = int(np.random.default_rng([seed, RANDOM]).integers(len(proposal.menu)))
-    line: Line = {"names": _names(found)}
+    line: Line = {"names": _names(found), "decides": proposal.separation >= DECIDES}
     for name, scored in (("proposed", proposal.best), ("random", proposal.menu[chosen])):
         line[name] = _measured(scored, proposal.times, folder, name, seed, plant, overrides, again)
     return line

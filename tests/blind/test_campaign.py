@@ -123,6 +123,10 @@ def test_an_experiment_resolves_only_with_one_right_name() -> None:
     assert not resolved(case, "random")
     assert separable(case)
     assert not separable(case | {"equivalent": ["drive.delay"]})  # no experiment can tell these apart
+    doubted = case | {"next": case["next"] | {"decides": False, "proposed": two}}
+    rows = figures([], [case | {"next": case["next"] | {"decides": True}}, doubted]).splitlines()
+    assert "50.0 % (1 of 2;" in next(row for row in rows if "resolves an ambiguous case" in row)
+    assert "100.0 % (1 of 1;" in next(row for row in rows if "where it is said to decide" in row)
 
 
 def test_probabilities_are_compared_with_how_often_they_are_true() -> None:
