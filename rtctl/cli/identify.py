@@ -21,6 +21,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--plays", type=int, default=6, help="of a vo2: play operators a model (default 6)")
     parser.add_argument(
+        "--cells",
+        type=int,
+        default=40,
+        help="of a vo2: cells along an edge of the fine Preisach models, 8 to 80 (default 40)",
+    )
+    parser.add_argument(
         "--starts", type=int, help="starts of each fit (default 14 for a vo2, 6 for an oscillator)"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
@@ -37,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
     for option in ("plays", "starts"):
         if not 1 <= getattr(args, option) <= 64:
             raise InputError(f"--{option} {getattr(args, option)}: 1 to 64")
+    if not 8 <= args.cells <= 80:
+        raise InputError(f"--cells {args.cells}: 8 to 80")
     output_folder(args.out.parent)
     if args.out.is_dir():
         raise InputError(f"--out {args.out}: is a folder, a model file is needed")
@@ -59,7 +67,7 @@ def _run_vo2(args: argparse.Namespace) -> int:
 
     quiet = args.quiet or args.json
     dataset = read_dataset(args.dataset)
-    options = Vo2FitOptions(plays=args.plays, starts=args.starts, seed=args.seed)
+    options = Vo2FitOptions(plays=args.plays, starts=args.starts, fine_cells=args.cells, seed=args.seed)
     model = identify_vo2(dataset, options, lambda text: say(text, quiet=quiet))
     model = model.with_provenance(
         dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2"

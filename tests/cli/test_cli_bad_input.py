@@ -225,6 +225,17 @@ def test_wrong_usage_is_exit_2_with_the_usage(
     assert [word for word in ("usage: rtctl", *words) if word not in message] == []
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "limits"), [("plays", "0", "1 to 64"), ("cells", "200", "8 to 80")]
+)
+def test_sizes_of_an_identification_have_limits(
+    option: str, value: str, limits: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = ["x.toml", "--kind", "vo2", "--out", str(tmp_path / "m.toml")]
+    assert main(["identify", *files, f"--{option}", value]) == 2
+    assert f"--{option} {value}: {limits}" in capsys.readouterr().err
+
+
 def test_the_real_command_line_says_the_same(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "rtctl", "run", "stepz", "--out", str(tmp_path / "out")]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -9,6 +9,7 @@ import pytest
 from wire_cases import served_process, settings, signals_of, summary_of
 
 from rtctl.cli import main
+from rtctl.models.vo2 import read_model
 
 pytestmark = pytest.mark.wire
 
@@ -45,10 +46,11 @@ def test_acquire_identify_run_on_a_foreign_device_given_only_its_address(
     data, model, out = tmp_path / "data", tmp_path / "model.toml", tmp_path / "out"
     with served_process("vo2_b", "modbus-tcp", tmp_path) as there:
         assert main(["acquire", "acquire_vo2", "--out", str(data), "--quiet", *there.settings]) == 0
-        quick = ["--plays", "3", "--starts", "1", "--no-plot", "--quiet"]
+        quick = ["--plays", "3", "--cells", "30", "--starts", "1", "--no-plot", "--quiet"]
         assert (
             main(["identify", str(data / "dataset.toml"), "--kind", "vo2", "--out", str(model), *quick]) == 0
         )
+        assert len(read_model(model).resistance_preisach.grid) == 31
         run = ["run", "steps", "--quiet", *settings("scenario.duration=3 s"), *there.settings]
         assert main([*run, "--model", str(model), "--out", str(out)]) == 0
         assert capsys.readouterr() == ("", "")
