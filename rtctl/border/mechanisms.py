@@ -25,6 +25,8 @@ class Scales(NamedTuple):
     """Of the records [s]."""
     period: float
     """Between samples [s]."""
+    excursion: float
+    """Of the displacement about each record's mean: in one of two wells it is much less."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

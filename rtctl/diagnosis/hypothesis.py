@@ -14,8 +14,9 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.converter import step_of
 from rtctl.diagnosis.subjects.subject import Subject
+from rtctl.identification.arrow import LinAlgError, NormalEquations, step
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.levenberg_marquardt import Unknowns, minimise
+from rtctl.identification.levenberg_marquardt import Minimum, minimise
 from rtctl.identification.segments import Segment, SegmentCost
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
@@ -82,6 +83,8 @@ class Hypothesis:
     """Fitted parameters, scaled."""
     still: frozenset[str] = frozenset()
     """Names of parameters that were not fitted: at their defaults, or without effect on these records."""
+    promised: float = np.inf
+    """The cost after one more step, were the model linear: far below `cost` where the fit was not done."""
 
     @property
     def values(self) -> FloatArray:
@@ -147,7 +150,7 @@ def fitted(
     found = minimise(cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7)
     if found is None:
         return None
-    return _hypothesis(cost, tuple(mechanisms), found.unknowns, found.equations.cost, still)
+    return _hypothesis(cost, tuple(mechanisms), found, still)
 
 
 def sensitivity_of(data: Data, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
@@ -232,10 +235,10 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
 def _hypothesis(
     cost: SegmentCost,
     mechanisms: tuple[str, ...],
-    unknowns: Unknowns,
-    value: float,
+    found: Minimum,
     still: frozenset[str],
 ) -> Hypothesis:
+    unknowns, value = found.unknowns, found.equations.cost
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
     values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
@@ -247,4 +250,15 @@ def _hypothesis(
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
         still=still,
+        promised=value - _linear_gain(found.equations),
     )
+
+
+def _linear_gain(equations: NormalEquations) -> float:
+    """What a full step would lower the cost by in a linear model; 0 where there is none."""
+    try:
+        shared, own = step(equations, 0.0, np.zeros(len(equations.shared_gradient), dtype=bool))
+    except (LinAlgError, ValueError):
+        return 0.0
+    gain = -0.5 * float(equations.shared_gradient @ shared + np.sum(equations.own_gradient * own))
+    return gain if np.isfinite(gain) else 0.0

@@ -18,6 +18,8 @@ SECOND_LAP = 12
 LAST_LAP = 40
 SECOND = 8
 """Sets that enter the second lap."""
+PROMISING = 2
+"""Others that enter it because a linear step would take them further than any: what bends is slow at first."""
 LAST = 4
 FINISHED = 3
 """Of those, sets that are fitted to all samples where the laps before took a glance at a few."""
@@ -79,8 +81,9 @@ def _to_the_end(
             first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
     field = _sorted([min(ones, key=_cost) for ones in first.values()])
     going = _in_reach(field, SECOND)
+    going += _promising([one for ones in first.values() for one in ones], going)
     gone = [one if budget.spent else _further(glance, one, SECOND_LAP) for one in going]
-    field = _sorted([*gone, *field[len(going) :]])
+    field = _sorted([*gone, *(one for one in field if all(one is not other for other in going))])
     going = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
         return _sorted([one for one in (_on_all(data, each) for each in going[:FINISHED]) if one is not None])
@@ -111,6 +114,14 @@ def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
 
 def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     return [one for one in field[:most] if one.cost <= HOPELESS * field[0].cost]
+
+
+def _promising(begun: Sequence[Hypothesis], going: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Of sets that are not among those `going`, the best starts by what a linear step promises, if that is a lead."""
+    least = min((one.promised for one in going), default=np.inf)
+    known = {frozenset(one.mechanisms) for one in going}
+    others = [one for one in begun if one.promised < least and frozenset(one.mechanisms) not in known]
+    return each_once(sorted(others, key=lambda one: one.promised))[:PROMISING]
 
 
 def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:

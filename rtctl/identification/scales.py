@@ -20,7 +20,8 @@ FLOOR_MARGIN = 20.0
 def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive") -> Scales:
     """RMS sizes over all `records`; velocity and acceleration from the dominant angular frequency."""
     rate = dominant_rate(records, output)
-    displacement = _rms([record.measured[output] for record in records])
+    readings = [record.measured[output] for record in records]
+    displacement = _rms(readings)
     return Scales(
         displacement=displacement,
         velocity=rate * displacement,
@@ -29,6 +30,7 @@ def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive:
         rate=rate,
         duration=max(record.samples * record.period_s for record in records),
         period=min(record.period_s for record in records),
+        excursion=_rms([values - values.mean() for values in readings]),
     )
 
 

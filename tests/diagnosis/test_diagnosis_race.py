@@ -15,7 +15,7 @@ from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.race import Runner, race
+from rtctl.diagnosis.race import PROMISING, Runner, _promising, race
 from rtctl.diagnosis.search import _second_chance
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
@@ -52,6 +52,36 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Data
     (astray,) = race(data, [runner(nominal, 1e7)], lambda text: None)
     assert near.cost <= nominal.cost
     assert astray.cost == pytest.approx(near.cost, rel=1e-3)
+
+
+def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Data, Hypothesis]) -> None:
+    data, nominal = fitted_case
+    whole = fitted(data, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
+    begun = fitted(data, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
+    assert whole is not None
+    assert begun is not None
+    assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
+    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
+
+
+def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Data, Hypothesis]) -> None:
+    """However little they have gained so far; a few of them, each set once, by its most promising start."""
+    _, nominal = fitted_case
+    ahead = replace(nominal, mechanisms=("drive.lag",), cost=1.0, promised=0.9)
+    others = [
+        replace(nominal, mechanisms=(name,), cost=2.0, promised=promised)
+        for name, promised in (
+            ("a", 0.8),
+            ("b", 0.95),
+            ("c", 0.7),
+            ("c", 0.6),
+            ("d", 0.5),
+            ("drive.lag", 0.1),
+        )
+    ]
+    going = _promising([ahead, *others], [ahead])
+    assert [(one.mechanisms, one.promised) for one in going] == [(("d",), 0.5), (("c",), 0.6)]
+    assert len(going) == PROMISING
 
 
 def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple[Data, Hypothesis]) -> None:

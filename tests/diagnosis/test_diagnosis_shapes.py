@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.hypothesis import Data
@@ -37,3 +38,15 @@ def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
         abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, data, [residual[None]])
     )
     assert found < 0.01 / (N * PERIOD_S)
+
+
+@pytest.mark.parametrize("well", [0.0, 2.0])
+def test_a_spring_that_yields_is_looked_for_within_the_excursion_wherever_the_well_is(well: float) -> None:
+    """A beam that stays in one well is far from zero, and yields over a part of its motion all the same."""
+    motion = 0.1 * np.sin(np.arange(N) / 10.0)
+    stimulus = Stimulus(inputs={"drive": motion}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": well + motion}),)
+    scales = scales_of(records)
+    assert scales.excursion == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
+    yields = next(one for one in MECHANISMS["hysteresis.bouc_wen"].parameters if one.name == "displacement")
+    assert yields.scale(scales) == scales.excursion

@@ -333,7 +333,9 @@ def scales() -> Scales:
     def rms(values: FloatArray) -> float:
         return float(np.sqrt(np.mean(values**2)))
 
-    return Scales(rms(z), rms(v), rms(a), rms(u), rms(v) / rms(z), SAMPLES * PERIOD_S, PERIOD_S)
+    return Scales(
+        rms(z), rms(v), rms(a), rms(u), rms(v) / rms(z), SAMPLES * PERIOD_S, PERIOD_S, rms(z - z.mean())
+    )
 
 
 AMPLITUDES = [(name, p.name) for name in SECTION_5 for p in MECHANISMS[name].amplitudes]
@@ -367,12 +369,12 @@ NAMES = [f"{identity}.{p.name}" for identity, p in EVERY]
 @pytest.mark.parametrize(("identity", "declared"), EVERY, ids=NAMES)
 def test_the_unit_is_one_and_is_that_of_the_scale(identity: str, declared: Parameter) -> None:
     registry = unit_registry()
-    plain = declared.scale(Scales(*(1.0,) * 7))
+    plain = declared.scale(Scales(*(1.0,) * 8))
     for z, u in itertools.product(("mm", "m", "V"), ("V", "N", "m/s^2")):
         unit = registry.Quantity(1.0, declared.unit_in(z=z, u=u))
         one, second = registry.Quantity(1.0, z), registry.Quantity(1.0, "s")
         drive = registry.Quantity(1.0, u)
-        sizes: Any = Scales(one, one / second, one / second**2, drive, 1 / second, second, second)
+        sizes: Any = Scales(one, one / second, one / second**2, drive, 1 / second, second, second, one)
         scale = declared.scale(sizes)
         if isinstance(scale, registry.Quantity):
             assert (scale / unit).to("dimensionless").magnitude == pytest.approx(plain, rel=1e-12)

@@ -39,7 +39,7 @@ MECHANISM = OscillatorMechanism(
             "displacement",
             "{z}",
             "over which the force yields",
-            lambda s: s.displacement,
+            lambda s: s.excursion,
             shape_range=(0.15, 3.0),
         ),
         shape("loop", "dimensionless", "share of yielding that makes the loop", lambda s: 0.5, default=0.5),
