@@ -82,6 +82,7 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[D
     going = _promising([ahead, *others], [ahead])
     assert [(one.mechanisms, one.promised) for one in going] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
+    assert _promising([ahead, others[1]], [ahead]) == []
 
 
 def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple[Data, Hypothesis]) -> None:
