@@ -63,6 +63,9 @@ NOT_HELD = (
     "imitate another: not named"
 )
 OUTDONE = "{} would remove most of the error, but a law of no name leaves less: not named. {} See where the gap lives"
+NOT_COMPARED = (
+    "stopped by the user before the laws of no name were compared: one of them may explain it better than {}"
+)
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 CORRECTED = (
     "{} is in the extended model and no cause: the model was identified while the causes acted, and its loops need "
@@ -205,7 +208,7 @@ def diagnose(
             if unsupported:
                 warnings.append(NO_HELP.format(" and ".join(unsupported)))
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
-        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped))
+        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped), told)
         if answer.verdict != "adequate" or fits is not None:
             return answer
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
@@ -258,7 +261,7 @@ def _searched(
 
 def _answer(
     dataset: Dataset, model: Any, before: Simulation, data: Data, tests: tuple[FitRecord, ...], found: Search,
-    whole: Fits | None, warnings: list[str], stopped: bool,
+    whole: Fits | None, warnings: list[str], stopped: bool, told: Callable[[str], None],
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
@@ -268,21 +271,14 @@ def _answer(
     def gained(fits: Fits, output: str) -> Gain | None:
         return _gained(fits, output, units, tests, noise_rms, data)
 
-    judged = verdict_of(found, data.subject.least_removed)
-    added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     seen = [
         name
         for name in found.nominal.hypothesis.sensitivity.outputs
         if all(name in t.measured for t in tests)
     ]
-    verdict = confirmed(judged, added, [gained(fits, name) for name in seen])
-    if verdict != judged:
-        warnings.append(NOT_HELD.format(", ".join(added)))
-    if verdict == "partly_explained":
-        law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis)
-        if law:
-            verdict = "unexplained"
-            warnings.append(OUTDONE.format(", ".join(added), law))
+    verdict, said, interrupted = _verdict(found, data, [gained(fits, name) for name in seen], told)
+    warnings += said
+    stopped = stopped or interrupted
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []
@@ -308,6 +304,24 @@ def _answer(
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip
+
+
+def _verdict(
+    found: Search, data: Data, gains: Sequence[Gain | None], told: Callable[[str], None]
+) -> tuple[str, list[str], bool]:
+    """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
+    judged = verdict_of(found, data.subject.least_removed)
+    added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
+    names = ", ".join(added)
+    verdict = confirmed(judged, added, gains)
+    said = [NOT_HELD.format(names)] if verdict != judged else []
+    if verdict != "partly_explained":
+        return verdict, said, False
+    try:
+        law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis, told)
+    except Stopped:
+        return verdict, [*said, NOT_COMPARED.format(names)], True
+    return ("unexplained", [*said, OUTDONE.format(names, law)], False) if law else (verdict, said, False)
 
 
 def _beyond_the_fit(found: Gain, data: Data) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from rtctl.diagnosis.answer import sentence_of
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gate import examine
@@ -15,12 +17,17 @@ BETTER = 0.8
 """Of the cost: a law of no name that leaves less than this share of what the named causes leave."""
 
 
-def explaining_more(data: Data, nominal: Hypothesis, named: Hypothesis) -> str:
-    """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does."""
+def explaining_more(
+    data: Data, nominal: Hypothesis, named: Hypothesis, told: Callable[[str], None] = lambda text: None
+) -> str:
+    """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does.
+
+    `told` hears each fit, and may raise to stop.
+    """
     budget = Budget.of(SECONDS)
     for identity in data.subject.unnamed:
         examined = examine(nominal, data, (identity,))
-        field = race(data, runners_of(examined), lambda text: None, budget)
+        field = race(data, runners_of(examined), told, budget)
         if field and field[0].cost < BETTER * named.cost:
             return sentence_of(field[0].simulation, identity)
     return ""

@@ -10,12 +10,13 @@ import pytest
 from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
-from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import allowing
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.diagnose import Stopped, _verdict, allowing
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import race
 from rtctl.diagnosis.runners import runners_of
+from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.unnamed import explaining_more
 from rtctl.identification.fit_record import FitRecord
@@ -29,6 +30,16 @@ def cooling_slowly() -> Vo2Simulation:
     made = simulation().extended(("unnamed.heat_balance",))
     own = [1.0 if one.declared.name == "cooling" else one.value for one in made.parameters]
     return made.with_values(np.array(own))
+
+
+def named_by(data: Data, simulation: Simulation, identity: str) -> tuple[Data, Hypothesis, Hypothesis]:
+    """The data, the model re-fitted to them, and the same with a cause that removes a fifth at least."""
+    nominal = fitted(data, simulation, ())
+    assert nominal is not None
+    named = race(data, runners_of(examine(nominal, data, (identity,))), lambda text: None)[0]
+    assert named.mechanisms == (identity,)
+    assert named.cost < 0.8 * nominal.cost
+    return data, nominal, named
 
 
 @cache
@@ -52,12 +63,7 @@ def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
             steps_per_period=subject.steps_per_period,
         )
     )  # fmt: skip
-    nominal = fitted(data, comparable, ())
-    assert nominal is not None
-    named = race(data, runners_of(examine(nominal, data, (DEADBAND,))), lambda text: None)[0]
-    assert named.mechanisms == (DEADBAND,)
-    assert named.cost < 0.8 * nominal.cost
-    return data, nominal, named
+    return named_by(data, comparable, DEADBAND)
 
 
 @pytest.mark.parametrize(
@@ -89,11 +95,7 @@ def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
-    nominal = fitted(data, device(), ())
-    assert nominal is not None
-    named = race(data, runners_of(examine(nominal, data, ("friction.coulomb",))), lambda text: None)[0]
-    assert named.cost < 0.8 * nominal.cost
-    return data, nominal, named
+    return named_by(data, device(), "friction.coulomb")
 
 
 @pytest.mark.parametrize(
@@ -102,3 +104,18 @@ def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
     found = explaining_more(*braked(hidden))
     assert found.startswith(said) if said else not found
+
+
+def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None:
+    data, nominal, named = braked("root")
+    search = Search(examine(nominal, data, ()), examine(named, data, ()), False, (), ())
+
+    def stop(text: str) -> None:
+        raise Stopped(text)
+
+    verdict, said, stopped = _verdict(search, data, [None], stop)
+    assert (verdict, stopped) == ("partly_explained", True)
+    assert "may explain it better than friction.coulomb" in said[-1]
+    verdict, said, stopped = _verdict(search, data, [None], lambda text: None)
+    assert (verdict, stopped) == ("unexplained", False)
+    assert "leaves less: not named" in said[-1]
