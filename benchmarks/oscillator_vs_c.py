@@ -41,7 +41,14 @@ LANES = 32
 SAMPLES, SUBSTEPS = 20_000, 8
 PERIOD_S = 1.0 / 610.0
 SCALES = Scales(
-    displacement=0.3, velocity=130.0, acceleration=6e4, drive=0.05, rate=440.0, duration=33.0, period=PERIOD_S
+    displacement=0.3,
+    velocity=130.0,
+    acceleration=6e4,
+    drive=0.05,
+    rate=440.0,
+    duration=33.0,
+    period=PERIOD_S,
+    excursion=0.3,
 )
 """Of the Silverbox at its peaks, as the step is chosen for them."""
 SAME = 1e-9

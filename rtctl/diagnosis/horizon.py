@@ -81,10 +81,15 @@ def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, 
     for name in (one for one in simulation.outputs if one in record.measured):
         measured = record.measured[name]
         error = np.nan_to_num(run.outputs[name][0] - measured, nan=np.inf, posinf=np.inf, neginf=np.inf)
-        count = len(error) // period
-        if not count:
-            return 0
-        size = np.sqrt(np.mean(error[: count * period].reshape(count, period) ** 2, axis=1))
-        parted = np.flatnonzero(~(size < PARTED * float(np.std(measured))))
-        reach = min(reach, int(parted[0]) * period if len(parted) else record.samples)
+        reach = min(reach, followed(error, period, PARTED * float(np.std(measured))))
     return reach if reach >= record.first + LEAST_PERIODS * period else 0
+
+
+def followed(error: FloatArray, period: int, most: float) -> int:
+    """Samples of `error` (n,) before the first period of which the RMS is not below `most`; all, or 0 of none."""
+    count = len(error) // period
+    if not count:
+        return 0
+    size = np.sqrt(np.mean(error[: count * period].reshape(count, period) ** 2, axis=1))
+    parted = np.flatnonzero(~(size < most))
+    return int(parted[0]) * period if len(parted) else len(error)

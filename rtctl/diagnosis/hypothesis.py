@@ -14,9 +14,8 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.converter import step_of
 from rtctl.diagnosis.subjects.subject import Subject
-from rtctl.identification.arrow import LinAlgError, NormalEquations, step
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.levenberg_marquardt import Minimum, linear_gain, minimise
 from rtctl.identification.segments import Segment, SegmentCost
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
@@ -150,7 +149,7 @@ def fitted(
     found = minimise(cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7)
     if found is None:
         return None
-    return _hypothesis(cost, tuple(mechanisms), found, still)
+    return _hypothesis(cost, tuple(mechanisms), found, linear_gain(found, low, high), still)
 
 
 def sensitivity_of(data: Data, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
@@ -236,9 +235,10 @@ def _hypothesis(
     cost: SegmentCost,
     mechanisms: tuple[str, ...],
     found: Minimum,
+    gain: float,
     still: frozenset[str],
 ) -> Hypothesis:
-    unknowns, value = found.unknowns, found.equations.cost
+    unknowns = found.unknowns
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
     values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
@@ -246,19 +246,9 @@ def _hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),
         starts=starts,
-        cost=value,
+        cost=found.equations.cost,
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
         still=still,
-        promised=value - _linear_gain(found.equations),
+        promised=found.equations.cost - gain,
     )
-
-
-def _linear_gain(equations: NormalEquations) -> float:
-    """What a full step would lower the cost by in a linear model; 0 where there is none."""
-    try:
-        shared, own = step(equations, 0.0, np.zeros(len(equations.shared_gradient), dtype=bool))
-    except (LinAlgError, ValueError):
-        return 0.0
-    gain = -0.5 * float(equations.shared_gradient @ shared + np.sum(equations.own_gradient * own))
-    return gain if np.isfinite(gain) else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,8 @@ FINISHED = 3
 SHORTER = (0.1, 0.0)
 """Of a step that ended above its parent, one after the other: near a fold the linear estimate jumps to another branch,
 and stays there."""
+Key = tuple[frozenset[str], str]
+"""A set, and the form of what was added to it."""
 HOPELESS = 30.0
 """Times the cost of the best after the first lap."""
 
@@ -71,7 +73,7 @@ def _to_the_end(
 ) -> list[Hypothesis]:
     """Of each form of each set its best fit."""
     glance = data.glance
-    first: dict[tuple[frozenset[str], str], list[Hypothesis]] = {}
+    first: dict[Key, list[Hypothesis]] = {}
     for runner in runners:
         if budget.spent:
             break
@@ -79,16 +81,20 @@ def _to_the_end(
         found = _begun(glance, runner) if glance is not data else _no_worse(data, runner)
         if found is not None:
             first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
-    field = _sorted([min(ones, key=_cost) for ones in first.values()])
-    going = _in_reach(field, SECOND)
-    going += _promising([one for ones in first.values() for one in ones], going)
-    gone = [one if budget.spent else _further(glance, one, SECOND_LAP) for one in going]
-    field = _sorted([*gone, *(one for one in field if all(one is not other for other in going))])
-    going = _in_reach(field, LAST)
+    leaders = {key: min(ones, key=_cost) for key, ones in first.items()}
+    ahead = _in_reach(_sorted(leaders.values()), SECOND)
+    going = {key: one for key, one in leaders.items() if _among(one, ahead)}
+    least = min((one.promised for one in ahead), default=np.inf)
+    going |= _promising({key: ones for key, ones in first.items() if key not in going}, least)
+    for key, one in sorted(going.items(), key=lambda item: item[1].cost):
+        if not budget.spent:
+            leaders[key] = min(leaders[key], _further(glance, one, SECOND_LAP), key=_cost)
+    field = _sorted(leaders.values())
+    last = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
-        return _sorted([one for one in (_on_all(data, each) for each in going[:FINISHED]) if one is not None])
-    gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in going]
-    return _sorted([*gone, *field[len(going) :]])
+        return _sorted(one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None)
+    gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in last]
+    return _sorted([*gone, *field[len(last) :]])
 
 
 def _begun(data: Data, runner: Runner) -> Hypothesis | None:
@@ -116,12 +122,15 @@ def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     return [one for one in field[:most] if one.cost <= HOPELESS * field[0].cost]
 
 
-def _promising(begun: Sequence[Hypothesis], going: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Of sets that are not among those `going`, the best starts by what a linear step promises, if that is a lead."""
-    least = min((one.promised for one in going), default=np.inf)
-    known = {frozenset(one.mechanisms) for one in going}
-    others = [one for one in begun if one.promised < least and frozenset(one.mechanisms) not in known]
-    return each_once(sorted(others, key=lambda one: one.promised))[:PROMISING]
+def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
+    """The best starts by what a linear step promises, if that is below `least`."""
+    best = {key: min(ones, key=lambda one: one.promised) for key, ones in begun.items()}
+    promising = [key for key, one in best.items() if one.promised < least]
+    return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[:PROMISING]}
+
+
+def _among(one: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    return any(one is other for other in others)
 
 
 def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
@@ -140,7 +149,7 @@ def each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
     return list(found.values())
 
 
-def _sorted(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _sorted(field: Iterable[Hypothesis]) -> list[Hypothesis]:
     return sorted(field, key=_cost)
 
 

@@ -13,6 +13,7 @@ from rtctl.diagnosis.pictures import ranking_of
 from rtctl.page import significant, table
 
 MOST_ROWS = 8
+PARTS = "its beginning alone: then the candidates, or the model without them, go different ways"
 
 
 def verdict_sentence(found: Diagnosis) -> str:
@@ -126,12 +127,15 @@ def proposal(found: Diagnosis) -> str:
     proposed = found.next_experiment
     if proposed is None:
         return ""
-    rows = [[escape(one.input.statement), f"{one.separation:.3g}"] for one in proposed.menu[:MOST_ROWS]]
+    rows = [
+        [escape(one.input.statement) + ("" if one.whole else f" ({PARTS})"), f"{one.separation:.3g}"]
+        for one in proposed.menu[:MOST_ROWS]
+    ]
     return (
         f"<h2>The next experiment</h2><p>{escape(proposed.statement)}</p>"
         "<p><code>rtctl acquire next-experiment.toml --out DIR</code> plays it. "
         "Of the inputs that the plant can take:</p>"
-        + table(["input", "least separation, standard errors"], rows, numbers=(1,))
+        + table(["input", "least separation by one record, standard errors"], rows, numbers=(1,))
     )
 
 

@@ -94,12 +94,30 @@ def _trial(
     here: Unknowns, equations: NormalEquations, damping: float, low: FloatArray, high: FloatArray
 ) -> Unknowns | None:
     """A damped step, cut at the bounds; an unknown that its gradient pushes through its bound stays there."""
-    pushed_down, pushed_up = equations.shared_gradient > 0.0, equations.shared_gradient < 0.0
-    frozen = ((here.shared <= low) & pushed_down) | ((here.shared >= high) & pushed_up)
     try:
-        shared, own = step(equations, damping, frozen)
+        shared, own = step(equations, damping, _pushed_out(here, equations, low, high))
     except (LinAlgError, ValueError):
         return None
     if not (np.isfinite(shared).all() and np.isfinite(own).all()):
         return None
     return Unknowns(np.clip(here.shared + shared, low, high), here.own + own)
+
+
+def linear_gain(found: Minimum, low: FloatArray, high: FloatArray) -> float:
+    """What one more full step would lower the cost by in a linear model; 0 where there is none."""
+    equations = found.equations
+    try:
+        shared, own = step(equations, 0.0, _pushed_out(found.unknowns, equations, low, high))
+    except (LinAlgError, ValueError):
+        return 0.0
+    gain = -0.5 * float(equations.shared_gradient @ shared + np.sum(equations.own_gradient * own))
+    return gain if np.isfinite(gain) else 0.0
+
+
+def _pushed_out(
+    here: Unknowns, equations: NormalEquations, low: FloatArray, high: FloatArray
+) -> NDArray[np.bool_]:
+    """(p,) which shared unknowns are at a bound that their gradient pushes them through."""
+    pushed_down, pushed_up = equations.shared_gradient > 0.0, equations.shared_gradient < 0.0
+    frozen: NDArray[np.bool_] = ((here.shared <= low) & pushed_down) | ((here.shared >= high) & pushed_up)
+    return frozen

@@ -19,13 +19,11 @@ from rtctl.diagnosis.next_experiment import (
     ALIKE,
     DECIDES,
     MOST_TIMES,
-    PARTED,
     NextExperiment,
     Scored,
-    _together,
     next_experiment,
-    separation,
 )
+from rtctl.diagnosis.separation import PARTED, Pair, together
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -96,7 +94,8 @@ def test_the_separation_is_what_a_rival_that_is_fitted_to_old_and_new_data_leave
     rows = np.vstack((slopes.T, np.hstack((old.T, np.zeros((200, 1))))))
     wanted = np.append(true - rival, np.zeros(200))
     left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
-    assert separation(true, rival, slopes, old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+    pair = Pair.of(true, rival, slopes, old @ old.T)
+    assert pair.squared() == pytest.approx(float(left @ left), rel=1e-9)
 
 
 def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
@@ -127,7 +126,7 @@ def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_ran
 
 def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
     data, rivals, proposed = ambiguous()
-    monkeypatch.setattr("rtctl.diagnosis.next_experiment.FURTHEST", 1.0)
+    monkeypatch.setattr("rtctl.diagnosis.separation.FURTHEST", 1.0)
     careful = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
     assert careful is not None
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
@@ -178,36 +177,55 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     assert "too few to decide" in far_too_noisy.statement
 
 
-def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
-    """A lag before or behind a linear device is one law."""
-    linear = device().with_values(
-        np.array([0.0 if p.name == "stiffness_cubic" else p.value for p in device().parameters])
-    )
-    assert all(p.value == 0.0 for p in linear.parameters if p.name == "stiffness_cubic")
+@cache
+def lagging(*identities: str) -> NextExperiment:
+    """What is proposed for a linear device with so much of each."""
     data, _, _ = ambiguous()
     found = []
-    for identity in ("drive.lag", "sensor.lag"):
-        lagging = linear.extended((identity,))
-        own = [0.02 if p.mechanism else p.value for p in lagging.parameters]
-        one = fitted(data, lagging.with_values(np.array(own)), (identity,), iterations=0)
+    for identity in identities:
+        made = device().extended((identity,))
+        sizes = {"drive.lag": 0.02, "sensor.lag": 0.02, "friction.coulomb": 40.0}
+        own = [sizes[identity] if p.mechanism else p.value for p in made.parameters]
+        one = fitted(data, made.with_values(np.array(own)), (identity,), iterations=0)
         assert one is not None
         found.append(one)
     proposed = next_experiment(found, nominal(data), data, NOISE, UNITS)
     assert proposed is not None
+    return proposed
+
+
+def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
+    """A lag before or behind a linear device is one law."""
+    proposed = lagging("drive.lag", "sensor.lag")
     assert (proposed.times, proposed.separation < ALIKE) == (1, True)
     assert proposed.statement.startswith("No input of the menu separates drive.lag from sensor.lag")
+
+
+def test_a_pair_that_no_input_separates_does_not_hide_the_others() -> None:
+    proposed = lagging("drive.lag", "sensor.lag", "friction.coulomb")
+    assert proposed.separation > DECIDES
+    assert proposed.statement.endswith("No input of the menu separates drive.lag from sensor.lag.")
+    assert proposed.json["alike"] == [["drive.lag", "sensor.lag"]]
+    assert set(proposed.separates) == {"drive.lag", "sensor.lag", "friction.coulomb"}
 
 
 def test_what_follows_where_predictions_part_does_not_count() -> None:
     """Between two motions any difference decides which: it is large and says nothing of the causes."""
     t = np.linspace(0.0, 20.0, 401)
     one, other = np.sin(t), np.where(t < 10.0, 1.02, -1.0) * np.sin(t)
-    sizes = np.array([one.std()])
-    end = _together(np.stack((one, other))[:, None], sizes)
-    assert 200 <= end < 210
-    assert abs(other[end] - one[end]) > PARTED * sizes[0]
-    assert _together(np.stack((one, 5.0 + one))[:, None], sizes) == 0
-    assert _together(np.stack((one, 1.02 * one))[:, None], sizes) == len(t)
+    size, period = np.array([one.std()]), 20
+    assert PARTED == 0.5
+    assert together(np.stack((one, other, one))[:, None], size, period) == 200
+    assert (
+        together(np.stack((one, one, other))[:, None], size, period) == 200
+    )  # the last: the nominal model's
+    assert together(np.stack((one, one, np.full(401, np.nan)))[:, None], size, period) == 0
+    for same in (1.02 * one, 0.3 * size + one):
+        assert together(np.stack((one, same, one))[:, None], size, period) == len(t)
+    loud = np.stack((20.0 * one, 22.0 * one, 20.0 * one))
+    assert together(loud[:, None], size, period) == len(
+        t
+    )  # of a louder motion a tenth is a difference, no other motion
 
 
 def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_decides(
@@ -215,7 +233,7 @@ def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_de
 ) -> None:
     proposed = ambiguous()[2]
     assert all(one.whole for one in proposed.menu)
-    monkeypatch.setattr("rtctl.diagnosis.next_experiment.PARTED", 0.05)
+    monkeypatch.setattr("rtctl.diagnosis.separation.PARTED", 0.05)
     quiet, noisy = with_noise(0.25), with_noise(1.0)
     assert not quiet.menu[0].whole
     assert quiet.best.whole
@@ -229,7 +247,8 @@ def test_one_candidate_needs_no_experiment() -> None:
 
 
 def test_acquire_plays_exactly_the_input_that_was_scored(tmp_path: Path) -> None:
-    _, _, proposed = ambiguous()
+    proposed = with_noise(1.2)
+    assert proposed.times > 1
     (tmp_path / "next-experiment.toml").write_text(scenario_text(proposed))
     (tmp_path / "model-extended.toml").write_text(MODEL)
     command = ["acquire", str(tmp_path / "next-experiment.toml"), "--out", str(tmp_path / "data"), "--quiet"]

@@ -15,7 +15,7 @@ from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.race import PROMISING, Runner, _promising, race
+from rtctl.diagnosis.race import PROMISING, Runner, _promising, _to_the_end, race
 from rtctl.diagnosis.search import _second_chance
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
@@ -65,24 +65,37 @@ def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Da
 
 
 def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Data, Hypothesis]) -> None:
-    """However little they have gained so far; a few of them, each set once, by its most promising start."""
+    """However little they have gained so far; a few of them, each by its most promising start."""
     _, nominal = fitted_case
-    ahead = replace(nominal, mechanisms=("drive.lag",), cost=1.0, promised=0.9)
-    others = [
-        replace(nominal, mechanisms=(name,), cost=2.0, promised=promised)
-        for name, promised in (
-            ("a", 0.8),
-            ("b", 0.95),
-            ("c", 0.7),
-            ("c", 0.6),
-            ("d", 0.5),
-            ("drive.lag", 0.1),
-        )
-    ]
-    going = _promising([ahead, *others], [ahead])
-    assert [(one.mechanisms, one.promised) for one in going] == [(("d",), 0.5), (("c",), 0.6)]
+    promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
+    begun = {
+        (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
+        for name, those in promises.items()
+    }
+    going = _promising(begun, 0.9)
+    assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
-    assert _promising([ahead, others[1]], [ahead]) == []
+    assert not _promising(begun, 0.4)
+
+
+def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
+    fitted_case: tuple[Data, Hypothesis], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The cheapest start leads the set, and the most promising one is another."""
+    data, nominal = fitted_case
+    monkeypatch.setattr("rtctl.diagnosis.race.SECOND", 0)
+    entered: list[float] = []
+
+    def counted(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
+        entered.append(one.cost)
+        return one
+
+    monkeypatch.setattr("rtctl.diagnosis.race._further", counted)
+    field = _to_the_end(
+        data, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+    )
+    assert len(entered) == 1
+    assert len(field) == 1
 
 
 def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple[Data, Hypothesis]) -> None:

@@ -9,6 +9,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from rtctl.identification.arrow import NormalEquations, eliminated, empty, step
+from rtctl.identification.levenberg_marquardt import Minimum, Status, Unknowns, linear_gain
 from rtctl.identification.residual_noise import NoiseModel, coloured_gram, fit_noise
 
 FloatArray = NDArray[np.float64]
@@ -90,3 +91,10 @@ def test_the_coloured_gram_is_that_of_the_covariance() -> None:
     slopes = np.cumsum(np.random.default_rng(43).standard_normal((3, n)), axis=1)
     covariance = toeplitz(0.9 ** np.arange(n) / (1.0 - 0.81))
     assert coloured_gram(slopes, noise) == pytest.approx(slopes @ covariance @ slopes.T, rel=1e-6)
+
+
+@pytest.mark.parametrize(("low", "gain"), [(-10.0, 0.5 * 9.0 / 2.0), (1.0, 0.0)])
+def test_a_linear_step_gains_nothing_through_a_bound(low: float, gain: float) -> None:
+    equations = empty(1, 0, 0)._replace(cost=5.0, shared=np.array([[2.0]]), shared_gradient=np.array([3.0]))
+    found = Minimum(Unknowns(np.array([1.0]), np.zeros((0, 0))), equations, Status.ITERATIONS, 6)
+    assert linear_gain(found, np.array([low]), np.array([10.0])) == pytest.approx(gain)

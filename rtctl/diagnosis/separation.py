@@ -1,0 +1,152 @@
+"""How far one record of an input would set two candidates apart.
+
+T-optimal, the rival re-fitted to old and new data: with d the difference of both predictions, S the rival's
+sensitivities on the new input and I its information from the data so far, all in units of the noise,
+
+    T = min over c of |d - S' c|^2 + c' I c = d d - d S' (S S' + I)^-1 S d
+
+Reference: Atkinson & Fedorov, The design of experiments for discriminating between two rival models (1975), eq. 2.3.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.diagnosis.horizon import PARTED, followed
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.projection import Rows
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.residual_noise import NoiseModel
+
+FloatArray = NDArray[np.float64]
+FURTHEST = 1.5
+"""Times the largest measured displacement: a device is not sent further on a simulation's word."""
+
+
+class Pair(NamedTuple):
+    """One candidate's prediction against a rival that may move, of one record in units of the noise."""
+
+    squares: float
+    """d d"""
+    along: FloatArray
+    """(q,) S d"""
+    normal: FloatArray
+    """(q, q) S S'"""
+    information: FloatArray
+    """(p, p) I, of the first p of the rival's q unknowns; the others are the new record's own."""
+
+    @classmethod
+    def of(cls, true: FloatArray, rival: FloatArray, slopes: FloatArray, information: FloatArray) -> Pair:
+        """From predictions (n,) and the rival's slopes (q, n)."""
+        difference = true - rival
+        return cls(float(difference @ difference), slopes @ difference, slopes @ slopes.T, information)
+
+    def squared(self, times: int = 1) -> float:
+        """T of so many such records, each with unknowns of its own."""
+        normal, along = times * self.normal, times * self.along
+        p = len(self.information)
+        normal[:p, :p] += self.information
+        size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        solved = np.linalg.pinv(normal / size[:, None] / size, rcond=1e-12, hermitian=True) @ (along / size)
+        return max(0.0, times * self.squares - float((along / size) @ solved))
+
+
+class Played(NamedTuple):
+    """What an input would bring."""
+
+    pairs: Mapping[tuple[int, int], Pair]
+    """Of each candidate against each other one."""
+    whole: bool
+    """No prediction parts from the others: else only what comes before counts, and a fit may not find back after it."""
+
+    def separation(self, one: int, other: int, times: int = 1) -> float:
+        """[standard errors] Between two candidates, whichever is true."""
+        return float(
+            np.sqrt(min(self.pairs[one, other].squared(times), self.pairs[other, one].squared(times)))
+        )
+
+
+def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) -> FloatArray:
+    """(p, p) of the shared unknowns, from all records so far."""
+    total = np.zeros((len(candidate.shared), len(candidate.shared)))
+    for line in candidate.linearise(data):
+        rows = Rows(residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0])
+        flat = rows.whitened(noise)[0][1:]
+        total += flat @ flat.T
+    return total
+
+
+def played(
+    record: FitRecord, candidates: Sequence[Hypothesis], known: Sequence[FloatArray], nominal: Hypothesis, data: Data,
+    noise: Sequence[NoiseModel],
+) -> Played | None:  # fmt: skip
+    """`record`, of which the input is known, by all candidates; None where the device might be hurt.
+
+    `known`: their `information`. What follows where predictions part, that of `nominal` too, does not count: between
+    two motions any difference decides which.
+    """
+    outputs = candidates[0].sensitivity.outputs
+    furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
+    tables = []
+    for candidate in candidates:
+        line = candidate.sensitivity.linearise(
+            record, candidate.shared, np.append(rest(candidate), candidate.starts[0, candidate.states :]),
+            data.steps_per_period,
+        )  # fmt: skip
+        if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
+            return None
+        tables.append(np.concatenate((line.residual[None], line.shared, line.own)))
+    free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
+    runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
+    period = (
+        max(1, round(2.0 * np.pi / (data.scales.rate * record.period_s))) if data.scales.rate > 0.0 else 1
+    )
+    end = together(np.stack(runs), np.array([excursion(data, name) for name in outputs]), period)
+    count = record.samples
+    white = []
+    for table in tables:
+        used = table[:, :, : end or count]  # apart from the start on: by an offset, which a fit follows
+        made = np.stack([model.whiten(used[:, o]) for o, model in enumerate(noise)], axis=1)
+        white.append(made.reshape(len(made), -1))
+    pairs = {
+        (i, j): Pair.of(white[i][0], white[j][0], white[j][1:], known[j])
+        for i, j in itertools.permutations(range(len(candidates)), 2)
+    }
+    return Played(pairs, end == count)
+
+
+def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
+    """Samples up to where predictions (candidates, outputs, n) part, by their RMS over a period.
+
+    Against `sizes` (outputs,) of the readings so far or that of the predictions, whichever is larger.
+    """
+    apart = np.nan_to_num(predicted, nan=np.inf, posinf=np.inf, neginf=-np.inf)
+    with np.errstate(invalid="ignore"):
+        spread = np.nan_to_num(apart.max(axis=0) - apart.min(axis=0), nan=np.inf, posinf=np.inf)
+    moving = predicted[:-1].std(axis=2).max(axis=0)
+    reach = [
+        followed(one, period, PARTED * float(max(size, own)))
+        for one, size, own in zip(spread, sizes, moving, strict=True)
+    ]
+    return min(reach)
+
+
+def excursion(data: Data, output: str) -> float:
+    """RMS of the readings about each record's mean."""
+    readings = [record.measured[output][record.first :] for record in data.records]
+    count = sum(len(one) for one in readings)
+    return float(np.sqrt(sum(len(one) * float(np.var(one)) for one in readings) / count))
+
+
+def rest(candidate: Hypothesis) -> FloatArray:
+    """State (states,): zero, or where the first record began: a bistable beam rests in a well."""
+    values = {p.name: p.value for p in candidate.simulation.parameters}
+    start = np.zeros(candidate.states)
+    if values.get("stiffness", 1.0) < 0.0:
+        start[0] = candidate.starts[0][0]
+    return start
