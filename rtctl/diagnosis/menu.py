@@ -1,4 +1,5 @@
-"""Inputs that a plant can take, as tables of a scenario: what is scored is what `rtctl acquire` plays.
+"""Inputs that a plant can take, as tables of a scenario: what is scored are the levels that `rtctl acquire` plays, held
+between samples as the records so far are.
 
 Kinds x levels (a quarter, half and all of the largest drive seen) x rates (about the dominant frequency of the motion).
 """

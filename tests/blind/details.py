@@ -198,16 +198,17 @@ def _next(ambiguous: Sequence[Line]) -> str:
             continue
         rows.append((
             f"{line['plant']} {line['seed']}", _truth(line), ", ".join(after["names"]),
-            "yes" if separable(line) else "no",
-            *(f"{'resolved' if resolved(line, which) else answer(after[which])}, {after[which]['input']}, "
-              f"{after[which]['separation']:.3g}" for which in ("proposed", "random")),
+            "yes" if separable(line) else "no", f"{after.get('separation', np.nan):.3g}",
+            *(f"{'resolved' if resolved(line, which) else answer(after[which])}, {after[which].get('times', 1)} x "
+              f"{after[which]['input']}, {after[which]['separation']:.3g}" for which in ("proposed", "random")),
         ))  # fmt: skip
     head = (
         "case",
         "truth",
         "names left",
         "counted",
-        "after the proposed one (separation)",
+        "told separation",
+        "after the proposed one (separation by one)",
         "after a random one",
     )
     return markdown(head, rows)

@@ -35,7 +35,8 @@ def further(
     if proposal is None:
         return {"names": _names(found), "why_not": "nothing was proposed"}
     chosen = int(np.random.default_rng([seed, RANDOM]).integers(len(proposal.menu)))
-    line: Line = {"names": _names(found), "decides": proposal.separation >= DECIDES}
+    line: Line = {"names": _names(found), "separation": float(proposal.separation)}
+    line["decides"] = proposal.separation >= DECIDES
     for name, scored in (("proposed", proposal.best), ("random", proposal.menu[chosen])):
         line[name] = _measured(scored, proposal.times, folder, name, seed, plant, overrides, again)
     return line
@@ -60,8 +61,7 @@ def _measured(
     new = folder.with_name(f"{folder.name}-{name}")
     shutil.copytree(folder, new)
     try:
-        for _ in range(times):
-            more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, **overrides)
+        more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, times=times, **overrides)
         line |= again(new)
     except Exception as error:  # a crash is a result of the campaign, not its end
         line |= {"verdict": "crash", "causes": [], "judgement": "crash", "error": repr(error)[-400:]}

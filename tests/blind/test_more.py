@@ -28,7 +28,7 @@ def test_the_same_drive_moves_the_same_device_by_the_same_noise(
 ) -> None:
     truth = generate(100_501, tmp_path, plant=plant, **SIZES[plant])
     old = next(record for record in truth.records if record.use == "fit")
-    name = more(100_501, tmp_path, old.drive, 1.0 / truth.sample_rate_Hz, plant=plant, **SIZES[plant])
+    (name,) = more(100_501, tmp_path, old.drive, 1.0 / truth.sample_rate_Hz, plant=plant, **SIZES[plant])
 
     manifest = tomllib.loads((tmp_path / "dataset.toml").read_text())
     added = manifest["records"][-1]
@@ -49,7 +49,7 @@ def test_another_period_is_another_record_of_the_same_device(tmp_path: Path) -> 
     truth = generate(100_502, tmp_path, **SIZES["oscillator"] | {"snr_dB": 60.0})
     old = next(record for record in truth.records if record.use == "fit")
     twice = np.repeat(old.drive, 2)
-    name = more(
+    (name,) = more(
         100_502, tmp_path, twice, 0.5 / truth.sample_rate_Hz, **SIZES["oscillator"] | {"snr_dB": 60.0}
     )
     column = tomllib.loads((tmp_path / "dataset.toml").read_text())["signals"]["displacement"]
@@ -60,9 +60,7 @@ def test_another_period_is_another_record_of_the_same_device(tmp_path: Path) -> 
 def test_a_record_that_is_repeated_has_noise_of_its_own(tmp_path: Path) -> None:
     truth = generate(100_503, tmp_path, **SIZES["oscillator"])
     drive = next(record for record in truth.records if record.use == "fit").drive
-    names = [
-        more(100_503, tmp_path, drive, 1.0 / truth.sample_rate_Hz, **SIZES["oscillator"]) for _ in range(2)
-    ]
+    names = more(100_503, tmp_path, drive, 1.0 / truth.sample_rate_Hz, times=2, **SIZES["oscillator"])
     manifest = tomllib.loads((tmp_path / "dataset.toml").read_text())
     assert [record["file"] for record in manifest["records"][-2:]] == names
     column = manifest["signals"]["displacement"].get("column", "displacement")

@@ -6,6 +6,7 @@ The case is drawn again from its seed, so nothing has to be kept; the new record
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,10 +35,11 @@ NOISE = 9
 
 
 def more(
-    seed: int, folder: Path, drive: FloatArray, period_s: float, plant: str = "oscillator", **overrides: Any
-) -> str:
-    """Drive the device of this seed by `drive` (n,) in the manifest's unit, one level a `period_s`; the record is
-    added to the manifest in `folder` as one to fit. Returns its file's name.
+    seed: int, folder: Path, drive: FloatArray, period_s: float, plant: str = "oscillator", times: int = 1,
+    **overrides: Any,
+) -> list[str]:  # fmt: skip
+    """Drive the device of this seed by `drive` (n,) in the manifest's unit, one level a `period_s`; so many records are
+    added to the manifest in `folder` as ones to fit. Returns the names of their files.
 
     `seed`, `plant` and `overrides` as `generate` had them. The drive acts as in the other records: through the same
     hold, and what is band-limited is smoothed as they are. Raises ValueError for a plant or a drive that is none,
@@ -53,48 +55,51 @@ def more(
     path = folder / "dataset.toml"
     manifest = tomllib.loads(path.read_text(encoding="utf-8"))
     before = sum(record["file"].startswith("more") for record in manifest["records"])
-    signals = PLANTS[plant](seed, levels, period_s, NUMBER - before, overrides)
-    name = f"more{before}.npz"
-    columns = {manifest["signals"][key].get("column", key): values for key, values in signals.items()}
-    np.savez(folder / name, **columns)
-    table = {
-        "file": name,
-        "sample_rate_hz": 1.0 / period_s,
-        "use": "fit",
-        "conditions": {"excitation": "proposed"},
-    }
-    manifest["records"].append(table)
+    names = []
+    for number, signals in enumerate(
+        PLANTS[plant](seed, levels, period_s, range(before, before + times), overrides)
+    ):
+        names.append(f"more{before + number}.npz")
+        columns = {manifest["signals"][key].get("column", key): values for key, values in signals.items()}
+        np.savez(folder / names[-1], **columns)
+        table = {"file": names[-1], "sample_rate_hz": 1.0 / period_s, "use": "fit"}
+        manifest["records"].append(table | {"conditions": {"excitation": "proposed"}})
     path.write_text(tomli_w.dumps(manifest), encoding="utf-8")
-    return name
+    return names
 
 
 def _oscillator(
-    seed: int, levels: FloatArray, period_s: float, number: int, overrides: dict[str, Any]
-) -> dict[str, FloatArray]:
+    seed: int, levels: FloatArray, period_s: float, which: range, overrides: dict[str, Any]
+) -> Iterator[dict[str, FloatArray]]:
     drawn, _ = draw_oscillator(seed, Options(**overrides))
     samples_a_period = 1.0 / (drawn.device.f0_Hz * period_s)
     if drawn.device.manifest_hold == "band-limited":
         levels = sosfiltfilt(butter(6, 0.5, output="sos"), levels * fade(levels.size, samples_a_period))
-    record = Input(
-        number=number, excitation="proposed", use="fit", drive=levels / drawn.drive_scale, displaced=0.0,
-        file_number=number,
-    )  # fmt: skip
-    clean, _ = simulate(replace(drawn.plan, samples_a_period=samples_a_period), record)
-    rng = np.random.default_rng([seed, number, NOISE])
-    read = sensor_noise.add_noise(rng, clean, drawn.noise, drawn.noise_rms, drawn.colour)
-    return {"drive": levels, "displacement": read * drawn.device.length}
+    plan = replace(drawn.plan, samples_a_period=samples_a_period)
+    for number in (NUMBER - k for k in which):
+        record = Input(
+            number=number, excitation="proposed", use="fit", drive=levels / drawn.drive_scale, displaced=0.0,
+            file_number=number,
+        )  # fmt: skip
+        clean, _ = simulate(plan, record)
+        rng = np.random.default_rng([seed, number, NOISE])
+        read = sensor_noise.add_noise(rng, clean, drawn.noise, drawn.noise_rms, drawn.colour)
+        yield {"drive": levels, "displacement": read * drawn.device.length}
 
 
 def _vo2(
-    seed: int, levels: FloatArray, period_s: float, number: int, overrides: dict[str, Any]
-) -> dict[str, FloatArray]:
+    seed: int, levels: FloatArray, period_s: float, which: range, overrides: dict[str, Any]
+) -> Iterator[dict[str, FloatArray]]:
     drawn, _ = draw_vo2(seed, Vo2Options(**overrides))
-    record = Vo2Input(
-        number=number, position=len(drawn.inputs), use="fit", excitation="proposed", current=levels,
-        rate_Hz=1.0 / period_s,
-    )  # fmt: skip
-    rng = np.random.default_rng([seed, number, NOISE])
-    return {"current": levels} | measure(rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record))
+    for k in which:
+        record = Vo2Input(
+            number=NUMBER - k, position=len(drawn.inputs) + k, use="fit", excitation="proposed", current=levels,
+            rate_Hz=1.0 / period_s,
+        )  # fmt: skip
+        rng = np.random.default_rng([seed, NUMBER - k, NOISE])
+        yield {"current": levels} | measure(
+            rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record)
+        )
 
 
 PLANTS = {"oscillator": _oscillator, "vo2": _vo2}
