@@ -24,6 +24,8 @@ LEAST_PERIODS = 12.0
 """Of a beginning; a record that parts before is left out."""
 LEAST_SHARE = 0.05
 """Of all samples, that the beginnings must hold together."""
+MOST = 0.5
+"""Of the squared error, after the beginnings: then they say more of the model than whole records do, far off or not."""
 TURNS = 3
 """Each fits the beginnings and finds how far that reaches."""
 
@@ -33,7 +35,9 @@ def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | Non
     next to none.
     """
     held = {record.stimulus.holds.get(data.subject.drive) for record in data.records}
-    if not nominal.states or "band-limited" in held or misfit(data, nominal) < FAR:
+    if not nominal.states or "band-limited" in held:
+        return None
+    if misfit(data, nominal) < FAR and _share_after(data, nominal) < MOST:
         return None
     best: tuple[Data, Hypothesis] | None = None
     starts = [nominal.simulation, *approached(data, nominal.simulation)]
@@ -48,6 +52,26 @@ def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | Non
     if best is None or _samples(best[0]) >= _samples(data):
         return None
     return best if _samples(best[0]) >= LEAST_SHARE * _samples(data) else None
+
+
+def _share_after(data: Data, nominal: Hypothesis) -> float:
+    """Of the squared error at the fit, what follows where it parts from the records."""
+    total = after = 0.0
+    try:
+        lines = nominal.linearise(data)
+    except ArithmeticError:
+        return 0.0
+    for record, line in zip(data.records, lines, strict=True):
+        for name, error in zip(nominal.sensitivity.outputs, line.residual, strict=True):
+            squares = (error / data.size(name)) ** 2
+            reach = followed(error, _period(data), PARTED * float(np.std(record.measured[name])))
+            total += float(squares.sum())
+            after += float(squares[reach:].sum())
+    return after / total if total > 0.0 else 0.0
+
+
+def _period(data: Data) -> int:
+    return max(1, round(2.0 * np.pi / (data.scales.rate * data.records[0].period_s)))
 
 
 def _samples(data: Data) -> int:
@@ -70,8 +94,7 @@ def _fitted_to(
 def _followed(data: Data, simulation: Simulation) -> list[int]:
     """Of each record, samples up to where a free run parts from it; 0 where that is too soon."""
     values = np.array([one.value for one in simulation.parameters])
-    period = max(1, round(2.0 * np.pi / (data.scales.rate * data.records[0].period_s)))
-    return [_followed_of(record, simulation, values, period) for record in data.records]
+    return [_followed_of(record, simulation, values, _period(data)) for record in data.records]
 
 
 def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, period: int) -> int:

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.horizon import beginnings
+from rtctl.diagnosis.horizon import MOST, _share_after, beginnings
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
@@ -75,6 +75,24 @@ def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() 
     found = beginnings(data, nominal)
     assert found is not None
     assert beginnings(*found) is None
+
+
+@pytest.mark.parametrize("hops", [True, False])
+def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: bool) -> None:
+    """However small that is beside the motion of all records."""
+    data, nominal = hopping()
+    found = beginnings(data, nominal)
+    assert found is not None
+    short, followed = found
+    record = data.records[0]
+    line = followed.sensitivity.linearise(record, followed.shared, followed.starts[0], data.steps_per_period)
+    assert line is not None
+    reading = record.measured["displacement"].copy()
+    reading[record.first :] += line.residual[0]
+    reading[SAMPLES // 2 :] += 2.0 * float(np.std(reading)) * hops
+    records = (*short.records, replace(record, measured={"displacement": reading}))
+    more = replace(followed, starts=np.vstack((followed.starts, followed.starts[:1])))
+    assert (_share_after(replace(short, records=records), more) > MOST) == hops
 
 
 @pytest.mark.parametrize("hold", ["band-limited"])
