@@ -242,14 +242,17 @@ def _chance(statistic: float, freedom: int, allowance: float) -> float:
 
 
 def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:
-    """Whether the leftover's variance goes with the motion's: log variance of blocks on log amplitude, rank-based."""
+    """Whether the leftover's variance goes with the motion's: log variance of blocks on log amplitude, rank-based.
+
+    The simulated motion's: where a ring-down has died away, the size of a reading is that of its own noise.
+    """
     from scipy.stats import spearmanr
 
     block = max(16, round(4.0 * np.pi / data.scales.rate / data.records[0].period_s))
     sizes, amplitudes = [], []
     for index, left in enumerate(leftover(rows, noise)):
         record = data.records[index]
-        motion = record.measured[data.subject.output][record.first :]
+        motion = record.measured[data.subject.output][record.first :] + rows[index].residual[0]
         count = len(motion) // block
         if count < 4:
             continue
