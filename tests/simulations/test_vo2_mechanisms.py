@@ -12,6 +12,7 @@ from vo2_model_cases import PERIOD_S, predict, simulation, stimulus, telegraph
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.quantities import convert
+from rtctl.diagnosis.hypothesis import MOST_SCALES
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring import mechanism_ids
 
@@ -252,3 +253,20 @@ def test_a_lane_that_leaves_the_numbers_is_told():
     found = made.predict(stimulus(np.full(40, 5.0)), np.array([of_size(made, 0.0), values]))
     room = np.log(np.finfo(float).max / found.outputs["resistance"][1, 0])
     assert found.diverged_at.tolist() == [-1, int(np.ceil(room / (1e5 * PERIOD_S)))]
+
+
+@pytest.mark.parametrize(
+    ("identity", "name", "largest"),
+    [
+        ("sensor.self_heating", "heat", 150.0),
+        ("actuation.delay", "delay", 0.04),
+        ("sensor.lag", "time_constant", 0.04),
+        ("hysteresis.rate_dependence", "time_constant", 0.04),
+    ],
+)
+def test_a_slow_or_strong_effect_is_within_what_a_search_looks_for(
+    identity: str, name: str, largest: float
+) -> None:
+    """Scales of VO2 mechanisms are typical ones, not the data's: devices of ten times those are found too."""
+    declared = next(one for one in MECHANISMS[identity].parameters if one.name == name)
+    assert MOST_SCALES * declared.scale(SIZES) >= largest

@@ -12,7 +12,7 @@ MECHANISM = Vo2Mechanism(
     id="actuation.delay",
     statement="The current acts {delay} late.",
     parameters=(
-        coefficient("delay", "s", "from the command to the heater", TYPICAL_TIME_S, low=0.0, high=10.0),
+        coefficient("delay", "s", "from the command to the heater", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0),
     ),
     command=late,
 )

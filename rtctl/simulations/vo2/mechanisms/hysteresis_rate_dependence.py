@@ -17,7 +17,7 @@ MECHANISM = Vo2Mechanism(
     statement="The transition lags the film's temperature with a time constant of {time_constant}.",
     parameters=(
         coefficient(
-            "time_constant", "s", "of the transition behind temperature", TYPICAL_TIME_S, low=0.0, high=10.0
+            "time_constant", "s", "of the transition behind temperature", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0
         ),
         shape(
             "reversible", "dimensionless", "share of what is reversible in the resistance that lags as well", 1.0,

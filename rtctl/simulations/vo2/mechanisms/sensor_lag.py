@@ -14,7 +14,7 @@ MECHANISM = Vo2Mechanism(
     statement="The resistance reading lags with a time constant of {time_constant}.",
     parameters=(
         coefficient(
-            "time_constant", "s", "of the reading behind the film", TYPICAL_TIME_S, low=0.0, high=10.0
+            "time_constant", "s", "of the reading behind the film", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0
         ),
     ),
     instrument=lagging,

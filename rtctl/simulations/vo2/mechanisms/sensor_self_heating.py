@@ -20,7 +20,7 @@ MECHANISM = Vo2Mechanism(
     statement="The sensing current heats the film, by {heat} while it is cold and less as its resistance falls.",
     parameters=(
         coefficient(
-            "heat", "mA^2", "of the cold film, as surrogate power", 0.1 * TYPICAL_POWER_MA2, low=0.0, high=1e3
+            "heat", "mA^2", "of the cold film, as surrogate power", TYPICAL_POWER_MA2, low=0.0, high=1e3
         ),
         known(),
     ),
