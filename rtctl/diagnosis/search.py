@@ -58,6 +58,8 @@ NEAR = 1.5
 """Times the cost of the best: beyond, no whitening makes a set its equal."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
+STUCK = 0.5
+"""Times the cost of the nominal model: one that ends so low from elsewhere had not ended where it should."""
 MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
 
@@ -118,6 +120,9 @@ def _grown(
         field = race(data, runners, told, budget)
         if not field:
             break
+        lower = _unstuck(data, nominal, field[0]) if size == 1 else None
+        if lower is not None:
+            return _grown(data, lower, ids, level, told, kept, budget)
 
         def from_there(ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents) -> list[Hypothesis]:
             return _second_chance(data, parents, ones, ids, told, budget)
@@ -145,6 +150,14 @@ def _grown(
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
     return found._replace(equivalent=equivalents(data, found.tried, found.chosen, plain=not found.passes))
+
+
+def _unstuck(data: Data, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:
+    """The nominal model from where the best single cause led, if it begins there below where it had ended, and ends
+    far below: then it was stuck, and the cause is a way around.
+    """
+    lower = fitted_without(data, nominal, first, nominal.mechanisms, below=nominal.cost)
+    return lower if lower is not None and lower.cost < STUCK * nominal.cost else None
 
 
 def in_its_place(data: Data, found: Search, fewer: Examined) -> Search:

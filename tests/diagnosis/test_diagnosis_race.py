@@ -16,7 +16,7 @@ from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import PROMISING, Runner, _promising, _to_the_end, race
-from rtctl.diagnosis.search import _second_chance
+from rtctl.diagnosis.search import _second_chance, _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -96,6 +96,22 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
     )
     assert len(entered) == 1
     assert len(field) == 1
+
+
+def test_a_nominal_model_that_was_stuck_goes_where_the_best_cause_led(
+    fitted_case: tuple[Data, Hypothesis],
+) -> None:
+    """Only if it begins there below where it had ended, and ends far below."""
+    data, nominal = fitted_case
+    (first,) = race(data, [runner(nominal, 0.0)], lambda text: None)
+    assert _unstuck(data, nominal, first) is None
+    detuned = [0.8 * one.value if one.name == "stiffness" else one.value for one in device().parameters]
+    stuck = fitted(data, device().with_values(np.array(detuned)), (), nominal.starts, 0)
+    assert stuck is not None
+    lower = _unstuck(data, stuck, first)
+    assert lower is not None
+    assert lower.mechanisms == ()
+    assert lower.cost == pytest.approx(nominal.cost, rel=1e-3)
 
 
 def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple[Data, Hypothesis]) -> None:
