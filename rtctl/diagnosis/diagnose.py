@@ -37,7 +37,7 @@ from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.unnamed import explaining_more
-from rtctl.diagnosis.verdict import confirmed, verdict_of
+from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
@@ -59,7 +59,7 @@ OTHER_OUTPUT = (
     "no record that is fitted has a {0}: diagnosed by the {1} alone, and the gain is that of its logarithm"
 )
 NOT_HELD = (
-    "{} would remove most of the error, but not on the test records too, or as laws of dissipation that together "
+    "{} would remove much of the error, but not on the test records too, or as laws of dissipation that together "
     "imitate another: not named"
 )
 OUTDONE = "{} would remove most of the error, but a law of no name leaves less: not named. {} See where the gap lives"
@@ -313,7 +313,7 @@ def _verdict(
     judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
-    verdict = confirmed(judged, added, gains)
+    verdict = confirmed(judged, added, gains, doubted=bool(added) and doubtful(found, bool(data.allowed)))
     said = [NOT_HELD.format(names)] if verdict != judged else []
     if verdict != "partly_explained":
         return verdict, said, False

@@ -28,16 +28,25 @@ def verdict_of(search: Search, least_removed: float) -> str:
     return "partly_explained" if best < (1.0 - least) * nominal else "unexplained"
 
 
-def confirmed(verdict: str, causes: Sequence[str], gains: Sequence[Gain | None]) -> str:
-    """`verdict`, once the test records were simulated: a part that is explained must be so on them too, in one of the
-    outputs at least (what ails a sensor shows in its own alone).
-
-    Nor is it explained by two laws of dissipation that leave something: together they imitate a third.
+def doubtful(search: Search, allowed: bool) -> bool:
+    """Whether a set passes the gate and leaves half of the squares: where a misfit is `allowed`, and noise may be as
+    slow as that, passing says little of what was removed.
     """
-    if verdict != "partly_explained":
+    left = search.chosen.hypothesis.cost / search.nominal.hypothesis.cost
+    return allowed and search.passes and left > 1.0 - HALF
+
+
+def confirmed(
+    verdict: str, causes: Sequence[str], gains: Sequence[Gain | None], *, doubted: bool = False
+) -> str:
+    """`verdict`, once the test records were simulated: a part that is explained, or a whole that is `doubted`, must be
+    so on them too, in one of the outputs at least (what ails a sensor shows in its own alone).
+
+    Nor is a part explained by two laws of dissipation that leave something: together they imitate a third.
+    """
+    if verdict != "partly_explained" and not (verdict == "explained" and doubted):
         return verdict
     measured = [one for one in gains if one is not None]
     held = not measured or any(one.ratio > LEAST_GAIN and one.ratio_low > 1.0 for one in measured)
-    if len(DISSIPATION & set(causes)) > 1 or not held:
-        return "unexplained"
-    return verdict
+    imitated = verdict == "partly_explained" and len(DISSIPATION & set(causes)) > 1
+    return verdict if held and not imitated else "unexplained"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rtctl.diagnosis.gain import Gain
-from rtctl.diagnosis.verdict import confirmed, verdict_of
+from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
 
 
 def of_ratio(ratio: float) -> Gain:
@@ -68,3 +68,23 @@ def test_a_part_is_explained_by_what_is_removed_or_by_half_of_it_where_the_gate_
 ) -> None:
     search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False)
     assert verdict_of(search, 0.9) == said
+
+
+@pytest.mark.parametrize(
+    ("left", "allowed", "passes", "said"),
+    [(0.8, True, True, True), (0.1, True, True, False), (0.8, False, True, False), (0.8, True, False, False)],
+)
+def test_a_set_that_passes_and_leaves_half_is_doubted_where_a_misfit_is_allowed(
+    left: float, allowed: bool, passes: bool, said: bool
+) -> None:
+    """A reading whose gain walks at random passes as ageing: the rest is as slow as what a model may be off by."""
+    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, 0.9), passes=passes)
+    assert doubtful(search, allowed) == said
+
+
+def test_what_is_doubted_must_hold_on_test_records() -> None:
+    for gain, said in ((1.2, "unexplained"), (3.0, "explained")):
+        found = confirmed("explained", ["sensor.ageing"], [of_ratio(gain), of_ratio(1.0)], doubted=True)
+        assert found == said
+    assert confirmed("explained", ["sensor.ageing"], [of_ratio(1.2)], doubted=False) == "explained"
+    assert confirmed("adequate", [], [of_ratio(1.0)], doubted=True) == "adequate"
