@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 1800-1999
-VO2         ?= 50960-51079
-AMBIGUOUS   ?= 90360-90379
+OSCILLATORS ?= 2200-2399
+VO2         ?= 51200-51319
+AMBIGUOUS   ?= 90500-90559
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
