@@ -6,6 +6,7 @@ parameters may tell.
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +18,8 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import Checked, Quantity, check, unit_registry
 
+AS_WRITTEN = re.compile(r"\((?P<displacement>.+)\)/\(s\^2\*\(\((?P<drive>.+)\)\)\)")
+"""Of `drive_gain`, as models that the program writes have it: tells units that are no single ones, such as m/s^2."""
 WIDEST_DRIVE = 1e6
 """Limit of a device that states none, in its unit."""
 
@@ -91,6 +94,8 @@ def _told_units(model: ModelFile) -> dict[str, str]:
     units = {"drive": "", "displacement": ""}
     if gain is None:
         return units
+    if told := AS_WRITTEN.fullmatch(gain.unit):
+        return told.groupdict()
     try:
         powers = dict(unit_registry().parse_units(gain.unit)._units)
     except Exception:  # pint lets out whatever it stumbles on; the model's own reading says it in words

@@ -10,12 +10,14 @@ import pytest
 
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
+from plant_sim.oscillator.device_table import read_device_table
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.plant import OscillatorPlant
 from plant_sim.oscillator.streaming import cannot_stream
 from rtctl.border.errors import InputError
-from rtctl.border.model_file import read_model_file
+from rtctl.border.model_file import ModelFile, read_model_file
 from rtctl.border.records import DeviceStatus
 from rtctl.border.simulation import Stimulus
 
@@ -218,3 +220,13 @@ def test_beyond_its_range_the_sensor_has_no_reading(tmp_path: Path) -> None:
     reading, reference = plant.step((3.0,), 0.02)
     assert math.isnan(reading[0])
     assert reference > 0.1
+
+
+@pytest.mark.parametrize(("z", "u"), [("mm", "V"), ("mm", "m/s^2"), ("m/s", "N/(kg*m)")])
+def test_a_model_that_the_program_wrote_tells_the_units_of_its_device(z: str, u: str, tmp_path: Path) -> None:
+    """Compound ones too: an extended model is rehearsed on as it stands."""
+    gain = next(one for one in NOMINAL_PARAMETERS if one.name == "drive_gain").unit_in(z=z, u=u)
+    tables = {"drive_gain": {"value": 3.0, "unit": gain}}
+    model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}})
+    told = read_device_table(model, tmp_path / "model.toml")
+    assert (told.displacement.unit, told.drive.unit) == (z, u)
