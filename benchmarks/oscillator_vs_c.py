@@ -41,15 +41,9 @@ LANES = 32
 SAMPLES, SUBSTEPS = 20_000, 8
 PERIOD_S = 1.0 / 610.0
 SCALES = Scales(
-    displacement=0.3,
-    velocity=130.0,
-    acceleration=6e4,
-    drive=0.05,
-    rate=440.0,
-    duration=33.0,
-    period=PERIOD_S,
+    displacement=0.3, velocity=130.0, acceleration=6e4, drive=0.05, rate=440.0, duration=33.0, period=PERIOD_S,
     excursion=0.3,
-)
+)  # fmt: skip
 """Of the Silverbox at its peaks, as the step is chosen for them."""
 SAME = 1e-9
 REACH = {"one": 1.3, "lanes": 1.5, "gain": 8.0, "mechanism": 2.0, "sweep_s": 3.0, "fit_s": 2.0}

@@ -64,14 +64,15 @@ def _share_after(data: Data, nominal: Hypothesis) -> float:
     for record, line in zip(data.records, lines, strict=True):
         for name, error in zip(nominal.sensitivity.outputs, line.residual, strict=True):
             squares = (error / data.size(name)) ** 2
-            reach = followed(error, _period(data), PARTED * float(np.std(record.measured[name])))
+            reach = followed(error, period_of(data, record), PARTED * float(np.std(record.measured[name])))
             total += float(squares.sum())
             after += float(squares[reach:].sum())
     return after / total if total > 0.0 else 0.0
 
 
-def _period(data: Data) -> int:
-    return max(1, round(2.0 * np.pi / (data.scales.rate * data.records[0].period_s)))
+def period_of(data: Data, record: FitRecord) -> int:
+    """Samples of `record` in a period of the dominant motion."""
+    return max(1, round(2.0 * np.pi / (data.scales.rate * record.period_s)))
 
 
 def _samples(data: Data) -> int:
@@ -94,7 +95,7 @@ def _fitted_to(
 def _followed(data: Data, simulation: Simulation) -> list[int]:
     """Of each record, samples up to where a free run parts from it; 0 where that is too soon."""
     values = np.array([one.value for one in simulation.parameters])
-    return [_followed_of(record, simulation, values, _period(data)) for record in data.records]
+    return [_followed_of(record, simulation, values, period_of(data, record)) for record in data.records]
 
 
 def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, period: int) -> int:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.horizon import PARTED, followed
+from rtctl.diagnosis.horizon import PARTED, followed, period_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.projection import Rows
 from rtctl.identification.fit_record import FitRecord
@@ -103,10 +103,8 @@ def played(
         tables.append(np.concatenate((line.residual[None], line.shared, line.own)))
     free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
     runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
-    period = (
-        max(1, round(2.0 * np.pi / (data.scales.rate * record.period_s))) if data.scales.rate > 0.0 else 1
-    )
-    end = together(np.stack(runs), np.array([excursion(data, name) for name in outputs]), period)
+    sizes = np.array([excursion(data, name) for name in outputs])
+    end = together(np.stack(runs), sizes, period_of(data, record))
     count = record.samples
     white = []
     for table in tables:

@@ -17,15 +17,9 @@ from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring import mechanism_ids
 
 SIZES = Scales(
-    displacement=30.0,
-    velocity=600.0,
-    acceleration=1e4,
-    drive=6.0,
-    rate=20.0,
-    duration=0.6,
-    period=1e-3,
+    displacement=30.0, velocity=600.0, acceleration=1e4, drive=6.0, rate=20.0, duration=0.6, period=1e-3,
     excursion=30.0,
-)
+)  # fmt: skip
 FORMATS = (
     "thermal.second_time_constant thermal.nonlinear_loss thermal.latent_heat thermal.ambient_drift heater.tcr "
     "actuation.delay actuation.deadband structure.resonance hysteresis.rate_dependence hysteresis.creep "
