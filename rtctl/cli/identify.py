@@ -23,8 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cells",
         type=int,
-        default=40,
-        help="of a vo2: cells along an edge of the fine Preisach models, 8 to 80 (default 40)",
+        default=80,
+        help="of a vo2: cells along an edge of the fine Preisach models, 8 to 80 (default 80)",
     )
     parser.add_argument(
         "--starts", type=int, help="starts of each fit (default 14 for a vo2, 6 for an oscillator)"

@@ -3,9 +3,12 @@
     minimise || F a + M mu - y ||^2 + lambda || L (mu / area) ||^2   over mu >= 0, a free
 
 M are the regressors of the Everett function on a grid (`rtctl.hysteresis.preisach`), F the memoryless columns
-(1, v, v^2), L first differences of the density between neighbouring cells: a quasi-static staircase visits only some
-minor loops, and where it says nothing the density is continued smoothly. mu >= 0 makes the model monotone.
-Reference: X. Tan, J. Baras, IEEE TAC 50(6), 2005 (piecewise constant density, non-negative identification).
+(1, v, v^2), L second differences of the density between neighbouring cells: a quasi-static staircase visits only some
+minor loops, and where it says nothing the density is continued smoothly. mu >= 0 makes the model monotone. lambda is
+the largest that generalised cross-validation finds worth it: with n samples and d degrees of freedom of the fit the
+error on samples that took no part is predicted as sqrt(n) || residual || / (n - d).
+References: X. Tan, J. Baras, IEEE TAC 50(6), 2005 (piecewise constant density, non-negative identification);
+G. Golub, M. Heath, G. Wahba, Technometrics 21(2), 1979 (generalised cross-validation).
 """
 
 from __future__ import annotations
@@ -14,13 +17,23 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
+from scipy.linalg import cho_factor, cho_solve, qr
+from scipy.linalg.blas import dsyrk
 
 from rtctl.hysteresis.preisach import PreisachModel
 from rtctl.hysteresis.preisach_regressors import preisach_regressors
-from rtctl.kernels import kernel
+from rtctl.identification.nonnegative import nonnegative_least_squares
 
 FloatArray = NDArray[np.float64]
+SMOOTHNESS = (1e-1, 1e-2, 1e-3, 1e-4)
+"""That are tried, of the mean square of the regressors."""
+WORTH = 0.97
+"""Of the predicted error: less smoothness has to lower it to that."""
+RIDGE = 1e-9
+"""Of the same: what no sample and no neighbour determines is 0."""
+ALONG_AXES = 0.1
+"""Weight of the density's second differences along the switching fields, beside those along their mean. Films vary more
+smoothly with where a loop lies than with how wide it is."""
 
 
 class PreisachFit(NamedTuple):
@@ -60,14 +73,15 @@ def fit_preisach(
     scored: NDArray[np.bool_],
     *,
     cells: int,
-    smoothness: float = 1e-4,
-    uniform_share: float = 0.5,
+    smoothness: float | None = None,
+    uniform_share: float = 0.6,
     sign: float = 1.0,
     memoryless: tuple[bool, bool] = (False, True),
 ) -> PreisachFit:
     """Identify on samples in time order: v (n,), y (n,), `scored` (n,) false for reset samples.
 
-    `memoryless` switches the linear and the quadratic memoryless term; `sign` = -1 for an output that falls.
+    `smoothness` None: by generalised cross-validation. `memoryless` switches the linear and the quadratic memoryless
+    term; `sign` = -1 for an output that falls.
     """
     nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
     regressors = preisach_regressors(v, nodes)[scored]
@@ -77,10 +91,7 @@ def fit_preisach(
     basis, triangle = qr(free, mode="economic")
     projected = regressors - basis @ (basis.T @ regressors)
     remaining = target - basis @ (basis.T @ target)
-    gram, right = projected.T @ projected, projected.T @ remaining
-    scale = float(np.trace(gram)) / len(gram)
-    gram += scale * (smoothness * roughness(nodes) + 1e-9 * np.eye(len(gram)))
-    masses = nonnegative_descent(gram, right, 3000, 1e-10)
+    masses = _masses(projected, remaining, roughness(nodes), smoothness, len(columns))
     free_values = np.linalg.solve(triangle, basis.T @ (target - regressors @ masses))
     residual = sign * (target - free @ free_values - regressors @ masses)
     terms = iter((sign * free_values[1:]).tolist())
@@ -91,45 +102,58 @@ def fit_preisach(
     return PreisachFit(model, residual)
 
 
+def _masses(
+    regressors: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None, fitted: int
+) -> FloatArray:
+    """Of the cells; `fitted` other unknowns were found from the same samples."""
+    upper = dsyrk(1.0, np.asfortranarray(regressors.T))
+    gram = upper + upper.T
+    gram[np.diag_indices(len(gram))] *= 0.5
+    right = regressors.T @ target
+    scale = float(np.trace(gram)) / len(gram)
+    masses, least = None, np.inf
+    for weight in SMOOTHNESS if smoothness is None else (smoothness,):
+        regular = gram + (scale * weight) * rough
+        regular[np.diag_indices(len(gram))] += scale * RIDGE
+        found = nonnegative_least_squares(regular, right, masses)
+        if smoothness is not None:
+            return found
+        error = _predicted_error(gram, regular, found, target - regressors @ found, fitted)
+        if masses is not None and not error < WORTH * least:
+            break
+        masses, least = found, error
+    assert masses is not None
+    return masses
+
+
+def _predicted_error(
+    gram: FloatArray, regular: FloatArray, masses: FloatArray, residual: FloatArray, fitted: int
+) -> float:
+    """RMS on samples that took no part, by generalised cross-validation among the cells that are not empty."""
+    free, count = masses > 0.0, len(residual)
+    freedom = float(fitted)
+    if free.any():
+        among = np.ix_(free, free)
+        freedom += float(np.trace(cho_solve(cho_factor(regular[among]), gram[among])))
+    return float(np.sqrt(count) * np.linalg.norm(residual) / (count - freedom)) if count > freedom else np.inf
+
+
 def roughness(nodes: FloatArray) -> FloatArray:
-    """L^T L of the differences of cell density between neighbours, in units of the median cell area."""
+    """L' L of second differences of cell density, in units of the median cell area: along both switching fields, and
+    along their mean (cells diagonally next to each other)."""
     widths = np.diff(nodes)
     count = len(widths)
     upper, lower = np.tril_indices(count)
     area = widths[upper] * widths[lower] * np.where(upper == lower, 0.5, 1.0)
-    index = np.full((count, count), -1)
-    index[upper, lower] = np.arange(len(upper))
-    pairs = [
-        (index[i, j], index[a, b])
-        for i, j in zip(upper, lower, strict=True)
-        for a, b in ((i + 1, j), (i, j + 1))
-        if a < count and b <= a
-    ]
-    first, second = np.asarray(pairs).reshape(-1, 2).T
-    penalty = np.zeros((len(upper), len(upper)))
+    index = np.full((count + 2, count + 2), -1)
+    index[upper + 1, lower + 1] = np.arange(len(upper))
     weight = np.median(area) / area
-    np.add.at(penalty, (first, first), weight[first] ** 2)
-    np.add.at(penalty, (second, second), weight[second] ** 2)
-    np.add.at(penalty, (first, second), -weight[first] * weight[second])
-    np.add.at(penalty, (second, first), -weight[first] * weight[second])
+    penalty = np.zeros((len(upper), len(upper)))
+    for step, share in (((1, 0), ALONG_AXES), ((0, 1), ALONG_AXES), ((1, 1), 1.0)):
+        before, after = (index[upper + 1 + s * step[0], lower + 1 + s * step[1]] for s in (-1, 1))
+        inside = (before >= 0) & (after >= 0)
+        cells = (before[inside], np.flatnonzero(inside), after[inside])
+        for a, one in zip(cells, (1.0, -2.0, 1.0), strict=True):
+            for b, other in zip(cells, (1.0, -2.0, 1.0), strict=True):
+                np.add.at(penalty, (a, b), share * one * other * weight[a] * weight[b])
     return penalty
-
-
-@kernel
-def nonnegative_descent(gram: FloatArray, right: FloatArray, sweeps: int, tolerance: float) -> FloatArray:
-    """min 1/2 x'Gx - b'x over x >= 0 by cyclic coordinate descent; G (n, n) positive definite, b (n,)."""
-    count = len(right)
-    x = np.zeros(count)
-    gradient = -right.copy()
-    for _ in range(sweeps):
-        largest = 0.0
-        for i in range(count):
-            change = max(0.0, x[i] - gradient[i] / gram[i, i]) - x[i]
-            if change != 0.0:
-                x[i] += change
-                for j in range(count):
-                    gradient[j] += change * gram[i, j]
-                largest = max(largest, change * change * gram[i, i])
-        if largest <= tolerance * tolerance * np.abs(right).max():
-            break
-    return x

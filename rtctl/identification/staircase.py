@@ -1,6 +1,7 @@
 """Quasi-static staircases: the end of each hold is a steady state, so current is the temperature surrogate.
 
-Paper, section II.C: each current is held 10 ms, five time constants of the heating and more.
+Paper, section II.C: each current is held 10 ms, five time constants of the heating and more. Where a record goes on
+after it has settled, the steady state is the mean of the settled samples: `settled_samples`.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from rtctl.identification.thermal import heat, shows_heating
 from rtctl.measured.dataset import Dataset, Record
 
 FloatArray = NDArray[np.float64]
+READINGS = ("resistance", "deflection")
+UNSEEN = 0.1
+"""Of the variance of a mean's noise: settling, squared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyStates:
-    """Ends of holds of one or more staircases, one after the other.
+    """Ends of holds of one or more staircases, one after the other: means of what is settled there.
 
     Each staircase is preceded by one sample far below the range (`weight` 0): it puts any hysteresis model on the
     branch that a full cooling leaves, which is where each record starts.
@@ -70,7 +74,7 @@ def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "ident
             current = record.signals["current"]
             ends = hold_ends(current)
             v = heat(current, record.period_s, time_constant_s) if shows_heating(record) else current
-            parts += [np.zeros(1), v[ends]]
+            parts += [np.zeros(1), _end_means(v, ends, settled_samples(record))]
     return np.concatenate(parts)
 
 
@@ -83,9 +87,50 @@ def _ends_of(record: Record, dataset: Dataset) -> tuple[FloatArray, FloatArray, 
             'staircase over the range has hundreds (`rtctl acquire` makes one); give this record use = "fit", or '
             "measure it anew"
         )
-    deflection = record.signals["deflection"] if record.has("deflection") else np.full(len(current), np.nan)
     weight = (ends >= record.ignore_first).astype(np.float64)
-    return current[ends], record.signals["resistance"][ends], deflection[ends], weight
+    count = settled_samples(record)
+    resistance, deflection = (
+        _end_means(record.signals[name], ends, count) if record.has(name) else np.full(len(ends), np.nan)
+        for name in READINGS
+    )
+    return current[ends], resistance, deflection, weight
+
+
+def settled_samples(record: Record) -> int:
+    """How many at the end of each hold are averaged: as many as still settle by less than their noise lets one see.
+
+    Of a tail, d is the mean of its newer half less that of its older one, D the step of its mean from the hold before.
+    What settles is the share of D that is in d (least squares; noise that is stationary has no part in it, of any
+    colour); the rest of d is noise, a quarter of its variance that of the mean.
+    """
+    ends = hold_ends(record.signals["current"])
+    lengths = np.diff(ends, prepend=-1)
+    readings = [record.signals[name] for name in READINGS if record.has(name)]
+    most = int(np.median(lengths)) // 4
+    for half in range(most, 0, -1):
+        held = ends[lengths >= 4 * half, None]
+        if all(_is_settled(values, held, half) for values in readings):
+            return 2 * half
+    return 1
+
+
+def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
+    """Whether the last two halves, at the ends `held` (holds, 1), differ by noise."""
+    newer, older = (values[held - first - np.arange(half)].mean(axis=1) for first in (0, half))
+    change, step = (newer - older)[1:], np.diff(0.5 * (newer + older))
+    share = float(change @ step) / max(float(step @ step), 1e-300)
+    settling, noise = share**2 * float(np.mean(step**2)), 0.25 * float(np.var(change - share * step))
+    return settling < UNSEEN * noise
+
+
+def _end_means(values: FloatArray, ends: NDArray[np.intp], count: int) -> FloatArray:
+    """(holds,): of the last `count` samples of each hold, of half of it where it is shorter than twice that."""
+    count_of = np.clip(np.diff(ends, prepend=-1) // 2, 1, count)
+    found = values[ends].copy()
+    for back in range(1, count):
+        inside = count_of > back
+        found[inside] += values[ends[inside] - back]
+    return found / count_of
 
 
 def _concatenate(parts: Sequence[tuple[FloatArray, ...]]) -> SteadyStates:

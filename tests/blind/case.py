@@ -74,11 +74,11 @@ def run_case(
 
 
 def identified(folder: Path) -> None:
-    """The model of a vo2's staircases, as `rtctl identify --cells 60` makes it, into `folder`.
+    """The model of a vo2's staircases, as `rtctl identify makes it, into `folder`.
 
     With few plays from one start: the Preisach models and the time constant, all that a diagnosis takes, do not see it.
     """
-    options = Vo2FitOptions(plays=2, starts=1, fine_cells=60)
+    options = Vo2FitOptions(plays=2, starts=1)
     model = identify_vo2(read_dataset(folder / "dataset.toml"), options, lambda text: None)
     write_model(model, folder / "model.toml")
 
