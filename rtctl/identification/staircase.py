@@ -130,7 +130,8 @@ def _end_means(values: FloatArray, ends: NDArray[np.intp], count: int) -> FloatA
     for back in range(1, count):
         inside = count_of > back
         found[inside] += values[ends[inside] - back]
-    return found / count_of
+    means: FloatArray = found / count_of
+    return means
 
 
 def _concatenate(parts: Sequence[tuple[FloatArray, ...]]) -> SteadyStates:

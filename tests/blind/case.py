@@ -74,7 +74,7 @@ def run_case(
 
 
 def identified(folder: Path) -> None:
-    """The model of a vo2's staircases, as `rtctl identify makes it, into `folder`.
+    """The model of a vo2's staircases, as `rtctl identify` makes it, into `folder`.
 
     With few plays from one start: the Preisach models and the time constant, all that a diagnosis takes, do not see it.
     """
