@@ -41,5 +41,7 @@ def print_diagnosis(found: Diagnosis, folder: Path) -> None:
     for warning in found.warnings:
         print(f"  note: {warning}")
     if found.next_experiment is not None:
-        print(f"  {found.next_experiment.statement}\n  rtctl acquire {folder}/next-experiment.toml --out DIR")
+        print(f"  {found.next_experiment.statement}")
+        if not found.next_experiment.in_vain:
+            print(f"  rtctl acquire {folder}/next-experiment.toml --out DIR")
     print(f"results in {folder}: report.html, diagnosis.json, model-extended.toml")

@@ -51,11 +51,16 @@ class NextExperiment(NamedTuple):
     menu: tuple[Scored, ...]
 
     @property
+    def in_vain(self) -> bool:
+        """Whether the best of the menu separates nothing."""
+        return self.separation < ALIKE
+
+    @property
     def statement(self) -> str:
         """For a person."""
         *first, last = self.separates
         names = f"{', '.join(first)} {'from' if len(first) == 1 else 'and'} {last}"
-        if self.separation < ALIKE:
+        if self.in_vain:
             return (
                 f"No input of the menu separates {names}: to each of them, within the drive that these data have, they "
                 f"answer alike. The best is {self.best.input.statement}."

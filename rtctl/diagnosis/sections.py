@@ -131,10 +131,10 @@ def proposal(found: Diagnosis) -> str:
         [escape(one.input.statement) + ("" if one.whole else f" ({PARTS})"), f"{one.separation:.3g}"]
         for one in proposed.menu[:MOST_ROWS]
     ]
+    plays = "" if proposed.in_vain else "<code>rtctl acquire next-experiment.toml --out DIR</code> plays it. "
     return (
         f"<h2>The next experiment</h2><p>{escape(proposed.statement)}</p>"
-        "<p><code>rtctl acquire next-experiment.toml --out DIR</code> plays it. "
-        "Of the inputs that the plant can take:</p>"
+        f"<p>{plays}Of the inputs that the plant can take:</p>"
         + table(["input", "least separation by one record, standard errors"], rows, numbers=(1,))
     )
 

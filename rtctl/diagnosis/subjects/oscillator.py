@@ -143,6 +143,7 @@ OSCILLATOR = Subject(
     lag_s=_quarter_period,
     grows_with_motion=True,
     allowed_share=0.0,
+    identified_error=lambda model: {},
     least_removed=0.9,
     steps_per_period=64.0,
     glance_samples=None,

@@ -56,7 +56,9 @@ class Subject:
     grows_with_motion: bool
     """Whether a residual that grows with the motion cannot be noise."""
     allowed_share: float
-    """Of an output's size, RMS misfit that the nominal models of this kind never promise to be below; 0: none."""
+    """Of an output's size, the most RMS misfit of the nominal models of this kind that is no gap; 0: none."""
+    identified_error: Callable[[Any], Mapping[str, float]]
+    """RMS, by output, of what a model's identification left on its own data; empty where its file does not say."""
     least_removed: float
     """Of the squared misfit of the re-fitted nominal model: causes that remove less, and leave some, are not named."""
     steps_per_period: float
@@ -82,7 +84,7 @@ class Subject:
         """What a model that is adequate leaves, in words."""
         if not self.allowed_share:
             return "noise"
-        share = f"less than {self.allowed_share:.1%} of an output's variation"
+        share = f"at most {self.allowed_share:.1%} of an output's variation"
         return f"noise, or {share}, which no model of this kind promises"
 
     @property

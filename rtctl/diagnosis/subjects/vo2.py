@@ -220,6 +220,10 @@ VO2 = Subject(
     lag_s=_heating_time,
     grows_with_motion=False,
     allowed_share=0.005,
+    identified_error=lambda model: {
+        LOG_RESISTANCE: model.reading_error,
+        "deflection": model.deflection_error,
+    },
     least_removed=0.6,
     steps_per_period=8.0,
     glance_samples=12_000,
