@@ -7,8 +7,8 @@ from collections.abc import Callable
 from rtctl.diagnosis.answer import sentence_of
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.race import race
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.race import FIRST_LAP, race
 from rtctl.diagnosis.runners import runners_of
 
 SECONDS = 15.0
@@ -22,12 +22,13 @@ def explaining_more(
 ) -> str:
     """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does.
 
-    `told` hears each fit, and may raise to stop.
+    Both by a first look at the records. `told` hears each fit, and may raise to stop.
     """
-    budget = Budget.of(SECONDS)
-    for identity in data.subject.unnamed:
+    budget, glance = Budget.of(SECONDS), data.glance
+    seen = fitted(glance, named.simulation, named.mechanisms, named.starts, FIRST_LAP, still=named.still)
+    for identity in data.subject.unnamed if seen is not None else ():
         examined = examine(nominal, data, (identity,))
-        field = race(data, runners_of(examined), told, budget)
-        if field and field[0].cost < BETTER * named.cost:
+        field = race(glance, runners_of(examined), told, budget)
+        if field and seen is not None and field[0].cost < BETTER * seen.cost:
             return sentence_of(field[0].simulation, identity)
     return ""
