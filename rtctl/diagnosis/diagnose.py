@@ -47,9 +47,6 @@ from rtctl.measured.dataset import Dataset
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
 
-ON_OTHER_LOOPS = 2.0
-"""Times what an identification left on its own data: its misfit on loops that it did not see. Of twelve devices of the
-blind generator with nothing hidden 0.3 to 1.7 of the deflection's, 0.4 to 3.1 of the resistance's."""
 LEAST_ALLOWED = 0.0015
 """Of an output's size: the read-outs are tables of cells."""
 
@@ -203,7 +200,7 @@ def diagnose(
             data, nominal = followed
             kept, total = (sum(record.samples for record in one.records) for one in (data, whole))
             warnings.append(PARTS.format(kept, total, len(data.records)))
-        data = allowing(data, model)
+        data = allowing(data, subject.promised(model, dataset))
         found, stopped = _searched(data, nominal, ids, options, budget, told)
         if stopped:
             warnings.append(stopped)
@@ -220,17 +217,15 @@ def diagnose(
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
 
 
-def allowing(data: Data, model: Any) -> Data:
-    """With the misfit that is no gap, where the subject has such: what the model's own identification promises."""
+def allowing(data: Data, promised: Mapping[str, float]) -> Data:
+    """With the misfit that is no gap, where the subject has such: what is `promised` of an output [RMS], bounded."""
     share = data.subject.allowed_share
     if not share:
         return data
-    left = data.subject.identified_error(model)
     allowed = {}
     for name in data.records[0].measured:
         size = data.size(name)
-        promised = max(ON_OTHER_LOOPS * left.get(name, np.inf), LEAST_ALLOWED * size)
-        allowed[name] = min(promised, share * size) ** 2
+        allowed[name] = float(np.clip(promised.get(name, np.inf), LEAST_ALLOWED * size, share * size)) ** 2
     return replace(data, allowed=allowed)
 
 

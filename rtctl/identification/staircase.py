@@ -114,6 +114,24 @@ def settled_samples(record: Record) -> int:
     return 1
 
 
+def static_noise(dataset: Dataset) -> dict[str, float]:
+    """RMS noise of one reading, by name (of resistance in its logarithm), about the means of what is settled.
+
+    Empty where no staircase has two settled samples a hold.
+    """
+    squares: dict[str, list[FloatArray]] = {}
+    for record in (one for one in dataset.records if one.use == "identify"):
+        count = settled_samples(record)
+        ends = hold_ends(record.signals["current"])
+        held = ends[np.diff(ends, prepend=-1) >= count, None] - np.arange(count)
+        for name in READINGS:
+            if count > 1 and record.has(name):
+                values = record.signals[name][held]
+                values = np.log(np.maximum(values, 1e-300)) if name == "resistance" else values
+                squares.setdefault(name, []).append(values.var(axis=1, ddof=1))
+    return {name: float(np.sqrt(np.mean(np.concatenate(found)))) for name, found in squares.items()}
+
+
 def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
     """Whether the last two halves, at the ends `held` (holds, 1), differ by noise."""
     newer, older = (values[held - first - np.arange(half)].mean(axis=1) for first in (0, half))

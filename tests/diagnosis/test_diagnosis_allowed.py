@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import LEAST_ALLOWED, ON_OTHER_LOOPS, allowing
+from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
 from rtctl.diagnosis.hypothesis import Data
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
+from rtctl.diagnosis.subjects.vo2 import ON_OTHER_LOOPS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.measured.dataset import Dataset, Record
 
 SUBJECT = SUBJECTS["vo2"]
 
@@ -34,22 +37,38 @@ def data() -> Data:
 
 @pytest.mark.parametrize(
     ("share", "allowed"),
-    [(0.001, ON_OTHER_LOOPS * 0.001), (1e-6, LEAST_ALLOWED), (0.3, SUBJECT.allowed_share)],
-    ids=["as promised", "no less than tables have", "no more than is no gap"],
+    [(0.002, 0.002), (1e-6, LEAST_ALLOWED), (0.3, SUBJECT.allowed_share), (None, SUBJECT.allowed_share)],
+    ids=["as promised", "no less than tables have", "no more than is no gap", "nothing promised"],
 )
-def test_a_model_is_allowed_what_its_identification_left(share: float, allowed: float) -> None:
+def test_a_model_is_allowed_what_its_identification_promises(share: float | None, allowed: float) -> None:
     seen = data()
-    model = replace(
-        simulation().model,
-        reading_error=share * seen.size(LOG_RESISTANCE),
-        deflection_error=share * seen.size("deflection"),
-    )
-    found = allowing(seen, model).allowed
-    assert set(found) == {LOG_RESISTANCE, "deflection"}
+    names = (LOG_RESISTANCE, "deflection")
+    found = allowing(seen, {} if share is None else {name: share * seen.size(name) for name in names}).allowed
+    assert set(found) == set(names)
     for name, square in found.items():
         assert np.sqrt(square) == pytest.approx(allowed * seen.size(name))
 
 
+@pytest.mark.parametrize(
+    ("left", "promised"), [(0.01, ON_OTHER_LOOPS * 0.01), (1.0, 0.1)], ids=["what was left", "the noise"]
+)
+def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promised: float) -> None:
+    draw = np.random.default_rng(1)
+    levels = np.repeat(draw.uniform(4.0, 8.0, 300), 20)
+    signals = {
+        "current": levels,
+        "resistance": np.exp(9.0 - levels + 0.1 * draw.normal(size=len(levels))),
+        "deflection": 5.0 * levels + 0.1 * draw.normal(size=len(levels)),
+    }
+    record = Record(name="s", use="identify", period_s=1e-3, signals=signals)
+    staircase = Dataset(
+        path=Path("dataset.toml"), name="s", plant="vo2", units={}, holds={}, records=(record,)
+    )
+    model = replace(simulation().model, reading_error=left, deflection_error=left)
+    found = SUBJECT.promised(model, staircase)
+    assert found == pytest.approx({LOG_RESISTANCE: promised, "deflection": promised}, rel=0.05)
+
+
 def test_an_oscillator_is_allowed_no_misfit() -> None:
     seen = replace(data(), subject=SUBJECTS["oscillator"])
-    assert allowing(seen, None) is seen
+    assert allowing(seen, {}) is seen

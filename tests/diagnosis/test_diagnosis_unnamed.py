@@ -62,7 +62,7 @@ def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
             subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
         ),
-        simulation().model,
+        {},
     )  # fmt: skip
     return named_by(data, comparable, DEADBAND)
 

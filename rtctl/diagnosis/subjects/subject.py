@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.dataset import Dataset
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.gate import Examined
@@ -57,8 +58,8 @@ class Subject:
     """Whether a residual that grows with the motion cannot be noise."""
     allowed_share: float
     """Of an output's size, the most RMS misfit of the nominal models of this kind that is no gap; 0: none."""
-    identified_error: Callable[[Any], Mapping[str, float]]
-    """RMS, by output, of what a model's identification left on its own data; empty where its file does not say."""
+    promised: Callable[[Any, Dataset], Mapping[str, float]]
+    """RMS misfit, by output, that a model's identification promises not to exceed; empty where nothing says."""
     least_removed: float
     """Of the squared misfit of the re-fitted nominal model: causes that remove less, and leave some, are not named."""
     steps_per_period: float
