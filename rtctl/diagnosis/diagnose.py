@@ -47,7 +47,7 @@ from rtctl.measured.dataset import Dataset
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
 
-LEAST_ALLOWED = 0.0015
+LEAST_ALLOWED = 0.0025
 """Of an output's size: the read-outs are tables of cells."""
 
 LONG_MEMORY = (

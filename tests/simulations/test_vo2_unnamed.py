@@ -27,6 +27,7 @@ def balanced(**values: float) -> Vo2Simulation:
         ({"cooling": -0.5}, {"cooling": -0.5}),
         ({"heat": 4.0, "cooling": 0.5}, {"latent": 4.0, "cooling": 0.5}),
         ({"sharpness": 20.0}, {"sharpness": 20.0}),
+        ({"film": 4.0}, {"film_heat": 4.0}),
     ],
 )
 def test_the_film_follows_as_fast_as_its_state_and_direction_let_it(
@@ -43,7 +44,7 @@ def test_the_film_follows_as_fast_as_its_state_and_direction_let_it(
 def test_where_it_comes_to_rest_does_not_depend_on_them() -> None:
     slow = np.repeat([4.0, 6.0, 7.5, 8.2, 6.5, 5.0], 80)
     nominal = predict(simulation(), stimulus(slow))[1][79::80]
-    found = predict(balanced(heat=5.0, cooling=1.0, sharpness=10.0), stimulus(slow))[1][79::80]
+    found = predict(balanced(heat=5.0, film=3.0, cooling=1.0, sharpness=10.0), stimulus(slow))[1][79::80]
     assert found == pytest.approx(nominal, abs=0.01 * np.ptp(nominal))
 
 

@@ -58,12 +58,14 @@ def dense(
     zone: float = 0.0,
     cooling: float = 0.0,
     sharpness: float = 0.0,
+    film_heat: float = 0.0,
 ) -> Dense:
     """A held current (samples,); `late` in tiny steps; the first `zone` [mA] of it does not heat."""
     current = np.maximum(current - zone, 0.0)
     model, dt = small_model(), PERIOD_S / STEPS
     film, beam = Film(model.resistance_preisach), Film(model.deflection_preisach)
     mass = float(model.deflection_preisach.mu.sum())
+    film_mass = float(model.resistance_preisach.mu.sum())
     held = np.repeat(current[:-1], STEPS)
     held = np.concatenate((np.full(late, current[0]), held))[: len(held)]
     p = current[0] ** 2
@@ -91,7 +93,7 @@ def dense(
         if k == len(held):
             break
         share_of_cold = np.exp(-film.y) / R_COLD
-        now = latent * beam.relays / mass + known * own * share_of_cold
+        now = latent * beam.relays / mass + film_heat * film.relays / film_mass + known * own * share_of_cold
         released = 0.0 if stored is None else now - stored
         stored = now
         p = held[k] ** 2

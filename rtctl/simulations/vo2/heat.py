@@ -87,6 +87,8 @@ def resistance_share(film: FloatArray, v: float, cold: float, p: PreisachParams)
 def stored(T: float, phase: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
     """Heat [mA^2] that the phase holds beyond T, and what of self-heating the loops know already."""
     heat = b.latent * phase
+    if b.film_heat != 0.0:
+        heat += b.film_heat * relays_at(film, math.sqrt(max(surrogate_power(T, b), 0.0)), r) / r.nodes[-1, 0]
     if b.self_heating_known != 0.0:
         v = math.sqrt(max(surrogate_power(T, b), 0.0))
         heat += b.self_heating_known * resistance_share(film, v, cold, r)
@@ -152,7 +154,7 @@ def advance(
     main = relax(step.main, p0 + e, pm + e, p1 + e, h, tau)
     second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
     capacity, heat, phase = step.capacity, step.stored, step.phase
-    if b.latent != 0.0 or b.sharpness != 0.0 or b.self_heating_known != 0.0:
+    if b.latent != 0.0 or b.sharpness != 0.0 or b.film_heat != 0.0 or b.self_heating_known != 0.0:
         for _ in range(ITERATIONS):
             T = kept * main + b.share * second
             phase = phase_at(T, beam, b, d)
@@ -202,7 +204,7 @@ def balance_pieces(
         before, middle, s = s, surrogate_power(step.half, b), surrogate_power(step.T, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, math.sqrt(max(s, 0.0)), d)
-        if b.self_heating != 0.0:
+        if b.self_heating != 0.0 or b.film_heat != 0.0:
             preisach_step(film, math.sqrt(max(s, 0.0)), r)
         peak = turn(lagged, before, middle, s, h, b.lag_s)
         lagged = relax(lagged, before, middle, s, h, b.lag_s)

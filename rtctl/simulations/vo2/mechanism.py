@@ -72,6 +72,8 @@ class Balance(NamedTuple):
     """Share of what is reversible in the resistance that lags as well."""
     sharpness: float = 0.0
     """mA^4, of a capacity that grows with the square of the phase's change with temperature."""
+    film_heat: float = 0.0
+    """mA^2, as `latent`, but by the phase that the resistance shows."""
     cooling: float = 0.0
     """By what part cooling takes longer than heating."""
 
