@@ -18,6 +18,7 @@ from rtctl.measured.dataset import Dataset, Record
 
 FloatArray = NDArray[np.float64]
 READINGS = ("resistance", "deflection")
+LEAST_HOLDS = 10
 UNSEEN = 0.1
 """Of the variance of a mean's noise: settling, squared."""
 
@@ -133,7 +134,9 @@ def static_noise(dataset: Dataset) -> dict[str, float]:
 
 
 def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
-    """Whether the last two halves, at the ends `held` (holds, 1), differ by noise."""
+    """Whether the last two halves, at the ends `held` (holds, 1), differ by noise; a few holds do not say."""
+    if len(held) < LEAST_HOLDS:
+        return False
     newer, older = (values[held - first - np.arange(half)].mean(axis=1) for first in (0, half))
     change, step = (newer - older)[1:], np.diff(0.5 * (newer + older))
     share = float(change @ step) / max(float(step @ step), 1e-300)

@@ -28,8 +28,8 @@ from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Vo2Model
 
 FloatArray = NDArray[np.float64]
 Report = Callable[[str], None]
-COARSE_CELLS = 24
-PAPER_SMOOTHNESS = 1e-4
+COARSE_CELLS = 24  # enough for the time constant
+PAPER_SMOOTHNESS = 1e-4  # of the paper's few levels, which need none
 LEAST_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
 
 
@@ -137,11 +137,8 @@ def _fit_fine_and_heating(
     """
     records = [record for record in dataset.records if record.use != "test"]
     v, tau = data.v, None
-    for cells in (
-        min(COARSE_CELLS, options.fine_cells),
-        min(COARSE_CELLS, options.fine_cells),
-        options.fine_cells,
-    ):
+    coarse = min(COARSE_CELLS, options.fine_cells)
+    for cells in (coarse, coarse, options.fine_cells):
         fine_r = fit_preisach(v, data.u, data.scored, cells=cells)
         fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
         tau = fit_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)

@@ -66,6 +66,12 @@ def test_readings_without_noise_are_taken_at_the_ends():
     assert np.abs(errors(exact)).max() < 1e-6
 
 
+def test_a_few_holds_do_not_say_whether_they_settled():
+    one = record(0.01)
+    few = {name: values[: 3 * HOLD] for name, values in one.signals.items()}
+    assert settled_samples(dataclasses.replace(one, signals=few)) == 1
+
+
 def test_a_record_without_deflection_is_settled_by_its_resistance():
     assert settled_samples(record(0.01, deflection=False)) == HOLD // 2
 

@@ -86,7 +86,7 @@ class Subject:
         if not self.allowed_share:
             return "noise"
         share = f"at most {self.allowed_share:.1%} of an output's variation"
-        return f"noise, or {share}, which no model of this kind promises"
+        return f"noise, or what the model's identification may have left ({share})"
 
     @property
     def coordinates(self) -> Sequence[str]:
