@@ -34,7 +34,6 @@ from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
-from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.unnamed import explaining_more
 from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
@@ -271,12 +270,12 @@ def _answer(
     whole: Fits | None, warnings: list[str], stopped: bool, told: Callable[[str], None],
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told."""
-    noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, data.subject)
     units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), data.subject.output
+    noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, output)
     fits = whole or Fits(found.nominal, found.chosen)
 
     def gained(fits: Fits, output: str) -> Gain | None:
-        return _gained(fits, output, units, tests, noise_rms, data)
+        return _gained(fits, output, units, tests, _noise_rms(found.chosen, output), data)
 
     seen = [
         name
@@ -320,7 +319,8 @@ def _verdict(
     judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
-    verdict = confirmed(judged, added, gains, doubted=bool(added) and doubtful(found, bool(data.allowed)))
+    doubted = bool(added) and doubtful(found, bool(data.allowed))
+    verdict = confirmed(judged, added, gains, doubted=doubted, allowed=data.allowed)
     said = [NOT_HELD.format(names)] if verdict != judged else []
     if verdict != "partly_explained":
         return verdict, said, False
@@ -385,9 +385,9 @@ def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
     ]  # a third is often no more than the nominal model again
 
 
-def _noise_rms(examined: Examined, subject: Subject) -> float:
-    """RMS of the noise of the subject's output by its model, in units."""
+def _noise_rms(examined: Examined, output: str) -> float:
+    """RMS of the noise of an output by its model, in units."""
     length, outputs = 4096, examined.hypothesis.sensitivity.outputs
-    if subject.output not in outputs:
+    if output not in outputs:
         return float("nan")
-    return float(np.sqrt(np.mean(examined.noise[outputs.index(subject.output)].power(length))))
+    return float(np.sqrt(np.mean(examined.noise[outputs.index(output)].power(length))))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.search import Search
@@ -11,6 +12,8 @@ DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hy
 LEAST_GAIN = 1.5
 """Times less error on records that no fit saw: a part that is explained and gains less there, or by chance, is not
 named."""
+QUIET = 1.1
+"""Times noise and allowance: a nominal model that misses test records by less misses nothing."""
 NEARLY = 1e-6
 """Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 HALF = 1.0 - 1.0 / LEAST_GAIN**2
@@ -37,16 +40,29 @@ def doubtful(search: Search, allowed: bool) -> bool:
 
 
 def confirmed(
-    verdict: str, causes: Sequence[str], gains: Sequence[Gain | None], *, doubted: bool = False
+    verdict: str,
+    causes: Sequence[str],
+    gains: Sequence[Gain | None],
+    *,
+    doubted: bool = False,
+    allowed: Mapping[str, float] | None = None,
 ) -> str:
     """`verdict`, once the test records were simulated: a part that is explained, or a whole that is `doubted`, must be
     so on them too, in one of the outputs at least (what ails a sensor shows in its own alone).
 
-    Nor is a part explained by two laws of dissipation that leave something: together they imitate a third.
+    Nor is a part explained by two laws of dissipation that leave something: together they imitate a third. Where
+    what is doubted is no gain, and the nominal model misses the test records by noise and what is `allowed` (mean
+    square, by output), nothing is wrong that they show.
     """
     if verdict != "partly_explained" and not (verdict == "explained" and doubted):
         return verdict
     measured = [one for one in gains if one is not None]
     held = not measured or any(one.ratio > LEAST_GAIN and one.ratio_low > 1.0 for one in measured)
     imitated = verdict == "partly_explained" and len(DISSIPATION & set(causes)) > 1
-    return verdict if held and not imitated else "unexplained"
+    if held and not imitated:
+        return verdict
+    return "adequate" if doubted and all(_quiet(one, allowed or {}) for one in measured) else "unexplained"
+
+
+def _quiet(one: Gain, allowed: Mapping[str, float]) -> bool:
+    return one.before < QUIET * math.hypot(one.noise_floor, math.sqrt(allowed.get(one.output, 0.0)))

@@ -83,8 +83,20 @@ def test_a_set_that_passes_and_leaves_half_is_doubted_where_a_misfit_is_allowed(
 
 
 def test_what_is_doubted_must_hold_on_test_records() -> None:
-    for gain, said in ((1.2, "unexplained"), (3.0, "explained")):
+    for gain, said in ((1.2, "unexplained"), (3.0, "explained")):  # ten times the noise is left
         found = confirmed("explained", ["sensor.ageing"], [of_ratio(gain), of_ratio(1.0)], doubted=True)
         assert found == said
     assert confirmed("explained", ["sensor.ageing"], [of_ratio(1.2)], doubted=False) == "explained"
     assert confirmed("adequate", [], [of_ratio(1.0)], doubted=True) == "adequate"
+
+
+def test_what_is_doubted_and_no_gain_is_nothing_where_the_nominal_model_misses_by_noise() -> None:
+    quiet = Gain("deflection", "um", 0.104, 0.1, 0.1, 1.04, 0.9, 1.1)
+    loud = Gain("log_resistance", "", 0.15, 0.15, 0.1, 1.0, 0.9, 1.1)
+    assert confirmed("explained", ["sensor.ageing"], [quiet], doubted=True) == "adequate"
+    assert confirmed("explained", ["sensor.ageing"], [quiet, loud], doubted=True) == "unexplained"
+    allowed = {"log_resistance": 0.1**2}
+    assert (
+        confirmed("explained", ["sensor.ageing"], [quiet, loud], doubted=True, allowed=allowed) == "adequate"
+    )
+    assert confirmed("partly_explained", ["sensor.ageing"], [quiet]) == "unexplained", "the gate saw the rest"
