@@ -62,7 +62,10 @@ def identified_device(name: str, session: Path) -> IdentifiedDevice:
             measure(_scenario("acquire_vo2", name), folder / "identification")
             measure(_scenario("random_staircase", name, f"driver.seed={UNSEEN_NOISE}"), folder / "unseen")
             dataset = read_dataset(folder / "identification" / "dataset.toml")
-            write_model(identify_vo2(dataset, Vo2FitOptions(), lambda _: None), folder / "model.toml")
+            options = Vo2FitOptions(
+                fine_cells=40
+            )  # half of the default's time, and the bounds of the tests are of it
+            write_model(identify_vo2(dataset, options, lambda _: None), folder / "model.toml")
     return IdentifiedDevice(
         name,
         read_dataset(folder / "identification" / "dataset.toml"),
