@@ -7,6 +7,7 @@ least squares. The stack of extrema is that of `preisach`, with a row of shares 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.hysteresis.everett import add_shares
 from rtctl.hysteresis.preisach import cooled_stack, move_input
@@ -14,8 +15,13 @@ from rtctl.hysteresis.tables import inputs
 from rtctl.kernels import FloatArray, kernel
 
 
-def preisach_regressors(v: FloatArray, grid: FloatArray, state: FloatArray | None = None) -> FloatArray:
-    """Rows (samples, cells) for the inputs v (samples,), in the order of `everett.cell_index`.
+def preisach_regressors(
+    v: FloatArray,
+    grid: FloatArray,
+    state: FloatArray | None = None,
+    wanted: NDArray[np.bool_] | None = None,
+) -> FloatArray:
+    """Rows (samples, cells) for the inputs v (samples,), in the order of `everett.cell_index`; of those `wanted` alone.
 
     From a full cooling, or from the stack of a model's `state`, which is not modified. Inputs are clipped
     to the grid.
@@ -25,21 +31,28 @@ def preisach_regressors(v: FloatArray, grid: FloatArray, state: FloatArray | Non
     if n < 1 or not (np.diff(grid) > 0.0).all():
         raise ValueError(f"grid needs two nodes or more that rise strictly, got {grid.tolist()}")
     stack = cooled_stack(grid) if state is None else state.copy()
-    return _regressors(stack, np.clip(inputs(v), grid[0], grid[-1]), grid)
+    v = inputs(v)
+    wanted = np.ones(len(v), dtype=bool) if wanted is None else np.ascontiguousarray(wanted, dtype=bool)
+    return _regressors(stack, np.clip(v, grid[0], grid[-1]), grid, wanted)
 
 
 @kernel
-def _regressors(stack: FloatArray, v: FloatArray, grid: FloatArray) -> FloatArray:
+def _regressors(stack: FloatArray, v: FloatArray, grid: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
     n = grid.size - 1
     cells = n * (n + 1) // 2
-    rows = np.empty((v.size, cells))
+    rows = np.empty((int(wanted.sum()), cells))
     levels = np.zeros((stack.size // 2, cells))
-    for m in range(1, int(stack[0]) + 1):
-        _fill_level(levels, m, stack, grid)
+    filled, row = 0, 0  # levels below `filled` are of the stack as it is
     for k in range(v.size):
         top = move_input(stack, v[k])
-        _fill_level(levels, top, stack, grid)
-        rows[k] = levels[top]
+        filled = min(filled, top)
+        if not wanted[k]:
+            continue
+        for m in range(filled, top + 1):
+            _fill_level(levels, m, stack, grid)
+        filled = top + 1
+        rows[row] = levels[top]
+        row += 1
     return rows
 
 

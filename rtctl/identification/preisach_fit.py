@@ -72,7 +72,8 @@ def fit_preisach(
     y: FloatArray,
     scored: NDArray[np.bool_],
     *,
-    cells: int,
+    cells: int = 0,
+    nodes: FloatArray | None = None,
     smoothness: float | None = None,
     uniform_share: float = 0.6,
     sign: float = 1.0,
@@ -80,11 +81,13 @@ def fit_preisach(
 ) -> PreisachFit:
     """Identify on samples in time order: v (n,), y (n,), `scored` (n,) false for reset samples.
 
-    `smoothness` None: by generalised cross-validation. `memoryless` switches the linear and the quadratic memoryless
-    term; `sign` = -1 for an output that falls.
+    On the grid of `nodes`, or one of `cells` cells from `choose_grid`. `smoothness` None: by generalised
+    cross-validation. `memoryless` switches the linear and the quadratic memoryless term; `sign` = -1 for an output that
+    falls.
     """
-    nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
-    regressors = preisach_regressors(v, nodes)[scored]
+    if nodes is None:
+        nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
+    regressors = preisach_regressors(v, nodes, wanted=scored)
     target, inputs = sign * y[scored], v[scored]
     columns = [np.ones_like(inputs)] + [inputs**k for k, used in zip((1, 2), memoryless, strict=True) if used]
     free = np.stack(columns, axis=1)

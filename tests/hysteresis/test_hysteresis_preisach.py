@@ -48,6 +48,17 @@ def test_regressors_times_masses_are_the_simulation(model, before, v):
 
 
 @claim
+@given(preisach_models(), histories(), histories(), st.data())
+def test_regressors_of_a_few_samples_are_those_rows(model, before, v, data):
+    wanted = np.array(data.draw(st.lists(st.booleans(), min_size=len(v), max_size=len(v))))
+    state = model.initial_state(LOW)
+    preisach_run(state, before, model.params)
+    for start in (None, state):
+        rows = preisach_regressors(v, model.grid, start, wanted)
+        np.testing.assert_array_equal(rows, preisach_regressors(v, model.grid, start)[wanted])
+
+
+@claim
 @given(preisach_models(), st.data())
 def test_everett_at_nodes_is_a_cumulative_sum_and_bilinear_between(model, data):
     n = model.grid.size - 1
