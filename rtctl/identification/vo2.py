@@ -115,15 +115,15 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         direct_preisach=direct_d.model,
         direct_egpi=direct_egpi,
         quality={
-            "resistance_gpi": _quality(gpi_error, "kohm", 1e-3 * resistance_span.width),
-            "composite": _quality(composite_error, "um", d_width),
-            "gap_free_composite": _quality(gap_free_composite_error, "um", d_width),
-            "resistance_gap_free": _quality(gap_free_error, "ln ohm", u_width),
-            "resistance_preisach": _quality(fine_r.residual, "ln ohm", u_width),
-            "deflection_egpi": _quality(egpi_error, "um", d_width),
-            "deflection_preisach": _quality(fine_d.residual, "um", d_width),
-            "direct_preisach": _quality(direct_d.residual, "um", d_width),
-            "direct_egpi": _quality(direct_error, "um", d_width),
+            "resistance_gpi": quality_of(gpi_error, "kohm", 1e-3 * resistance_span.width),
+            "composite": quality_of(composite_error, "um", d_width),
+            "gap_free_composite": quality_of(gap_free_composite_error, "um", d_width),
+            "resistance_gap_free": quality_of(gap_free_error, "ln ohm", u_width),
+            "resistance_preisach": quality_of(fine_r.residual, "ln ohm", u_width),
+            "deflection_egpi": quality_of(egpi_error, "um", d_width),
+            "deflection_preisach": quality_of(fine_d.residual, "um", d_width),
+            "direct_preisach": quality_of(direct_d.residual, "um", d_width),
+            "direct_egpi": quality_of(direct_error, "um", d_width),
         },
     )
 
@@ -300,7 +300,8 @@ def _span(values: FloatArray) -> Span:
     return Span(float(values.min()), float(values.max()))
 
 
-def _quality(residual: FloatArray, unit: str, width: float) -> FitQuality:
+def quality_of(residual: FloatArray, unit: str, width: float) -> FitQuality:
+    """Of a read-out's residual (n,) [unit], whose output is `width` wide."""
     error = np.abs(residual)
     return FitQuality(
         mean_abs=float(error.mean()),

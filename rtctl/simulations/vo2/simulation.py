@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,37 @@ from rtctl.simulations.vo2.unnamed import UNNAMED
 FloatArray = NDArray[np.float64]
 STEPS_PER_TIME_CONSTANT = 8.0
 MOST_SUBSTEPS = 64
+
+
+class Visited(NamedTuple):
+    """Temperatures at the instants, as surrogates [mA], and when these are."""
+
+    v: FloatArray
+    relays: FloatArray
+    """What the relays see of them."""
+    peaks: FloatArray
+    """Where that turned since the instant before; its own value where it did not."""
+    reversible: FloatArray
+    """What the rest of the resistance sees."""
+    warm: Warm
+    pieces: Pieces
+    substeps: int
+    steps_s: FloatArray
+    between: bool
+    """Whether readings are needed between samples."""
+
+
+class LoopPath(NamedTuple):
+    """A record as the identified loops see it."""
+
+    v: FloatArray
+    """(m,) [mA], one extremum or instant after the other."""
+    sampled: NDArray[np.intp]
+    """(n,) where the samples are in it."""
+    reading: FloatArray
+    """-ln R (n,) of the loops alone."""
+    deflection: FloatArray
+    """(n,) [um]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +131,26 @@ class Vo2Simulation:
 
     def _history(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Read:
         """What film and beam give before anything that differs between lanes of a group."""
+        return self._along(self._visited(stimulus, values, steps, refine), stimulus.period_s)
+
+    def _along(self, seen: Visited, period_s: float) -> Read:
+        """The loops along temperatures."""
+        every = 1 if seen.between else len(seen.steps_s)
+        before = _just_before(seen.pieces, seen.substeps)
+        film: ReadOut = follow(
+            seen.relays, seen.peaks, seen.reversible, every, self.model.resistance_preisach.params
+        )
+        beam: ReadOut = follow(seen.relays, seen.peaks, seen.v, every, self.model.deflection_preisach.params)
+        return Read(
+            reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
+            resistance=film.y, surrogate=seen.v[::every], current=before[::every],
+            current_after=_just_after(before, seen.pieces, seen.substeps)[::every],
+            time_s=seen.warm.time_s[::every],
+            steps_s=seen.steps_s if seen.between else np.array([period_s]), span=self.model.current,
+        )  # fmt: skip
+
+    def _visited(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Visited:
+        """Temperatures at all instants."""
         active = self._active(values)
         substeps, between = self._grid(values, stimulus.period_s, steps, refine)
         pieces = self._pieces(stimulus, active, values)
@@ -110,16 +162,21 @@ class Vo2Simulation:
         if warm.lagging is not warm.power:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
             reversible = v + self._balance(active, values).lagging * (seen - v)
-        every = 1 if between else len(steps_s)
-        before = _just_before(pieces, substeps)
-        film: ReadOut = follow(seen, peaks, reversible, every, self.model.resistance_preisach.params)
-        beam: ReadOut = follow(seen, peaks, v, every, self.model.deflection_preisach.params)
-        return Read(
-            reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
-            resistance=film.y, surrogate=v[::every], current=before[::every],
-            current_after=_just_after(before, pieces, substeps)[::every],
-            time_s=warm.time_s[::every],
-            steps_s=steps_s if between else np.array([stimulus.period_s]), span=self.model.current,
+        return Visited(v, seen, peaks, reversible, warm, pieces, substeps, steps_s, between)
+
+    def loop_path(
+        self, stimulus: Stimulus, values: FloatArray, steps_per_period: float | None = None
+    ) -> LoopPath:
+        """Where a record takes the relays, of `values` (parameters,), and what the identified loops give there."""
+        steps = steps_per_period or STEPS_PER_TIME_CONSTANT
+        seen = self._visited(stimulus, values, steps, 1)
+        history = self._along(seen, stimulus.period_s)
+        v = np.column_stack((seen.peaks, seen.relays)).reshape(-1)
+        every = len(seen.steps_s)
+        readings = slice(None, None, every if seen.between else 1)
+        return LoopPath(
+            v=v, sampled=1 + 2 * np.arange(0, len(seen.v), every),
+            reading=history.reading[readings], deflection=history.deflection[readings],
         )  # fmt: skip
 
     def _pieces(self, stimulus: Stimulus, active: Sequence[Vo2Mechanism], values: FloatArray) -> Pieces:

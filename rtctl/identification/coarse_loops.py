@@ -1,0 +1,204 @@
+"""Whether identified loops are too coarse, by the staircases that they come from, and loops that are not.
+
+A film whose domains switch one by one has steps in its loops that cells spread over the whole range smear. Two things
+show it, neither of which rests on a model of the noise: what a read-out leaves at states that the staircases reach more
+than once, against the scatter of the readings there (lack of fit against pure error, as in the analysis of variance);
+and that as many cells, placed where the relays switch, leave much less. Where between two levels of a staircase a
+domain switches only records that move through there can tell: `relearned` takes both together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from rtctl.border.errors import InputError
+from rtctl.hysteresis.preisach import PreisachModel, cooled_stack, move_input
+from rtctl.identification.adapted_grid import adapted_nodes
+from rtctl.identification.preisach_fit import PreisachFit, fit_preisach
+from rtctl.identification.staircase import SteadyStates, heated_hold_ends, steady_states
+from rtctl.identification.thermal import from_full_cooling
+from rtctl.measured.dataset import Dataset
+from rtctl.models.vo2 import Vo2Model
+
+FloatArray = NDArray[np.float64]
+Read = Mapping[str, PreisachModel]
+"""Read-outs of a model by output: `resistance` gives -ln R."""
+TOO_COARSE = 0.8
+"""Of what the given read-out leaves: one of as many cells elsewhere leaves less."""
+LEAST_MISFIT = 1e-3
+"""Of the output's variation: the RMS that finer loops remove. Of nine devices of the blind generator that have such
+domains 0.13 to 0.73 % in one output, of 40 others that any finer grid suits better 0.09 and 0.10 %."""
+REPEATED = 30
+"""States that staircases reach more than once: fewer do not say what is lack of fit."""
+LACKS = 1.4
+"""Times the pure error: a mean square lack of fit below it is not worth a fit."""
+CLAIMED = 1.1
+"""Times what the identification left: a read-out that leaves more on these staircases was not learned from them."""
+MOST_CELLS = 80
+"""Along each field, of finer loops: time and memory go with the fourth power."""
+ROWS = (3000, 6000)
+"""Samples of records that the loops are learned from beside the staircases, evenly spread: for a grid, and on it."""
+BLOCK = 50
+RESAMPLES = 200
+
+
+class Samples(NamedTuple):
+    """Of one read-out: where the relays go, in order, and what was read at the samples that are `scored` (all (n,))."""
+
+    v: FloatArray
+    y: FloatArray
+    scored: NDArray[np.bool_]
+
+
+class Coarse(NamedTuple):
+    """What the staircases say of one read-out of a model."""
+
+    given: PreisachModel
+    finer: PreisachModel
+    """Of as many cells where the relays switch."""
+    staircases: Samples
+    left: FloatArray
+    """By the given read-out, at the scored samples."""
+    left_finer: FloatArray
+
+    @property
+    def share(self) -> float:
+        """RMS that the finer one leaves, of what the given one does."""
+        return _rms(self.left_finer) / _rms(self.left)
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether that is much less, and of a size that matters."""
+        size = float(self.staircases.y[self.staircases.scored].std())
+        return self.share < TOO_COARSE and self.misfit[0] > LEAST_MISFIT * size
+
+    @property
+    def misfit(self) -> tuple[float, float, float]:
+        """RMS that the given read-out leaves beyond the finer one, and its 95 % interval: resampled in blocks."""
+        count = max(1, len(self.left) // BLOCK)
+        beyond = [part.mean() for part in np.array_split(self.left**2 - self.left_finer**2, count)]
+        draws = np.random.default_rng(0).integers(0, count, (RESAMPLES, count))
+        means = np.sqrt(np.maximum(np.array(beyond)[draws].mean(axis=1), 0.0))
+        low, high = np.percentile(means, [2.5, 97.5])
+        return float(np.sqrt(max(float(np.mean(beyond)), 0.0))), float(low), float(high)
+
+
+def coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
+    """By output, `deflection` and `resistance`; empty where no read-out is too coarse, or no staircase says so."""
+    try:
+        ends = steady_states(dataset)
+    except InputError:  # no staircase, or one of too few holds: nothing is known of the loops
+        return {}
+    v = heated_hold_ends(dataset, model.time_constant_s)
+    states = _states(ends)
+    found, shown = {}, False
+    with threadpool_limits(1, "blas"):
+        for output, read, claimed in (
+            ("deflection", model.deflection_preisach, model.deflection_error),
+            ("resistance", model.resistance_preisach, model.reading_error),
+        ):
+            y = (
+                ends.deflection_um
+                if output == "deflection"
+                else -np.log(np.maximum(ends.resistance_ohm, 1e-300))
+            )
+            scored = ends.scored & np.isfinite(y)
+            if not scored.any():
+                continue
+            staircases = Samples(v, np.nan_to_num(y), scored)
+            one = _judged(read, claimed, staircases, states, certain=shown)
+            if one is not None:
+                found[output], shown = one, shown or one.is_coarse
+    return found if shown else {}
+
+
+def relearned(coarse: Coarse, records: Sequence[Samples]) -> PreisachModel:
+    """The read-out from the staircases and from records behind a known temperature, cells where the relays switch."""
+    model = coarse.finer
+    with threadpool_limits(1, "blas"):
+        for rows in ROWS:
+            parts = [coarse.staircases, *(_from_cold(one) for one in _thinned(records, rows))]
+            v, y, scored = (np.concatenate(column) for column in zip(*parts, strict=True))
+            nodes = adapted_nodes(model, _cells(coarse.given))
+            nodes[0], nodes[-1] = (
+                min(nodes[0], float(v[scored].min())),
+                max(nodes[-1], float(v[scored].max())),
+            )
+            model = fit_preisach(v, y, scored, nodes=nodes, sign=coarse.given.sign).model
+    return model
+
+
+def lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
+    """Mean square at the states (n,) that are met more than once, of the mean of what is left there, over that of one
+    mean's pure error; NaN where they are fewer than REPEATED.
+    """
+    _, place, count = np.unique(np.asarray(states), return_inverse=True, return_counts=True)
+    means = np.bincount(place, left) / count
+    again = count > 1
+    freedom = int((count[again] - 1).sum())
+    if again.sum() < REPEATED:
+        return float("nan")
+    scatter = np.bincount(place, (left - means[place]) ** 2)[again].sum() / freedom
+    lack = float(np.mean(count[again] * means[again] ** 2))
+    return lack / max(float(scatter), 1e-300)
+
+
+def _judged(
+    read: PreisachModel, claimed: float, staircases: Samples, states: NDArray[np.intp], *, certain: bool
+) -> Coarse | None:
+    """None: nothing lacks; `certain`: another read-out of the same film does."""
+    v, y, scored = staircases
+    left = (y - read.simulate(v))[scored]
+    if _rms(left) > CLAIMED * claimed:
+        left = _fit(staircases, read, read.grid).residual
+    if not certain and lack_of_fit(left, states[scored].tolist()) < LACKS:
+        return None
+    finer = _fit(staircases, read, adapted_nodes(read, _cells(read)))
+    return Coarse(read, finer.model, staircases, left, finer.residual)
+
+
+def _fit(staircases: Samples, read: PreisachModel, nodes: FloatArray) -> PreisachFit:
+    return fit_preisach(*staircases, nodes=nodes, sign=read.sign)
+
+
+def _cells(read: PreisachModel) -> int:
+    """As many as it has itself."""
+    return min(len(read.grid) - 1, MOST_CELLS)
+
+
+def _states(ends: SteadyStates) -> NDArray[np.intp]:
+    """(n,): the same number where the extremes of current that the relays remember are the same."""
+    known: dict[tuple[float, ...], int] = {}
+    grid = np.array([0.0, float(ends.current_mA.max())])
+    stack, found = cooled_stack(grid), []
+    for current, reset in zip(ends.current_mA.tolist(), ends.reset.tolist(), strict=True):
+        stack = cooled_stack(grid) if reset else stack
+        top = move_input(stack, max(current, 0.0))
+        found.append(known.setdefault(tuple(stack[1 : 2 + top].tolist()), len(known)))
+    return np.array(found, dtype=np.intp)
+
+
+def _from_cold(one: Samples) -> Samples:
+    """With a full cooling in front."""
+    first = np.zeros(1)
+    return Samples(from_full_cooling(one.v), np.append(first, one.y), np.append([False], one.scored))
+
+
+def _thinned(records: Sequence[Samples], most: int) -> list[Samples]:
+    total = sum(int(one.scored.sum()) for one in records)
+    step = max(1, -(-total // most))
+    thin = []
+    for one in records:
+        scored = np.zeros(len(one.v), dtype=bool)
+        scored[np.flatnonzero(one.scored)[::step]] = True
+        thin.append(one._replace(scored=scored))
+    return thin
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
