@@ -21,6 +21,8 @@ from rtctl.diagnosis.answer import (
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.checks import foreign, short, split
+from rtctl.diagnosis.finer_loops import ID as SHAPE
+from rtctl.diagnosis.finer_loops import FinerLoops, loops_cause
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.horizon import beginnings
@@ -29,7 +31,7 @@ from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
-from rtctl.diagnosis.search import Search, search
+from rtctl.diagnosis.search import Search, level_of, search
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
@@ -46,6 +48,8 @@ from rtctl.measured.dataset import Dataset
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
 
+FIRST_LOOK = 20.0
+"""Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
 LEAST_ALLOWED = 0.0025
 """Of an output's size: the read-outs are tables of cells."""
 
@@ -68,6 +72,11 @@ OUTDONE = "{} would remove most of the error, but a law of no name leaves less: 
 NOT_COMPARED = (
     "stopped by the user before the laws of no name were compared: one of them may explain it better than {}"
 )
+STOPPED = (
+    "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
+    "nominal model"
+)
+LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 CORRECTED = (
     "{} is in the extended model and no cause: the model was identified while the causes acted, and its loops need "
@@ -200,17 +209,11 @@ def diagnose(
             kept, total = (sum(record.samples for record in one.records) for one in (data, whole))
             warnings.append(PARTS.format(kept, total, len(data.records)))
         data = allowing(data, subject.promised(model, dataset))
-        found, stopped = _searched(data, nominal, ids, options, budget, told)
-        if stopped:
-            warnings.append(stopped)
-        if found.out_of_time:
-            warnings.append(OUT_OF_TIME.format(options.seconds))
-        if whole.records is data.records and not stopped:
-            found, unsupported = supported(found, data, tests, ids, budget)
-            if unsupported:
-                warnings.append(NO_HELP.format(" and ".join(unsupported)))
+        ask = _Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
+        found, said, stopped = _caused(ask, whole=whole.records is data.records)
+        warnings += said
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
-        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, bool(stopped), told)
+        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, stopped, told)
         if answer.verdict != "adequate" or fits is not None:
             return answer
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
@@ -238,31 +241,77 @@ def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
     return nominal
 
 
-def _searched(
-    data: Data,
-    nominal: Hypothesis,
-    ids: Sequence[str],
-    options: DiagnosisOptions,
-    budget: Budget,
-    told: Callable[[str], None],
-) -> tuple[Search, str]:
-    """The search, or what is known without it and why there is no more."""
+class _Asked(NamedTuple):
+    """What the causes are looked for in."""
+
+    data: Data
+    nominal: Hypothesis
+    model: Any
+    dataset: Dataset
+    tests: tuple[FitRecord, ...]
+    ids: Sequence[str]
+    options: DiagnosisOptions
+    budget: Budget
+    told: Callable[[str], None]
+
+
+def _caused(ask: _Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
+    """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
+
+    Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
+    looked for where that is no help only, since beside loops that are wrong a second cause explains their errors.
+    """
+    if whole and ask.tests:
+        try:
+            loops = _finer(ask)
+        except Stopped:
+            loops = None
+        if loops is not None:
+            first, said, stopped = _searched(
+                ask._replace(budget=Budget.of(min(FIRST_LOOK, ask.options.seconds)))
+            )
+            if stopped:
+                return first, said, True
+            try:
+                ask.told("the static loops, learned anew")
+                found = loops.behind(first)
+            except Stopped:
+                return first, [LOOPS_STOPPED], True
+            if found.learned:
+                return found, [], False
+    found, said, stopped = _searched(ask)
+    if whole and not stopped:
+        found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
+        said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
+    return found, said, stopped
+
+
+def _finer(ask: _Asked) -> FinerLoops | None:
+    """None where the static loops are not too coarse."""
+    if ask.data.subject.relearned is None:
+        return None
+    ask.told("whether the static loops are too coarse")
+    coarse = ask.data.subject.coarse(ask.model, ask.dataset)
+    level = level_of(ask.options.false_claim_rate)
+    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level) if coarse else None
+
+
+def _searched(ask: _Asked) -> tuple[Search, list[str], bool]:
+    """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
     tried: list[str] = []
     known: list[Search] = []
 
     def noted(text: str) -> None:
-        told(text)
+        ask.told(text)
         tried.append(text)
 
     try:
-        found = search(data, nominal, ids, options.false_claim_rate, noted, known.append, budget)
-        return found, ""
+        rate = ask.options.false_claim_rate
+        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget)
+        return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
     except Stopped:
         so_far = known[-1]
-        return so_far._replace(chosen=so_far.nominal, equivalent=()), (
-            f"stopped by the user after {len(tried)} fits: no cause is claimed; residual, place and isolability are of "
-            "the re-fitted nominal model"
-        )
+        return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
 
 
 def _answer(
@@ -288,6 +337,8 @@ def _answer(
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     causes = causes_of(found, noise_cost, fits.after) if named else []
+    learned = loops_cause(found, noise_cost) if named else None
+    causes += [learned] if learned else []
     alike = [one.simulation for one in (fits.after.hypothesis, *found.equivalent)]
     causes, corrected = apart_from_identification(causes, alike)
     if corrected:
@@ -316,19 +367,32 @@ def _verdict(
     found: Search, data: Data, gains: Sequence[Gain | None], told: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
+    if found.learned is not None:  # only what holds on test records is learned anew
+        return _unless_outdone("explained" if found.passes else "partly_explained", found, data, told)
     judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
     doubted = bool(added) and doubtful(found, bool(data.allowed))
     verdict = confirmed(judged, added, gains, doubted=doubted, allowed=data.allowed)
-    said = [NOT_HELD.format(names)] if verdict != judged else []
-    if verdict != "partly_explained":
+    if verdict != judged:
+        said = [NOT_HELD.format(names)]
         return verdict, said, False
+    return _unless_outdone(verdict, found, data, told)
+
+
+def _unless_outdone(
+    verdict: str, found: Search, data: Data, told: Callable[[str], None]
+) -> tuple[str, list[str], bool]:
+    """`verdict`, but unexplained where causes that leave something leave more than a law of no name."""
+    if verdict != "partly_explained":
+        return verdict, [], False
+    added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
+    names = ", ".join([*added, *([SHAPE] if found.learned else [])])
     try:
         law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis, told)
     except Stopped:
-        return verdict, [*said, NOT_COMPARED.format(names)], True
-    return ("unexplained", [*said, OUTDONE.format(names, law)], False) if law else (verdict, said, False)
+        return verdict, [NOT_COMPARED.format(names)], True
+    return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)
 
 
 def _beyond_the_fit(found: Gain, data: Data) -> list[str]:

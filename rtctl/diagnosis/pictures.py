@@ -14,12 +14,14 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.gain import free_run
 from rtctl.diagnosis.hypothesis import Hypothesis
+from rtctl.identification.adapted_grid import switching_densities
 from rtctl.identification.fit_record import FitRecord
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
     coordinates_figure,
     isolability_figure,
+    loops_figure,
     shape_figure,
 )
 from rtctl.plots.style import house_style
@@ -58,6 +60,8 @@ def pictures(found: Diagnosis) -> list[Picture]:
             shape.coordinate, shape.unit, shape.knots, shape.force, shape.error, shape.force_unit
         )
         made.append(Picture("shape", figure, f"missing force against {shape.coordinate}"))
+    if found.search.learned is not None and "deflection" in found.search.learned.coarse:
+        made.append(Picture("loops", _loops(found), "where relays switch, and what the loops leave"))
     if found.search.tried:
         made.append(Picture("candidates", _candidates(found), "error that each candidate leaves"))
     if len(found.isolability.ids) > 1:
@@ -107,6 +111,21 @@ def _of_the_motion(found: Diagnosis) -> list[Picture]:
             "plane", plane_figure(records, extended=extended), f"error over {records[0].output} and its rate"
         ),
     ]
+
+
+def _loops(found: Diagnosis) -> Figure:
+    """Of the deflection, given and learned anew, along the staircases."""
+    learned = found.search.learned
+    assert learned is not None
+    shown = learned.coarse["deflection"]
+    reads = (shown.given, learned.loops["deflection"])
+    v, y, scored = shown.staircases
+    left = tuple((y - read.simulate(v))[scored] for read in reads)
+    densities = tuple(switching_densities(read) for read in reads)
+    return loops_figure(
+        (reads[0].grid, reads[1].grid), (densities[0], densities[1]), v[scored], (left[0], left[1]),
+        found.units["deflection"],
+    )  # fmt: skip
 
 
 def _candidates(found: Diagnosis) -> Figure:

@@ -32,6 +32,9 @@ CAPTIONS = {
     "overlap, so the shares do not add up.",
     "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
     "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
+    "loops": "Deflection that switches per mA, while heating and while cooling, and what the loops leave of the "
+    "staircases that they were identified from. Narrow peaks are domains that switch as one: cells spread over all "
+    "of the range smear them.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
     "parameters. Blue: passes all questions below.",
     "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
@@ -57,7 +60,7 @@ def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any
         causes(found),
         "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("spectrum"), drawn("plane"),
         "<h2>Where the error lives</h2>", place(found), drawn("where"),
-        drawn("shape"),
+        drawn("shape"), drawn("loops"),
         "<h2>What was tried</h2>", candidates(found), drawn("candidates"), questions(found),
         "<h2>What these data can tell apart</h2>", drawn("isolability"),
         proposal(found),

@@ -9,7 +9,7 @@ passes, sets are ranked by plain cost: the noise is not known then, and what whi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
 from rtctl.diagnosis.race import each_once, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
 from rtctl.diagnosis.runners import GROWN, runners_of
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.finer_loops import Learned
 
 FloatArray = NDArray[np.float64]
 LARGEST_SET = 6
@@ -79,6 +82,8 @@ class Search(NamedTuple):
     """The chosen set less each one of its causes, fitted again."""
     out_of_time: bool = False
     """Larger sets, or some of this size, were not looked at."""
+    learned: Learned | None = None
+    """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
 
     @property
     def fitted(self) -> list[Hypothesis]:
@@ -97,11 +102,16 @@ def search(
 ) -> Search:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise."""
     budget = budget or Budget.of()
-    found = _grown(data, nominal, ids, LEVEL * false_claim_rate, told, kept, budget)
+    found = _grown(data, nominal, ids, level_of(false_claim_rate), told, kept, budget)
     found = found._replace(out_of_time=budget.spent and not found.passes)
     return found._replace(
         without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted)
     )
+
+
+def level_of(false_claim_rate: float) -> float:
+    """Of the gate: a larger p-value passes."""
+    return LEVEL * false_claim_rate
 
 
 def _grown(

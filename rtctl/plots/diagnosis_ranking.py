@@ -111,3 +111,33 @@ def shape_figure(
         axes.set_ylabel(f"force per mass [{written(force_unit)}]")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
         return figure
+
+
+def loops_figure(
+    fields: tuple[FloatArray, FloatArray],
+    densities: tuple[Sequence[FloatArray], Sequence[FloatArray]],
+    current: FloatArray,
+    left: tuple[FloatArray, FloatArray],
+    unit: str,
+) -> Figure:
+    """Where relays switch in the given loops and in finer ones, and what each leaves of the staircases.
+
+    `fields`: nodes of both grids [mA]; `densities`: of each, while heating and while cooling [unit/mA] over its cells;
+    `current` (n,) [mA] and what is `left` there (n,) [unit] by either.
+    """
+    with house_style():
+        figure = new_figure(8.2, 4.8)
+        heating, cooling, rest = figure.subplots(3, 1, sharex=True)
+        labels = ("today's loops", "learned anew, cells where relays switch")
+        for nodes, both, error, colour, label in zip(
+            fields, densities, left, (VERMILION, BLUE), labels, strict=True
+        ):
+            for axes, density in zip((heating, cooling), both, strict=True):
+                axes.stairs(density, nodes, color=colour, label=label)
+            rest.plot(current, np.abs(error), ".", color=colour, markersize=2.5, alpha=0.6)
+        heating.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+        heating.set_ylabel(f"heating\n[{written(unit)}/mA]")
+        cooling.set_ylabel(f"cooling\n[{written(unit)}/mA]")
+        rest.set_ylabel(f"left, |error|\n[{written(unit)}]")
+        rest.set_xlabel("steady current of a hold [mA]")
+        return figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,19 @@ FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]
 Records = Sequence[FitRecord]
+
+
+class Placed(Protocol):
+    """What was identified of a model, learned anew: puts it into any simulation of that model."""
+
+    @property
+    def loops(self) -> Mapping[str, Any]:
+        """By output."""
+        ...
+
+    def __call__(self, simulation: Simulation, /) -> Simulation:
+        """`simulation` with it."""
+        ...
 
 
 class Force(NamedTuple):
@@ -72,6 +85,11 @@ class Subject:
     in the same form; by the records that are fitted."""
     inner: Callable[[Simulation], Simulation]
     """Back from `comparable`."""
+    coarse: Callable[[Any, Dataset], Mapping[str, Any]]
+    """Identified parts of a model, by output, that the records they were identified from show to be too coarse; empty
+    where they show no such thing."""
+    relearned: Callable[[Mapping[str, Any], Hypothesis, Data], Placed] | None
+    """These parts from the fitted records too, behind the hypothesis's causes; None where there are none."""
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""

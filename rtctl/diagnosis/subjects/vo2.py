@@ -6,7 +6,7 @@ slow averages, time. Errors of the resistance are taken in its logarithm.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,11 +19,15 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading, floor_of, log_above
 from rtctl.diagnosis.subjects.steps import STEPS, tame
-from rtctl.diagnosis.subjects.subject import Force, Reader, Records, Signals, Subject
+from rtctl.diagnosis.subjects.subject import Force, Placed, Reader, Records, Signals, Subject
+from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.identification.coarse_loops import Coarse, Samples, coarse_loops, relearned
 from rtctl.identification.staircase import static_noise
+from rtctl.identification.vo2 import quality_of
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
+from rtctl.simulations.vo2.simulation import Vo2Simulation
 from rtctl.simulations.vo2.unnamed import UNNAMED
 
 if TYPE_CHECKING:
@@ -218,6 +222,62 @@ def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
     return {names.get(name, name): min(ON_OTHER_LOOPS * left[name], noise.get(name, np.inf)) for name in left}
 
 
+class _Placed(NamedTuple):
+    """Read-outs learned anew, and what showed that it was needed."""
+
+    coarse: Mapping[str, Coarse]
+    loops: Mapping[str, PreisachModel]
+
+    def __call__(self, simulation: Simulation, /) -> Simulation:
+        """`simulation` with these read-outs."""
+        if isinstance(simulation, LogReading):
+            return replace(simulation, plain=self(simulation.plain))
+        assert isinstance(simulation, Vo2Simulation)
+        return replace(simulation, model=_with_loops(simulation.model, self.coarse, self.loops))
+
+
+def _relearned(coarse: Mapping[str, Coarse], hypothesis: Hypothesis, data: Data) -> Placed:
+    """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
+    plain = VO2.inner(hypothesis.simulation)
+    assert isinstance(plain, Vo2Simulation)
+    samples: dict[str, list[Samples]] = {output: [] for output in coarse}
+    names = {"resistance": LOG_RESISTANCE}
+    for index, record in enumerate(data.records):
+        values = hypothesis.values_of(index)
+        path = plain.loop_path(record.stimulus, values, data.steps_per_period)
+        run = hypothesis.simulation.predict(record.stimulus, values, None, data.steps_per_period)
+        for output, found in samples.items():
+            name = names.get(output, output)
+            if name not in record.measured:
+                continue
+            off = run.outputs[name][0] - record.measured[name]
+            y = np.zeros(len(path.v))
+            y[path.sampled] = path.reading + off if output == "resistance" else path.deflection - off
+            scored = np.zeros(len(path.v), dtype=bool)
+            scored[path.sampled[record.first :]] = True
+            found.append(Samples(path.v, y, scored))
+    return _Placed(coarse, {output: relearned(coarse[output], found) for output, found in samples.items()})
+
+
+def _with_loops(
+    model: Vo2Model, coarse: Mapping[str, Coarse], loops: Mapping[str, PreisachModel]
+) -> Vo2Model:
+    """`model` with other read-outs by output, and what they leave of the staircases."""
+    for output, read in loops.items():
+        v, y, scored = coarse[output].staircases
+        left, name = (y - read.simulate(v))[scored], f"{output}_preisach"
+        error = "reading_error" if output == "resistance" else "deflection_error"
+        old = model.quality.get(name)
+        quality = {} if old is None else {name: quality_of(left, old.unit, old.range)}
+        changed: dict[str, Any] = {
+            name: read,
+            error: float(left.std()),
+            "quality": {**model.quality, **quality},
+        }
+        model = replace(model, **changed)
+    return model
+
+
 def _heating_time(scales: Scales) -> float:
     return NOMINAL_TIME_CONSTANT_S
 
@@ -241,6 +301,8 @@ VO2 = Subject(
     glance_samples=12_000,
     comparable=_comparable,
     inner=_inner,
+    coarse=coarse_loops,
+    relearned=_relearned,
     read_model=read_model,
     spreads=lambda model: {},
     extended_model=extended_model,

@@ -1,0 +1,137 @@
+"""What was identified of a model, found too coarse: learned anew, finer, where that holds on records no fit saw.
+
+The identification's own records say whether its static part is too coarse, whatever else acts on the others. If they
+do, the causes found so far keep their place, that part is learned behind them from the fitted records too, and it is a
+cause if the error on test records falls by it: noise, and causes that it could imitate, do not repeat there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.diagnosis.answer import MOST_CERTAIN, Cause, Estimate
+from rtctl.diagnosis.gain import gain
+from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
+from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.verdict import LEAST_GAIN
+from rtctl.identification.fit_record import FitRecord
+
+ID = "hysteresis.shape"
+STATEMENT = (
+    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
+    "leave {}. Learned anew from the staircases and the fitted records."
+)
+WORSE = 0.95
+"""Of the error before: no output's on test records may rise to one over it."""
+UNITS = {"deflection": "um", "resistance": "dimensionless"}
+OF = {"deflection": "the deflection", "resistance": "ln R"}
+
+
+class Learned(NamedTuple):
+    """A static part that was learned anew."""
+
+    coarse: Mapping[str, Any]
+    """By output, what showed it."""
+    loops: Mapping[str, Any]
+    """By output, the part itself."""
+    before: Hypothesis
+    """The same causes with the part as it was."""
+
+
+class FinerLoops(NamedTuple):
+    """What it takes to learn them: read-outs by output that are too coarse, the records, the gate."""
+
+    coarse: Mapping[str, Any]
+    data: Data
+    tests: Sequence[FitRecord]
+    ids: Sequence[str]
+    level: float
+
+    def behind(self, found: Search) -> Search:
+        """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
+        data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
+        known = _without_its_correction(data, nominal, chosen)
+        assert data.subject.relearned is not None
+        placed = data.subject.relearned(self.coarse, known, data)
+        bare, again = (
+            fitted(data, placed(one.simulation), one.mechanisms, one.starts, still=one.still)
+            for one in (nominal, known)
+        )
+        if bare is None or again is None or not again.cost < known.cost:
+            return found
+        again = _less_what_they_replace(data, bare, again)
+        examined = examine(again, data, self.ids)
+        if not _helps(chosen, examined, data, self.tests):
+            return found
+        return found._replace(
+            chosen=examined, passes=examined.p_value > self.level, equivalent=(),
+            without=without_each(data, bare, again), learned=Learned(self.coarse, placed.loops, known),
+        )  # fmt: skip
+
+
+def loops_cause(found: Search, noise_cost: float) -> Cause | None:
+    """The loops as a cause; None where they were not learned anew."""
+    if found.learned is None:
+        return None
+    removable = found.nominal.hypothesis.cost - noise_cost
+    removed = found.learned.before.cost - found.chosen.hypothesis.cost
+    left, parameters = [], {}
+    for output, one in found.learned.coarse.items():
+        unit = UNITS[output]
+        shown = "" if unit == "dimensionless" else f" {unit}"
+        left.append(
+            f"{_rms(one.left_finer):.3g}{shown} of {OF[output]} instead of {_rms(one.left):.3g}{shown}"
+        )
+        value, low, high = one.misfit
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, unit)
+    return Cause(
+        id=ID, statement=STATEMENT.format(", ".join(left)), kind="mechanism", probability=MOST_CERTAIN,
+        parameters=parameters,
+        share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
+        indistinguishable_from=(),
+    )  # fmt: skip
+
+
+def _without_its_correction(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+    """Less the smooth correction of the loops, which finer ones make needless."""
+    rest = tuple(name for name in chosen.mechanisms if name != ID)
+    if rest == chosen.mechanisms or ID in nominal.mechanisms:
+        return chosen
+    if rest == nominal.mechanisms:
+        return nominal
+    return fitted_without(data, nominal, chosen, rest) or chosen
+
+
+def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
+    """Without the causes that hardly matter once the loops are finer."""
+    while len(again.mechanisms) > len(bare.mechanisms):
+        fewer = min(without_each(data, bare, again), key=lambda one: one.cost, default=None)
+        if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
+            break
+        again = fewer
+    return again
+
+
+def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> bool:
+    """Whether an output's error on test records beyond the noise falls to one over LEAST_GAIN, and none rises."""
+    gains, rate = [], data.scales.rate
+    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
+        seen = [record for record in tests if name in record.measured]
+        floor = float(np.sqrt(np.mean(noise.power(4096))))
+        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
+        gains += [one] if one is not None else []
+
+    def falls(was: float, now: float, floor: float) -> bool:
+        return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / LEAST_GAIN**2
+
+    lower = any(one.ratio_low > 1.0 and falls(one.before, one.after, one.noise_floor) for one in gains)
+    return lower and all(one.ratio > WORSE for one in gains)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(values**2)))
