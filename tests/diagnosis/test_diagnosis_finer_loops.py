@@ -1,0 +1,92 @@
+"""`hysteresis.shape` from the staircases: named where domains switch as one, alone and beside a delay, and extended."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from coarse_cases import dataset, identified
+from vo2_model_cases import UNITS
+
+from rtctl.diagnosis import finer_loops
+from rtctl.diagnosis.diagnose import LOOPS_STOPPED, DiagnosisOptions, Stopped, diagnose
+from rtctl.diagnosis.pictures import pictures
+from rtctl.measured.dataset import Dataset
+from rtctl.models.vo2 import read_model, write_model
+from rtctl.simulations.vo2 import vo2_simulation
+from rtctl.wiring import mechanism_ids
+
+LATE = 4
+"""Samples."""
+
+
+def answer(data, model, told=lambda text: None, **options):
+    simulation = vo2_simulation(model, UNITS, "model.toml")
+    chosen = DiagnosisOptions(threads=1, **options)
+    return diagnose(data, model, simulation, mechanism_ids("vo2"), chosen, told)
+
+
+def late(data: Dataset) -> Dataset:
+    """The same film whose commands arrive late."""
+    records = []
+    for one in data.records:
+        current = one.signals["current"]
+        early = current if one.use == "identify" else np.r_[current[LATE:], [current[-1]] * LATE]
+        records.append(dataclasses.replace(one, signals={**one.signals, "current": early}))
+    return dataclasses.replace(data, records=tuple(records))
+
+
+@pytest.fixture(scope="module")
+def stepped():
+    data = dataset(share=0.3)
+    return data, identified(data)
+
+
+@pytest.fixture(scope="module")
+def found(stepped):
+    return answer(*stepped)
+
+
+def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
+    assert found.verdict in ("explained", "partly_explained")
+    (cause,) = found.causes
+    assert cause.id == finer_loops.ID
+    assert "instead of" in cause.statement
+    assert cause.parameters["deflection_misfit"].unit == "um"
+    assert found.gain is not None
+    assert found.gain.ratio_low > 1.0
+    write_model(found.model, tmp_path / "model-extended.toml")
+    model = read_model(tmp_path / "model-extended.toml")
+    given = found.search.learned.coarse["deflection"].given
+    assert not np.array_equal(model.deflection_preisach.grid, given.grid)
+    assert model.mechanisms == ()
+
+
+def test_the_page_shows_where_relays_switch(found):
+    assert "loops" in [picture.section for picture in pictures(found)]
+
+
+def test_a_delay_beside_them_is_named_as_well(stepped):
+    data, model = stepped
+    found = answer(late(data), model)
+    assert {cause.id for cause in found.causes} == {finer_loops.ID, "actuation.delay"}
+
+
+def test_one_may_stop_before_the_loops_are_learned(stepped):
+    def told(text):
+        if text == "the static loops, learned anew":
+            raise Stopped
+
+    found = answer(*stepped, told, seconds=1.0)
+    assert found.stopped
+    assert LOOPS_STOPPED in found.warnings
+    assert finer_loops.ID not in [cause.id for cause in found.causes]
+
+
+def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped, monkeypatch):
+    at_nominal = found.search._replace(chosen=found.search.nominal, learned=None, without=())
+    data = dataclasses.replace(found.data, executor=None)
+    ask = finer_loops.FinerLoops(found.search.learned.coarse, data, found.tests, mechanism_ids("vo2"), 0.01)
+    monkeypatch.setattr(finer_loops, "LEAST_GAIN", 100.0)
+    assert ask.behind(at_nominal) is at_nominal

@@ -1,0 +1,101 @@
+"""Loops that are too coarse: seen where domains switch as one, not where none does, and learned anew from records."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings
+
+from rtctl.identification.coarse_loops import (
+    LACKS,
+    LEAST_MISFIT,
+    TOO_COARSE,
+    Samples,
+    coarse_loops,
+    lack_of_fit,
+    relearned,
+)
+from rtctl.identification.thermal import heat
+
+STATES = np.repeat(np.arange(60), 10)
+
+
+@pytest.fixture(scope="module")
+def stepped():
+    data = dataset(share=0.3)
+    return data, identified(data)
+
+
+@pytest.fixture(scope="module")
+def found(stepped):
+    return coarse_loops(stepped[1], stepped[0])
+
+
+def test_noise_at_repeated_states_is_no_lack_of_fit():
+    ratios = [lack_of_fit(np.random.default_rng(k).normal(size=600), STATES) for k in range(20)]
+    assert 0.9 < np.mean(ratios) < 1.1
+    assert max(ratios) < 2.0
+
+
+def test_what_is_left_alike_at_a_state_is_lack_of_fit():
+    offset = np.random.default_rng(1).normal(size=60)[STATES]
+    ratio = lack_of_fit(offset + np.random.default_rng(2).normal(size=600), STATES)
+    assert ratio == pytest.approx(
+        1.0 + 10.0, rel=0.4
+    )  # ten readings a state, of as much variance as their noise
+
+
+def test_too_few_repeated_states_say_nothing():
+    assert np.isnan(lack_of_fit(np.ones(100), np.arange(100)))
+    assert not np.nan < LACKS  # so that the finer grid is asked
+
+
+def test_domains_that_switch_as_one_show_in_the_staircases(found):
+    assert set(found) == {"deflection", "resistance"}
+    one = found["deflection"]
+    assert one.is_coarse
+    assert one.share < 0.7
+    misfit, low, high = one.misfit
+    assert 0.0 < low < misfit < high
+
+
+def test_a_smooth_film_has_no_coarse_loops():
+    data = dataset(share=0.0)
+    model = identified(data)
+    assert coarse_loops(model, data) == {}
+
+
+def test_what_is_finer_but_of_no_size_is_not_told(found):
+    one = found["deflection"]
+    size = float(one.staircases.y[one.staircases.scored].std())
+    kept = 0.5 * LEAST_MISFIT * size
+    small = one._replace(left=np.full(200, 2.0 * kept), left_finer=np.full(200, kept))
+    assert small.share < TOO_COARSE
+    assert not small._replace(left=np.full(200, 1.02 * kept), left_finer=np.full(200, 0.6 * kept)).is_coarse
+    assert small._replace(left=np.full(200, 4.0 * kept)).is_coarse
+
+
+def test_without_staircases_nothing_is_known(stepped):
+    data, model = stepped
+    apart = dataclasses.replace(data, records=tuple(one for one in data.records if one.use != "identify"))
+    assert coarse_loops(model, apart) == {}
+
+
+def test_loops_learned_from_records_too_follow_a_record_that_no_fit_saw(stepped, found):
+    data, model = stepped
+    records = [
+        Samples(v, one.signals["deflection"], np.ones(len(v), bool))
+        for one in data.used_for("fit")
+        for v in [heat(one.signals["current"], PERIOD_S, TAU_S)]
+    ]
+    again = relearned(found["deflection"], records)
+    test = data.used_for("test")[0]
+    v = heat(test.signals["current"], PERIOD_S, TAU_S)
+    truth = readings(v, 0.3, seed=77)["deflection"]
+    given, finer = (
+        np.sqrt(np.mean((read.simulate(v) - truth) ** 2)) for read in (model.deflection_preisach, again)
+    )
+    assert finer < 0.8 * given
+    assert len(again.grid) == len(model.deflection_preisach.grid)
