@@ -264,3 +264,10 @@ def test_a_slow_or_strong_effect_is_within_what_a_search_looks_for(
     """Scales of VO2 mechanisms are typical ones, not the data's: devices of ten times those are found too."""
     declared = next(one for one in MECHANISMS[identity].parameters if one.name == name)
     assert MOST_SCALES * declared.scale(SIZES) >= largest
+
+
+def test_the_frequencies_that_a_resonance_is_looked_for_at_lie_in_reach_of_a_fit():
+    """A lightly damped beam rings at one frequency: a fit from a tenth off finds it, one from half of it does not."""
+    frequency = next(one for one in MECHANISMS["structure.resonance"].parameters if one.name == "frequency")
+    low, high = frequency.shape_range
+    assert (high / low) ** (1.0 / (frequency.grid - 1)) < 1.3
