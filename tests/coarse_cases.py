@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -89,3 +90,10 @@ def identified(data: Dataset, cells: int = CELLS) -> Vo2Model:
         resistance_preisach=film.model, reading_error=float(film.residual.std()),
         deflection_preisach=beam.model, deflection_error=float(beam.residual.std()),
     )  # fmt: skip
+
+
+@cache
+def stepped_film() -> tuple[Dataset, Vo2Model]:
+    """One of which the domains are three tenths, and its model."""
+    data = dataset(share=0.3)
+    return data, identified(data)

@@ -35,7 +35,8 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.report_diagnosis import print_diagnosis
     from rtctl.cli.watched_search import watched_search
     from rtctl.comparison import simulation_for
-    from rtctl.diagnosis.diagnose import DiagnosisOptions, diagnose
+    from rtctl.diagnosis.causes import DiagnosisOptions
+    from rtctl.diagnosis.diagnose import diagnose
     from rtctl.diagnosis.files import write_diagnosis
     from rtctl.diagnosis.subjects import SUBJECTS
     from rtctl.measured import open_dataset, read_dataset

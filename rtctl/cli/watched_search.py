@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rtctl.cli.options import stop_on_interrupt
-from rtctl.diagnosis.diagnose import Stopped
+from rtctl.diagnosis.causes import Stopped
 from rtctl.progress import say
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -19,10 +18,11 @@ from rtctl.diagnosis.answer import (
     wrong_value_cause,
 )
 from rtctl.diagnosis.approach import finely, fitted_nominal
-from rtctl.diagnosis.budget import SECONDS, Budget
+from rtctl.diagnosis.budget import Budget
+from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.finer_loops import ID as SHAPE
-from rtctl.diagnosis.finer_loops import FinerLoops, loops_cause
+from rtctl.diagnosis.finer_loops import loops_cause
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.horizon import beginnings
@@ -31,12 +31,11 @@ from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
-from rtctl.diagnosis.search import Search, level_of, search
+from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
-from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.unnamed import explaining_more
 from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
@@ -48,8 +47,6 @@ from rtctl.measured.dataset import Dataset
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
 
-FIRST_LOOK = 20.0
-"""Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
 LEAST_ALLOWED = 0.0025
 """Of an output's size: the read-outs are tables of cells."""
 
@@ -72,12 +69,6 @@ OUTDONE = "{} would remove most of the error, but a law of no name leaves less: 
 NOT_COMPARED = (
     "stopped by the user before the laws of no name were compared: one of them may explain it better than {}"
 )
-STOPPED = (
-    "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
-    "nominal model"
-)
-LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
-NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 CORRECTED = (
     "{} is in the extended model and no cause: the model was identified while the causes acted, and its loops need "
     "that small correction once they are in it"
@@ -89,24 +80,6 @@ BEYOND = (
 UNSEEN = 2.0
 """Times the noise (and what is allowed beside it): less is the parameters' own uncertainty at another amplitude."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
-OUT_OF_TIME = (
-    "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
-    "were not looked at"
-)
-
-
-class Stopped(Exception):  # noqa: N818 - not an error
-    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DiagnosisOptions:
-    """What a user may choose."""
-
-    false_claim_rate: float = 0.05
-    threads: int = max(1, min(2, os.cpu_count() or 1))
-    seconds: float = SECONDS
-    """Processor time of the diagnosis, after which no further fit is begun."""
 
 
 class Fits(NamedTuple):
@@ -209,8 +182,8 @@ def diagnose(
             kept, total = (sum(record.samples for record in one.records) for one in (data, whole))
             warnings.append(PARTS.format(kept, total, len(data.records)))
         data = allowing(data, subject.promised(model, dataset))
-        ask = _Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
-        found, said, stopped = _caused(ask, whole=whole.records is data.records)
+        ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
+        found, said, stopped = caused(ask, whole=whole.records is data.records)
         warnings += said
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
         answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, stopped, told)
@@ -239,79 +212,6 @@ def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
             "the model diverges on these records: correct its parameters, or let rtctl identify find them"
         )
     return nominal
-
-
-class _Asked(NamedTuple):
-    """What the causes are looked for in."""
-
-    data: Data
-    nominal: Hypothesis
-    model: Any
-    dataset: Dataset
-    tests: tuple[FitRecord, ...]
-    ids: Sequence[str]
-    options: DiagnosisOptions
-    budget: Budget
-    told: Callable[[str], None]
-
-
-def _caused(ask: _Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
-    """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
-
-    Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
-    looked for where that is no help only, since beside loops that are wrong a second cause explains their errors.
-    """
-    if whole and ask.tests:
-        try:
-            loops = _finer(ask)
-        except Stopped:
-            loops = None
-        if loops is not None:
-            first, said, stopped = _searched(
-                ask._replace(budget=Budget.of(min(FIRST_LOOK, ask.options.seconds)))
-            )
-            if stopped:
-                return first, said, True
-            try:
-                ask.told("the static loops, learned anew")
-                found = loops.behind(first)
-            except Stopped:
-                return first, [LOOPS_STOPPED], True
-            if found.learned:
-                return found, [], False
-    found, said, stopped = _searched(ask)
-    if whole and not stopped:
-        found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
-        said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
-    return found, said, stopped
-
-
-def _finer(ask: _Asked) -> FinerLoops | None:
-    """None where the static loops are not too coarse."""
-    if ask.data.subject.relearned is None:
-        return None
-    ask.told("whether the static loops are too coarse")
-    coarse = ask.data.subject.coarse(ask.model, ask.dataset)
-    level = level_of(ask.options.false_claim_rate)
-    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level) if coarse else None
-
-
-def _searched(ask: _Asked) -> tuple[Search, list[str], bool]:
-    """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
-    tried: list[str] = []
-    known: list[Search] = []
-
-    def noted(text: str) -> None:
-        ask.told(text)
-        tried.append(text)
-
-    try:
-        rate = ask.options.false_claim_rate
-        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget)
-        return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
-    except Stopped:
-        so_far = known[-1]
-        return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
 
 
 def _answer(

@@ -84,9 +84,8 @@ def loops_cause(found: Search, noise_cost: float) -> Cause | None:
     for output, one in found.learned.coarse.items():
         unit = UNITS[output]
         shown = "" if unit == "dimensionless" else f" {unit}"
-        left.append(
-            f"{_rms(one.left_finer):.3g}{shown} of {OF[output]} instead of {_rms(one.left):.3g}{shown}"
-        )
+        given, finer = one.rms
+        left.append(f"{finer:.3g}{shown} of {OF[output]} instead of {given:.3g}{shown}")
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, unit)
     return Cause(
@@ -131,7 +130,3 @@ def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitR
 
     lower = any(one.ratio_low > 1.0 and falls(one.before, one.after, one.noise_floor) for one in gains)
     return lower and all(one.ratio > WORSE for one in gains)
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(values**2)))

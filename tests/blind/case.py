@@ -17,7 +17,8 @@ from least_bic import least_bic
 from sindy import sindy
 
 from rtctl.comparison import simulation_for
-from rtctl.diagnosis.diagnose import Diagnosis, DiagnosisOptions, diagnose
+from rtctl.diagnosis.causes import DiagnosisOptions
+from rtctl.diagnosis.diagnose import Diagnosis, diagnose
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset

@@ -14,7 +14,8 @@ from diagnosis_cases import NOISE_MM, device, friction_case, measured, noise_dri
 from rtctl.cli import main
 from rtctl.cli.watched_search import watched_search
 from rtctl.comparison import simulation_for
-from rtctl.diagnosis.diagnose import Stopped, diagnose
+from rtctl.diagnosis.causes import Stopped
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 

@@ -9,7 +9,8 @@ from diagnosis_cases import friction_case
 
 from rtctl.comparison import simulation_for
 from rtctl.diagnosis.budget import Budget
-from rtctl.diagnosis.diagnose import DiagnosisOptions, diagnose
+from rtctl.diagnosis.causes import DiagnosisOptions
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 

@@ -6,11 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from coarse_cases import dataset, identified
+from coarse_cases import stepped_film
 from vo2_model_cases import UNITS
 
 from rtctl.diagnosis import finer_loops
-from rtctl.diagnosis.diagnose import LOOPS_STOPPED, DiagnosisOptions, Stopped, diagnose
+from rtctl.diagnosis.causes import LOOPS_STOPPED, DiagnosisOptions, Stopped
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.pictures import pictures
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
@@ -39,8 +40,7 @@ def late(data: Dataset) -> Dataset:
 
 @pytest.fixture(scope="module")
 def stepped():
-    data = dataset(share=0.3)
-    return data, identified(data)
+    return stepped_film()
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,8 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.diagnose import Stopped, _verdict, allowing
+from rtctl.diagnosis.causes import Stopped
+from rtctl.diagnosis.diagnose import _verdict, allowing
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import race

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings
+from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings, stepped_film
 
 from rtctl.identification.coarse_loops import (
     LACKS,
@@ -24,8 +24,7 @@ STATES = np.repeat(np.arange(60), 10)
 
 @pytest.fixture(scope="module")
 def stepped():
-    data = dataset(share=0.3)
-    return data, identified(data)
+    return stepped_film()
 
 
 @pytest.fixture(scope="module")

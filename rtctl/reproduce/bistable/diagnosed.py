@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from rtctl.border.model_file import ModelFile
-from rtctl.diagnosis.diagnose import DiagnosisOptions, diagnose
+from rtctl.diagnosis.causes import DiagnosisOptions
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from rtctl.border.model_file import MechanismTable, ModelFile, Value
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import Diagnosis, DiagnosisOptions, diagnose
+from rtctl.diagnosis.causes import DiagnosisOptions
+from rtctl.diagnosis.diagnose import Diagnosis, diagnose
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset

@@ -1,0 +1,119 @@
+"""What is wrong: a search of the catalogue, finer loops where the identified ones are too coarse."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rtctl.diagnosis.budget import SECONDS, Budget
+from rtctl.diagnosis.finer_loops import FinerLoops
+from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.search import Search, level_of, search
+from rtctl.diagnosis.support import supported
+from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.dataset import Dataset
+
+FIRST_LOOK = 20.0
+"""Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
+STOPPED = (
+    "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
+    "nominal model"
+)
+LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
+NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
+OUT_OF_TIME = (
+    "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
+    "were not looked at"
+)
+
+
+class Stopped(Exception):  # noqa: N818 - not an error
+    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosisOptions:
+    """What a user may choose."""
+
+    false_claim_rate: float = 0.05
+    threads: int = max(1, min(2, os.cpu_count() or 1))
+    seconds: float = SECONDS
+    """Processor time of the diagnosis, after which no further fit is begun."""
+
+
+class Asked(NamedTuple):
+    """What the causes are looked for in."""
+
+    data: Data
+    nominal: Hypothesis
+    model: Any
+    dataset: Dataset
+    tests: tuple[FitRecord, ...]
+    ids: Sequence[str]
+    options: DiagnosisOptions
+    budget: Budget
+    told: Callable[[str], None]
+
+
+def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
+    """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
+
+    Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
+    looked for where that is no help only, since beside loops that are wrong a second cause explains their errors.
+    """
+    first, said, stopped = None, list[str](), False
+    if whole and ask.tests:
+        try:
+            loops = _finer(ask)
+        except Stopped:
+            loops = None
+        if loops is not None:
+            first, said, stopped = _searched(
+                ask._replace(budget=Budget.of(min(FIRST_LOOK, ask.options.seconds)))
+            )
+            if stopped:
+                return first, said, True
+            try:
+                ask.told("the static loops, learned anew")
+                found = loops.behind(first)
+            except Stopped:
+                return first, [LOOPS_STOPPED], True
+            if found.learned:
+                return found, [], False
+    if first is None or first.out_of_time:
+        first, said, stopped = _searched(ask)
+    found = first
+    if whole and not stopped:
+        found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
+        said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
+    return found, said, stopped
+
+
+def _finer(ask: Asked) -> FinerLoops | None:
+    """None where the static loops are not too coarse."""
+    if ask.data.subject.relearned is None:
+        return None
+    ask.told("whether the static loops are too coarse")
+    coarse = ask.data.subject.coarse(ask.model, ask.dataset)
+    level = level_of(ask.options.false_claim_rate)
+    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level) if coarse else None
+
+
+def _searched(ask: Asked) -> tuple[Search, list[str], bool]:
+    """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
+    tried: list[str] = []
+    known: list[Search] = []
+
+    def noted(text: str) -> None:
+        ask.told(text)
+        tried.append(text)
+
+    try:
+        rate = ask.options.false_claim_rate
+        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget)
+        return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
+    except Stopped:
+        so_far = known[-1]
+        return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
