@@ -102,7 +102,7 @@ def path_start(
 ) -> None:  # fmt: skip
     """At rest at a heating current, from a full cooling: all three in place, the stacks all off before."""
     power = current * current
-    T = first_temperature(power, p.cold, p.balance, r)
+    T = first_temperature(power, film, p.cold, p.balance, r)
     s = surrogate_power(T, p.balance)
     v = math.sqrt(max(s, 0.0))
     x[0] = x[1] = x[2] = T

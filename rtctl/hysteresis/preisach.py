@@ -20,7 +20,7 @@ import numpy as np
 from rtctl.hysteresis.everett import everett, everett_falling_slope, everett_rising_slope, everett_table
 from rtctl.hysteresis.status import NOT_FINITE, OK, OUT_OF_RANGE
 from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floats, table_of
-from rtctl.kernels import FloatArray, kernel
+from rtctl.kernels import FloatArray, kernel, uncounted
 
 MAX_EXTREMA = 256
 
@@ -41,6 +41,14 @@ class PreisachStep(NamedTuple):
 
     y: float
     status: int
+
+
+@kernel
+def uncounted_params(params: PreisachParams) -> PreisachParams:
+    """See `uncounted`."""
+    return PreisachParams(
+        uncounted(params.grid), uncounted(params.nodes), params.sign, params.c, params.c1, params.c2
+    )
 
 
 @kernel

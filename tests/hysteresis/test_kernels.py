@@ -7,8 +7,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
-from rtctl.kernels import kernel
+import numpy as np
+
+from rtctl.kernels import FloatArray, kernel, uncounted
 
 PAIR = """
 from typing import NamedTuple
@@ -18,7 +21,7 @@ class Pair(NamedTuple):
     second: float
 """
 INNER = """
-from rtctl.kernels import kernel
+from rtctl.kernels import FloatArray, kernel, uncounted
 
 @kernel
 def inner(x: float) -> float:
@@ -27,7 +30,7 @@ def inner(x: float) -> float:
 OUTER = """
 from inner import inner
 from pair import Pair
-from rtctl.kernels import kernel
+from rtctl.kernels import FloatArray, kernel, uncounted
 
 @kernel
 def outer(x: float) -> float:
@@ -82,3 +85,36 @@ def test_a_kernel_divides_by_zero_as_ieee_says_and_keeps_its_name():
     assert math.isnan(divide(0.0, 0.0))
     assert divide.__name__ == "divide"
     assert divide.__doc__ == "a / b."
+
+
+def test_what_a_cache_depends_on_takes_the_same_room_however_many_kernels_contain_each_other():
+    from rtctl.estimators.thermal_path import path_step
+
+    compiled: Any = path_step
+    assert len(compiled._cache._cache_file._source_stamp) == 64
+
+
+@kernel
+def doubled(values: FloatArray) -> float:
+    """Twice the values, in place; the sum of what they were."""
+    view, total = uncounted(values), 0.0
+    for row in range(view.shape[0]):
+        for column in range(view.shape[1]):
+            total += view[row, column]
+            view[row, column] *= 2.0
+    return total
+
+
+def test_a_view_without_a_count_of_references_is_the_array():
+    values = np.arange(6.0).reshape(2, 3)
+    assert doubled(values) == 15.0
+    np.testing.assert_array_equal(values, 2.0 * np.arange(6.0).reshape(2, 3))
+
+
+def test_uncompiled_it_is_the_array_itself():
+    script = "import numpy, rtctl.kernels as k; a = numpy.zeros(2); print(k.uncounted(a) is a)"
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "True\n"

@@ -10,8 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, cooled_stack, preisach_step
-from rtctl.kernels import FloatArray, background_kernel
+from rtctl.hysteresis.preisach import (
+    MAX_EXTREMA,
+    PreisachParams,
+    cooled_stack,
+    preisach_step,
+    uncounted_params,
+)
+from rtctl.kernels import FloatArray, background_kernel, uncounted
 
 
 class ReadOut(NamedTuple):
@@ -29,6 +35,7 @@ def read_path(
 
     Advances `state` in place.
     """
+    state, params = uncounted(state), uncounted_params(params)
     count = (v.size - 1) // every + 1
     y, relays = np.empty(count), np.empty(count)
     top = 1 + MAX_EXTREMA

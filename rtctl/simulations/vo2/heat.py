@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.hysteresis.everett import everett
-from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, preisach_step
-from rtctl.kernels import FloatArray, background_kernel, kernel
+from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, preisach_step, uncounted_params
+from rtctl.kernels import FloatArray, background_kernel, kernel, uncounted
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.mechanism import Balance, Pieces
 from rtctl.simulations.vo2.relaxation import at, relax, turn
@@ -17,6 +17,7 @@ from rtctl.simulations.vo2.relaxation import at, relax, turn
 LEAST_CHANGE = 1e-9  # mA^2, below which a step says nothing of a capacity
 LEAST_CAPACITY = 0.1  # of the film's own, left by a self-heating that runs away
 ITERATIONS = 3
+SAME_CAPACITY = 1e-9  # of it: closer, another iteration changes nothing
 BISECTIONS = 60
 
 
@@ -104,6 +105,18 @@ def phase_at(T: float, beam: FloatArray, b: Balance, d: PreisachParams) -> float
 
 
 @kernel
+def bends(b: Balance) -> bool:
+    """Whether the middle of a step matters to its end: heat that depends on temperature, or relays that lag."""
+    return b.tcr != 0.0 or b.loss != 0.0 or b.self_heating != b.self_heating_known or b.lag_s != 0.0
+
+
+@kernel
+def stores(b: Balance) -> bool:
+    """Whether heat is stored beyond what a constant capacity does."""
+    return b.latent != 0.0 or b.sharpness != 0.0 or b.film_heat != 0.0 or b.self_heating_known != 0.0
+
+
+@kernel
 def extra_heat(T: float, power: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
     """What heats and cools beyond power - T [mA^2]."""
     extra = (b.tcr * power - b.loss * T) * T
@@ -114,27 +127,34 @@ def extra_heat(T: float, power: float, film: FloatArray, cold: float, b: Balance
 
 
 @kernel
-def settle_film(T: float, b: Balance, params: PreisachParams) -> FloatArray:
-    """The state at T after a full cooling."""
-    state = np.zeros(1 + 2 * MAX_EXTREMA)  # `cooled_stack`, which is no kernel
+def cool(state: FloatArray, params: PreisachParams) -> None:
+    """`state` as a full cooling leaves it."""
+    state[:] = 0.0  # `cooled_stack`, which is no kernel
     state[1] = params.grid[0]
-    preisach_step(state, math.sqrt(max(surrogate_power(T, b), 0.0)), params)
-    return state
 
 
 @kernel
-def first_temperature(power: float, cold: float, b: Balance, r: PreisachParams) -> float:
-    """T at which a constant power holds the film, heated from cold."""
+def settle_film(state: FloatArray, T: float, b: Balance, params: PreisachParams) -> None:
+    """`state` as T leaves it after a full cooling."""
+    cool(state, params)
+    preisach_step(state, math.sqrt(max(surrogate_power(T, b), 0.0)), params)
+
+
+@kernel
+def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
+    """T at which a constant power holds the film, heated from cold; leaves `film` cooled."""
     T = steady_temperature(power, b)
     if b.self_heating == b.self_heating_known:
         return T
     low, high = T, T + 4.0 * (b.self_heating - b.self_heating_known)
     for _ in range(BISECTIONS):
         T = 0.5 * (low + high)
-        if power + extra_heat(T, power, settle_film(T, b, r), cold, b, r) > T:
+        settle_film(film, T, b, r)
+        if power + extra_heat(T, power, film, cold, b, r) > T:
             low = T
         else:
             high = T
+    cool(film, r)
     return T
 
 
@@ -148,33 +168,38 @@ def advance(
     e = extra_heat(step.T, p0, film, cold, b, r)
     base = b.time_constant_s * (1.0 + b.cooling if pm + e < step.T else 1.0)
     kept, tau, slow = 1.0 - b.share, base * step.capacity, b.second_time_constant_s
-    half = kept * relax(step.main, p0 + e, pq + e, pm + e, 0.5 * h, tau)
-    half += b.share * relax(step.second, p0 + e, pq + e, pm + e, 0.5 * h, slow)
-    e = extra_heat(half, pm, film, cold, b, r)
-    main = relax(step.main, p0 + e, pm + e, p1 + e, h, tau)
-    second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
-    capacity, heat, phase = step.capacity, step.stored, step.phase
-    if b.latent != 0.0 or b.sharpness != 0.0 or b.film_heat != 0.0 or b.self_heating_known != 0.0:
-        for _ in range(ITERATIONS):
-            T = kept * main + b.share * second
-            phase = phase_at(T, beam, b, d)
-            heat = stored(T, phase, film, cold, b, r)
-            change = main - step.main
-            if abs(change) > LEAST_CHANGE:
-                rate = (phase - step.phase) / change
-                capacity = max(
-                    1.0 + (heat - step.stored) / change + b.sharpness * rate * rate, LEAST_CAPACITY
-                )
-            main = relax(step.main, p0 + e, pm + e, p1 + e, h, base * capacity)
+    half = step.T
+    if bends(b):
+        half = kept * relax(step.main, p0 + e, pq + e, pm + e, 0.5 * h, tau)
+        if b.share != 0.0:
+            half += b.share * relax(step.second, p0 + e, pq + e, pm + e, 0.5 * h, slow)
+        e = extra_heat(half, pm, film, cold, b, r)
+    main, second = relax(step.main, p0 + e, pm + e, p1 + e, h, tau), step.second
+    if b.share != 0.0:
+        second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
+    T = kept * main + b.share * second
+    if not stores(b):
+        return Step(main, second, T, half, step.capacity, step.stored, step.phase)
+    capacity = step.capacity
+    phase = phase_at(T, beam, b, d)
+    heat = stored(T, phase, film, cold, b, r)
+    for _ in range(ITERATIONS):
+        before, change = capacity, main - step.main
+        if abs(change) > LEAST_CHANGE:
+            rate = (phase - step.phase) / change
+            capacity = max(1.0 + (heat - step.stored) / change + b.sharpness * rate * rate, LEAST_CAPACITY)
+        if abs(capacity - before) <= SAME_CAPACITY * before:
+            break
+        main = relax(step.main, p0 + e, pm + e, p1 + e, h, base * capacity)
         T = kept * main + b.share * second
         phase = phase_at(T, beam, b, d)
         heat = stored(T, phase, film, cold, b, r)
-    return Step(main, second, kept * main + b.share * second, half, capacity, heat, phase)
+    return Step(main, second, T, half, capacity, heat, phase)
 
 
 @background_kernel
 def balance_pieces(
-    nodes: FloatArray, durations: FloatArray, substeps: int, cold: float, b: Balance,
+    nodes: FloatArray, durations: FloatArray, substeps: int, memory: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Surrogate, what the relays see of it, and where that turned before, [mA^2] at the ends of all substeps.
@@ -182,16 +207,20 @@ def balance_pieces(
     All of shape (pieces * substeps + 1,), from rest in the first current. P = i^2, T = (1 - share) T_1 + share T_2, Q
     the heat that the phase has stored:
     tau (T_1 + Q)' = P (1 + tcr T) - loss T^2 + self_heating R / R_cold - T_1, and so T_2 with its own time constant
-    without Q. `cold` is -ln of the cold film's resistance, `d` and `r` are the read-outs of deflection and -ln R.
+    without Q. `memory` (2, 1 + 2 MAX_EXTREMA) is for the relays' states,
+    `cold` is -ln of the cold film's resistance, `d` and `r` are the read-outs of deflection and -ln R.
     A step's capacity 1 + dQ / dT_1 is that between its ends, by iteration.
     """
-    T = first_temperature(nodes[0, 0] * nodes[0, 0], cold, b, r)
-    beam, film = settle_film(T, b, d), settle_film(T, b, r)
+    d, r, beam, film = uncounted_params(d), uncounted_params(r), uncounted(memory[0]), uncounted(memory[1])
+    T = first_temperature(nodes[0, 0] * nodes[0, 0], film, cold, b, r)
+    settle_film(beam, T, b, d)
+    settle_film(film, T, b, r)
     phase = phase_at(T, beam, b, d)
     step = Step(T, T, T, T, 1.0, stored(T, phase, film, cold, b, r), phase)
     s = lagged = surrogate_power(T, b)
     size = nodes.shape[0] * substeps + 1
-    power, lagging, peaks = np.empty(size), np.empty(size), np.empty(size)
+    power = np.empty(size)
+    lagging, peaks = (np.empty(size), np.empty(size)) if b.lag_s != 0.0 else (power, power)
     power[0] = lagging[0] = peaks[0] = s
     for k in range(1, size):
         row, x, dx = (k - 1) // substeps, ((k - 1) % substeps) / substeps, 1.0 / substeps
@@ -201,15 +230,18 @@ def balance_pieces(
             at(nodes, row, x + 0.5 * dx) ** 2, at(nodes, row, x + dx) ** 2,
         )  # fmt: skip
         step = advance(step, heater, h, beam, film, cold, b, d, r)
-        before, middle, s = s, surrogate_power(step.half, b), surrogate_power(step.T, b)
+        before, s = s, surrogate_power(step.T, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, math.sqrt(max(s, 0.0)), d)
         if b.self_heating != 0.0 or b.film_heat != 0.0:
             preisach_step(film, math.sqrt(max(s, 0.0)), r)
+        power[k] = s
+        if b.lag_s == 0.0:
+            continue
+        middle = surrogate_power(step.half, b)
         peak = turn(lagged, before, middle, s, h, b.lag_s)
         lagged = relax(lagged, before, middle, s, h, b.lag_s)
-        power[k], lagging[k] = s, lagged
-        peaks[k] = lagged if math.isnan(peak) else peak
+        lagging[k], peaks[k] = lagged, lagged if math.isnan(peak) else peak
     return power, lagging, peaks
 
 
@@ -217,8 +249,7 @@ def heat_balance(
     pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """`balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
-    power, lagging, peaks = balance_pieces(
-        pieces.nodes, pieces.durations_s, substeps, -math.log(model.resistance.high),
-        balance, model.deflection_preisach.params, model.resistance_preisach.params,
+    return balance_pieces(
+        pieces.nodes, pieces.durations_s, substeps, np.empty((2, 1 + 2 * MAX_EXTREMA)),
+        -math.log(model.resistance.high), balance, model.deflection_preisach.params, model.resistance_preisach.params,
     )  # fmt: skip
-    return (power, lagging, peaks) if balance.lag_s != 0.0 else (power, power, power)
