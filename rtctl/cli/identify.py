@@ -6,6 +6,10 @@ import argparse
 import json
 from pathlib import Path
 
+TOO_COARSE = (
+    "the static loops are too coarse, relays switch together: of the staircases, as many cells placed where they do "
+    "leave {}; rtctl diagnose learns them anew where records to fit show where they switch"
+)
 DEFAULT_STARTS = {"vo2": 14, "oscillator": 6}
 
 
@@ -60,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
 def _run_vo2(args: argparse.Namespace) -> int:
     from rtctl import __version__
     from rtctl.cli.report import print_model
+    from rtctl.identification.coarse_loops import coarse_loops, left_by
     from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
     from rtctl.measured.reading import read_dataset
     from rtctl.models.vo2 import write_model
@@ -77,9 +82,13 @@ def _run_vo2(args: argparse.Namespace) -> int:
         from rtctl.cli.report import draw_model
 
         draw_model(args.out.with_suffix(".png"), dataset, model)
+    coarse = coarse_loops(model, dataset)
+    notes = [TOO_COARSE.format(left_by(coarse))] if coarse else []
     if args.json:
         quality = {name: q._asdict() for name, q in model.quality.items()}
-        print(json.dumps({"model": str(args.out), "quality": quality}))
+        print(json.dumps({"model": str(args.out), "quality": quality, "warnings": notes}))
     elif not args.quiet:
         print_model(model, args.out)
+        for note in notes:
+            print(f"note: {note}")
     return 0

@@ -19,6 +19,7 @@ from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.verdict import LEAST_GAIN
+from rtctl.identification.coarse_loops import UNITS, left_by
 from rtctl.identification.fit_record import FitRecord
 
 ID = "hysteresis.shape"
@@ -28,8 +29,6 @@ STATEMENT = (
 )
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
-UNITS = {"deflection": "um", "resistance": "dimensionless"}
-OF = {"deflection": "the deflection", "resistance": "ln R"}
 
 
 class Learned(NamedTuple):
@@ -80,16 +79,12 @@ def loops_cause(found: Search, noise_cost: float) -> Cause | None:
         return None
     removable = found.nominal.hypothesis.cost - noise_cost
     removed = found.learned.before.cost - found.chosen.hypothesis.cost
-    left, parameters = [], {}
+    parameters = {}
     for output, one in found.learned.coarse.items():
-        unit = UNITS[output]
-        shown = "" if unit == "dimensionless" else f" {unit}"
-        given, finer = one.rms
-        left.append(f"{finer:.3g}{shown} of {OF[output]} instead of {given:.3g}{shown}")
         value, low, high = one.misfit
-        parameters[f"{output}_misfit"] = Estimate(value, low, high, unit)
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=ID, statement=STATEMENT.format(", ".join(left)), kind="mechanism", probability=MOST_CERTAIN,
+        id=ID, statement=STATEMENT.format(left_by(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
         indistinguishable_from=(),

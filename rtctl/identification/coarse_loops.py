@@ -44,6 +44,8 @@ MOST_CELLS = 80
 ROWS = (3000, 6000)
 """Samples of records that the loops are learned from beside the staircases, evenly spread: for a grid, and on it."""
 BLOCK = 50
+UNITS = {"deflection": "um", "resistance": "dimensionless"}
+OF = {"deflection": "the deflection", "resistance": "ln R"}
 RESAMPLES = 200
 
 
@@ -121,6 +123,16 @@ def coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
             if one is not None:
                 found[output], shown = one, shown or one.is_coarse
     return found if shown else {}
+
+
+def left_by(coarse: Mapping[str, Coarse]) -> str:
+    """For a person: of each read-out, what as many cells elsewhere leave, and what the given ones do."""
+    said = []
+    for output, one in coarse.items():
+        unit = "" if UNITS[output] == "dimensionless" else f" {UNITS[output]}"
+        given, finer = one.rms
+        said.append(f"{finer:.3g}{unit} of {OF[output]} instead of {given:.3g}{unit}")
+    return ", ".join(said)
 
 
 def relearned(coarse: Coarse, records: Sequence[Samples]) -> PreisachModel:
