@@ -9,7 +9,7 @@ domain switches only records that move through there can tell: `relearned` takes
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +36,8 @@ domains 0.16 to 0.79 % of the deflection, of two among 40 others that such a gri
 REPEATED = 30
 """States that staircases reach more than once: fewer do not say what is lack of fit."""
 LACKS = 2.0
-"""Times the pure error: a mean square lack of fit below it is not worth a fit."""
+"""Times the pure error: where mean square lacks of fit of both read-outs are below it, no fit is worth it. One film
+moves both, and its domains may show in one alone."""
 CLAIMED = 1.1
 """Times what the identification left: a read-out that leaves more on these staircases was not learned from them."""
 MOST_CELLS = 80
@@ -102,27 +103,16 @@ def coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
         ends = steady_states(dataset)
     except InputError:  # no staircase, or one of too few holds: nothing is known of the loops
         return {}
-    v = heated_hold_ends(dataset, model.time_constant_s)
     states = _states(ends)
-    found, shown = {}, False
     with threadpool_limits(1, "blas"):
-        for output, read, claimed in (
-            ("deflection", model.deflection_preisach, model.deflection_error),
-            ("resistance", model.resistance_preisach, model.reading_error),
-        ):
-            y = (
-                ends.deflection_um
-                if output == "deflection"
-                else -np.log(np.maximum(ends.resistance_ohm, 1e-300))
-            )
-            scored = ends.scored & np.isfinite(y)
-            if not scored.any():
-                continue
-            staircases = Samples(v, np.nan_to_num(y), scored)
-            one = _judged(read, claimed, staircases, states, certain=shown)
-            if one is not None:
-                found[output], shown = one, shown or one.is_coarse
-    return found if shown else {}
+        given = {
+            output: _Given(read, staircases, _left(read, claimed, staircases))
+            for output, read, claimed, staircases in _read_outs(model, dataset, ends)
+        }
+        if all(one.lack_of_fit(states) < LACKS for one in given.values()):
+            return {}
+        found = {output: _with_finer(one) for output, one in given.items()}
+    return found if any(one.is_coarse for one in found.values()) else {}
 
 
 def left_by(coarse: Mapping[str, Coarse]) -> str:
@@ -166,16 +156,41 @@ def lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
     return lack / max(float(scatter), 1e-300)
 
 
-def _judged(
-    read: PreisachModel, claimed: float, staircases: Samples, states: NDArray[np.intp], *, certain: bool
-) -> Coarse | None:
-    """None: nothing lacks; `certain`: another read-out of the same film does."""
+class _Given(NamedTuple):
+    """A read-out of the model and what it leaves at the scored samples."""
+
+    read: PreisachModel
+    staircases: Samples
+    left: FloatArray
+
+    def lack_of_fit(self, states: NDArray[np.intp]) -> float:
+        return lack_of_fit(self.left, states[self.staircases.scored].tolist())
+
+
+def _read_outs(
+    model: Vo2Model, dataset: Dataset, ends: SteadyStates
+) -> Iterator[tuple[str, PreisachModel, float, Samples]]:
+    """Output, read-out, the residual that the identification claims, the staircases; those that were measured."""
+    v = heated_hold_ends(dataset, model.time_constant_s)
+    reading = -np.log(np.maximum(ends.resistance_ohm, 1e-300))
+    for output, read, claimed, y in (
+        ("deflection", model.deflection_preisach, model.deflection_error, ends.deflection_um),
+        ("resistance", model.resistance_preisach, model.reading_error, reading),
+    ):
+        scored = ends.scored & np.isfinite(y)
+        if scored.any():
+            yield output, read, claimed, Samples(v, np.nan_to_num(y), scored)
+
+
+def _left(read: PreisachModel, claimed: float, staircases: Samples) -> FloatArray:
+    """At the scored samples, by the read-out or by one on its grid that was learned from these staircases."""
     v, y, scored = staircases
-    left = (y - read.simulate(v))[scored]
-    if _rms(left) > CLAIMED * claimed:
-        left = _fit(staircases, read, read.grid).residual
-    if not certain and lack_of_fit(left, states[scored].tolist()) < LACKS:
-        return None
+    left: FloatArray = (y - read.simulate(v))[scored]
+    return left if _rms(left) <= CLAIMED * claimed else _fit(staircases, read, read.grid).residual
+
+
+def _with_finer(given: _Given) -> Coarse:
+    read, staircases, left = given
     finer = _fit(staircases, read, adapted_nodes(read, _cells(read)))
     return Coarse(read, finer.model, staircases, left, finer.residual)
 

@@ -98,3 +98,20 @@ def test_loops_learned_from_records_too_follow_a_record_that_no_fit_saw(stepped,
     )
     assert finer < 0.8 * given
     assert len(again.grid) == len(model.deflection_preisach.grid)
+
+
+def test_a_read_out_that_is_too_noisy_to_lack_is_asked_where_the_other_one_lacks(stepped):
+    data, _ = stepped
+    draw = np.random.default_rng(3)
+    records = tuple(
+        dataclasses.replace(
+            one,
+            signals=one.signals
+            | {"deflection": one.signals["deflection"] + draw.normal(0.0, 3.0, one.samples)},
+        )
+        for one in data.records
+    )
+    noisy = dataclasses.replace(data, records=records)
+    found = coarse_loops(identified(noisy), noisy)
+    assert set(found) == {"deflection", "resistance"}
+    assert found["resistance"].is_coarse
