@@ -50,10 +50,9 @@ def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T
     if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
         return function
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
-    parts = "|".join([_stamp(compiled), *sorted({_file_stamp(__name__), *_parts(function)})])
-    compiled._cache._cache_file._source_stamp = hashlib.sha256(
-        parts.encode()
-    ).hexdigest()  # it is part of others
+    stamps = "|".join([_stamp(compiled), *sorted({_file_stamp(__name__), *_parts(function)})])
+    digest = hashlib.sha256(stamps.encode()).hexdigest()  # of one length, since other stamps contain it
+    compiled._cache._cache_file._source_stamp = digest
     result: Callable[P, T] = compiled
     return result
 

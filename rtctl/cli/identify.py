@@ -82,6 +82,7 @@ def _run_vo2(args: argparse.Namespace) -> int:
         from rtctl.cli.report import draw_model
 
         draw_model(args.out.with_suffix(".png"), dataset, model)
+    say("whether the static loops are too coarse", quiet=quiet)
     coarse = coarse_loops(model, dataset)
     notes = [TOO_COARSE.format(left_by(coarse))] if coarse else []
     if args.json:

@@ -249,7 +249,8 @@ def heat_balance(
     pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """`balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
-    return balance_pieces(
+    power, lagging, peaks = balance_pieces(
         pieces.nodes, pieces.durations_s, substeps, np.empty((2, 1 + 2 * MAX_EXTREMA)),
         -math.log(model.resistance.high), balance, model.deflection_preisach.params, model.resistance_preisach.params,
     )  # fmt: skip
+    return (power, lagging, peaks) if balance.lag_s != 0.0 else (power, power, power)
