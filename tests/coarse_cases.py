@@ -49,11 +49,11 @@ def readings(v: FloatArray, share: float, seed: int) -> dict[str, FloatArray]:
     }
 
 
-def dataset(share: float) -> Dataset:
-    """A staircase of first-order reversal curves, three records to fit and one to test."""
-    levels = np.linspace(LOW, HIGH, 97)
+def dataset(share: float, steps: int = 97) -> Dataset:
+    """A staircase of first-order reversal curves on so many levels, three records to fit and one to test."""
+    levels = np.linspace(LOW, HIGH, steps)
     parts = [levels, levels[::-1]]
-    for last in range(30, 95, 4):
+    for last in range(round(0.31 * steps), steps - 2, max(1, round(steps / 24))):
         parts += [levels[: last + 1 : 2], levels[last::-1]]
     staircase = np.concatenate(parts)
     inputs = [("identify", np.repeat(staircase[np.r_[True, np.diff(staircase) != 0.0]], HOLD))]

@@ -12,6 +12,8 @@ from rtctl.diagnosis.finer_loops import FinerLoops
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.search import Search, level_of, search
 from rtctl.diagnosis.support import supported
+from rtctl.diagnosis.unnamed import explaining_more
+from rtctl.diagnosis.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 
@@ -21,6 +23,7 @@ STOPPED = (
     "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
     "nominal model"
 )
+NOT_PUT_RIGHT = "stopped by the user before the static loops were learned anew behind these causes"
 LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
 OUT_OF_TIME = (
@@ -88,7 +91,32 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
     if whole and not stopped:
         found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
+        try:
+            found = _with_loops_put_right(ask, found)
+        except Stopped:
+            return found, [*said, NOT_PUT_RIGHT], True
     return found, said, stopped
+
+
+def _with_loops_put_right(ask: Asked, found: Search) -> Search:
+    """`found`, the static loops learned anew behind causes that leave something, where that helps on test records.
+
+    Not where a law of no name leaves less: then the causes are wrong, and loops would hide it.
+    """
+    subject = ask.data.subject
+    partly = verdict_of(found, subject.least_removed) == "partly_explained"
+    if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
+        return found
+    loops = subject.identified(ask.model, ask.dataset)
+    if not loops:
+        return found
+    law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
+    found = found._replace(outdone=law)
+    if law:
+        return found
+    ask.told("the static loops, learned anew")
+    level = level_of(ask.options.false_claim_rate)
+    return FinerLoops(loops, ask.data, ask.tests, ask.ids, level).behind(found)
 
 
 def _finer(ask: Asked) -> FinerLoops | None:

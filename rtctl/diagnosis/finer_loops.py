@@ -2,7 +2,9 @@
 
 The identification's own records say whether its static part is too coarse, whatever else acts on the others. If they
 do, the causes found so far keep their place, that part is learned behind them from the fitted records too, and it is a
-cause if the error on test records falls by it: noise, and causes that it could imitate, do not repeat there.
+cause if the error on test records falls by it: noise, and causes that it could imitate, do not repeat there. Where
+those records say nothing, but causes leave more than the noise, it is learned anew behind them all the same, and put
+right where that helps there: what lies between the levels of a staircase was never measured.
 """
 
 from __future__ import annotations
@@ -41,9 +43,14 @@ class Learned(NamedTuple):
     before: Hypothesis
     """The same causes with the part as it was."""
 
+    @property
+    def is_cause(self) -> bool:
+        """Whether the identification's own records show it; else the part is only put right."""
+        return any(one.is_coarse for one in self.coarse.values())
+
 
 class FinerLoops(NamedTuple):
-    """What it takes to learn them: read-outs by output that are too coarse, the records, the gate."""
+    """What it takes to learn them: read-outs by output, the records, the gate."""
 
     coarse: Mapping[str, Any]
     data: Data
@@ -64,18 +71,21 @@ class FinerLoops(NamedTuple):
         if bare is None or again is None or not again.cost < known.cost:
             return found
         again = _less_what_they_replace(data, bare, again)
+        learned = Learned(self.coarse, placed.loops, known)
+        if not learned.is_cause and again.mechanisms == bare.mechanisms:
+            return found
         examined = examine(again, data, self.ids)
         if not _helps(chosen, examined, data, self.tests):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
-            without=without_each(data, bare, again), learned=Learned(self.coarse, placed.loops, known),
+            without=without_each(data, bare, again), learned=learned,
         )  # fmt: skip
 
 
 def loops_cause(found: Search, noise_cost: float) -> Cause | None:
-    """The loops as a cause; None where they were not learned anew."""
-    if found.learned is None:
+    """The loops as a cause; None where they were not learned anew, or only put right."""
+    if found.learned is None or not found.learned.is_cause:
         return None
     removable = found.nominal.hypothesis.cost - noise_cost
     removed = found.learned.before.cost - found.chosen.hypothesis.cost

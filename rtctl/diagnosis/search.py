@@ -84,6 +84,8 @@ class Search(NamedTuple):
     """Larger sets, or some of this size, were not looked at."""
     learned: Learned | None = None
     """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
+    outdone: str | None = None
+    """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
 
     @property
     def fitted(self) -> list[Hypothesis]:

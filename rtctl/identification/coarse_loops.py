@@ -9,7 +9,7 @@ domain switches only records that move through there can tell: `relearned` takes
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -99,20 +99,28 @@ class Coarse(NamedTuple):
 
 def coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
     """By output, `deflection` and `resistance`; empty where no read-out is too coarse, or no staircase says so."""
-    try:
-        ends = steady_states(dataset)
-    except InputError:  # no staircase, or one of too few holds: nothing is known of the loops
+    ends = _ends(dataset)
+    if ends is None:
         return {}
     states = _states(ends)
     with threadpool_limits(1, "blas"):
-        given = {
-            output: _Given(read, staircases, _left(read, claimed, staircases))
-            for output, read, claimed, staircases in _read_outs(model, dataset, ends)
-        }
+        given = _given(model, dataset, ends)
         if all(one.lack_of_fit(states) < LACKS for one in given.values()):
             return {}
         found = {output: _with_finer(one) for output, one in given.items()}
     return found if any(one.is_coarse for one in found.values()) else {}
+
+
+def identified_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
+    """By output, to be `relearned` where something else than the staircases shows that they are off; none is coarse."""
+    ends = _ends(dataset)
+    if ends is None:
+        return {}
+    with threadpool_limits(1, "blas"):
+        given = _given(model, dataset, ends)
+    return {
+        name: Coarse(one.read, one.read, one.staircases, one.left, one.left) for name, one in given.items()
+    }
 
 
 def left_by(coarse: Mapping[str, Coarse]) -> str:
@@ -167,19 +175,28 @@ class _Given(NamedTuple):
         return lack_of_fit(self.left, states[self.staircases.scored].tolist())
 
 
-def _read_outs(
-    model: Vo2Model, dataset: Dataset, ends: SteadyStates
-) -> Iterator[tuple[str, PreisachModel, float, Samples]]:
-    """Output, read-out, the residual that the identification claims, the staircases; those that were measured."""
+def _ends(dataset: Dataset) -> SteadyStates | None:
+    """None where nothing is known of the loops: no staircase, or one of too few holds."""
+    try:
+        return steady_states(dataset)
+    except InputError:
+        return None
+
+
+def _given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _Given]:
+    """By output, those that were measured."""
     v = heated_hold_ends(dataset, model.time_constant_s)
     reading = -np.log(np.maximum(ends.resistance_ohm, 1e-300))
+    found = {}
     for output, read, claimed, y in (
         ("deflection", model.deflection_preisach, model.deflection_error, ends.deflection_um),
         ("resistance", model.resistance_preisach, model.reading_error, reading),
     ):
         scored = ends.scored & np.isfinite(y)
         if scored.any():
-            yield output, read, claimed, Samples(v, np.nan_to_num(y), scored)
+            staircases = Samples(v, np.nan_to_num(y), scored)
+            found[output] = _Given(read, staircases, _left(read, claimed, staircases))
+    return found
 
 
 def _left(read: PreisachModel, claimed: float, staircases: Samples) -> FloatArray:

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from coarse_cases import stepped_film
+from coarse_cases import dataset, identified, stepped_film
 from vo2_model_cases import UNITS
 
-from rtctl.diagnosis import finer_loops
-from rtctl.diagnosis.causes import LOOPS_STOPPED, DiagnosisOptions, Stopped
-from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis import causes, finer_loops
+from rtctl.diagnosis.causes import LOOPS_STOPPED, NOT_PUT_RIGHT, DiagnosisOptions, Stopped
+from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
 from rtctl.diagnosis.pictures import pictures
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
@@ -20,12 +20,15 @@ from rtctl.wiring import mechanism_ids
 
 LATE = 4
 """Samples."""
+FEW_LEVELS = 17
+FEW = ("actuation.delay", "sensor.lag")
+"""Names, so that a search is short."""
 
 
-def answer(data, model, told=lambda text: None, **options):
+def answer(data, model, told=lambda text: None, ids=None, **options):
     simulation = vo2_simulation(model, UNITS, "model.toml")
     chosen = DiagnosisOptions(threads=1, **options)
-    return diagnose(data, model, simulation, mechanism_ids("vo2"), chosen, told)
+    return diagnose(data, model, simulation, ids or mechanism_ids("vo2"), chosen, told)
 
 
 def late(data: Dataset) -> Dataset:
@@ -90,3 +93,39 @@ def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped, 
     ask = finer_loops.FinerLoops(found.search.learned.coarse, data, found.tests, mechanism_ids("vo2"), 0.01)
     monkeypatch.setattr(finer_loops, "LEAST_GAIN", 100.0)
     assert ask.behind(at_nominal) is at_nominal
+
+
+@pytest.fixture(scope="module")
+def few_levels():
+    data = dataset(share=0.0, steps=FEW_LEVELS)
+    return late(data), identified(data)
+
+
+def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels):
+    found = answer(*few_levels, ids=FEW)
+    assert found.verdict == "explained"
+    assert [cause.id for cause in found.causes] == ["actuation.delay"]
+    assert PUT_RIGHT in found.warnings
+    before, after = found.search.learned.before, found.search.chosen.hypothesis
+    assert after.cost < 0.5 * before.cost
+    given = few_levels[1].deflection_preisach
+    assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
+
+
+def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
+    monkeypatch.setattr(causes, "explaining_more", lambda *anything: "A law.")
+    found = answer(*few_levels, ids=FEW)
+    assert found.verdict == "unexplained"
+    assert found.search.learned is None
+    assert any("A law." in warning for warning in found.warnings)
+
+
+def test_one_may_stop_before_the_loops_are_put_right(few_levels):
+    def told(text):
+        if text == "the static loops, learned anew":
+            raise Stopped
+
+    found = answer(*few_levels, told, ids=FEW)
+    assert found.stopped
+    assert NOT_PUT_RIGHT in found.warnings
+    assert [cause.id for cause in found.causes] == ["actuation.delay"]

@@ -150,6 +150,7 @@ OSCILLATOR = Subject(
     comparable=_comparable,
     inner=_as_it_is,
     coarse=lambda model, dataset: {},
+    identified=lambda model, dataset: {},
     relearned=None,
     read_model=read_oscillator_model,
     spreads=_spreads,

@@ -88,6 +88,8 @@ class Subject:
     coarse: Callable[[Any, Dataset], Mapping[str, Any]]
     """Identified parts of a model, by output, that the records they were identified from show to be too coarse; empty
     where they show no such thing."""
+    identified: Callable[[Any, Dataset], Mapping[str, Any]]
+    """The same parts whatever those records show; empty where the dataset has none of them."""
     relearned: Callable[[Mapping[str, Any], Hypothesis, Data], Placed] | None
     """These parts from the fitted records too, behind the hypothesis's causes; None where there are none."""
     read_model: Callable[[Path], Any]

@@ -21,7 +21,7 @@ from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading, flo
 from rtctl.diagnosis.subjects.steps import STEPS, tame
 from rtctl.diagnosis.subjects.subject import Force, Placed, Reader, Records, Signals, Subject
 from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.identification.coarse_loops import Coarse, Samples, coarse_loops, relearned
+from rtctl.identification.coarse_loops import Coarse, Samples, coarse_loops, identified_loops, relearned
 from rtctl.identification.staircase import static_noise
 from rtctl.identification.vo2 import quality_of
 from rtctl.measured.dataset import Dataset
@@ -302,6 +302,7 @@ VO2 = Subject(
     comparable=_comparable,
     inner=_inner,
     coarse=coarse_loops,
+    identified=identified_loops,
     relearned=_relearned,
     read_model=read_model,
     spreads=lambda model: {},
