@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from rtctl.diagnosis.budget import SECONDS, Budget
 from rtctl.diagnosis.finer_loops import FinerLoops
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.search import Search, level_of, search
+from rtctl.diagnosis.search import Search, as_it_is, level_of, search
 from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.unnamed import explaining_more
 from rtctl.diagnosis.verdict import verdict_of
@@ -85,38 +85,59 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
                 return first, [LOOPS_STOPPED], True
             if found.learned:
                 return found, [], False
+    mended = _Mended(ask, [])
     if first is None or first.out_of_time:
-        first, said, stopped = _searched(ask)
+        first, said, stopped = _searched(ask, mended.put_right if whole else as_it_is)
     found = first
-    if whole and not stopped:
+    if whole and not stopped and found.learned is None:
         found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
-            found = _with_loops_put_right(ask, found)
+            found = mended.at_last(found)
         except Stopped:
             return found, [*said, NOT_PUT_RIGHT], True
     return found, said, stopped
 
 
-def _with_loops_put_right(ask: Asked, found: Search) -> Search:
-    """`found`, the static loops learned anew behind causes that leave something, where that helps on test records.
+class _Mended(NamedTuple):
+    """Static loops learned anew behind causes that leave something, where that helps on test records."""
 
-    Not where a law of no name leaves less: then the causes are wrong, and loops would hide it.
-    """
-    subject = ask.data.subject
-    partly = verdict_of(found, subject.least_removed) == "partly_explained"
-    if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
+    ask: Asked
+    tried: list[Search]
+    """What came of it so far."""
+
+    def put_right(self, found: Search) -> Search:
+        """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
+        ask, subject = self.ask, self.ask.data.subject
+        partly = verdict_of(found, subject.least_removed) == "partly_explained"
+        if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
+            return found
+        loops = subject.identified(ask.model, ask.dataset)
+        if not loops:
+            return found
+        law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
+        found = found._replace(outdone=law)
+        if not law:
+            ask.told("the static loops, learned anew")
+            level = level_of(ask.options.false_claim_rate)
+            found = FinerLoops(loops, ask.data, ask.tests, ask.ids, level).behind(found)
+        self.tried.append(found)
         return found
-    loops = subject.identified(ask.model, ask.dataset)
-    if not loops:
-        return found
-    law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
-    found = found._replace(outdone=law)
-    if law:
-        return found
-    ask.told("the static loops, learned anew")
-    level = level_of(ask.options.false_claim_rate)
-    return FinerLoops(loops, ask.data, ask.tests, ask.ids, level).behind(found)
+
+    def at_last(self, found: Search) -> Search:
+        """Of a search that has ended: what was mended on its way, if it passes as little as that."""
+        if found.passes:
+            return found
+        if not self.tried:
+            return self.put_right(found)
+        last = self.tried[-1]
+        if last.chosen.hypothesis is found.chosen.hypothesis:
+            return found._replace(outdone=last.outdone)
+        return last if last.learned is not None and _left(last) < _left(found) else found
+
+
+def _left(found: Search) -> float:
+    return found.chosen.hypothesis.cost
 
 
 def _finer(ask: Asked) -> FinerLoops | None:
@@ -129,7 +150,7 @@ def _finer(ask: Asked) -> FinerLoops | None:
     return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level) if coarse else None
 
 
-def _searched(ask: Asked) -> tuple[Search, list[str], bool]:
+def _searched(ask: Asked, put_right: Callable[[Search], Search] = as_it_is) -> tuple[Search, list[str], bool]:
     """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
     tried: list[str] = []
     known: list[Search] = []
@@ -140,7 +161,7 @@ def _searched(ask: Asked) -> tuple[Search, list[str], bool]:
 
     try:
         rate = ask.options.false_claim_rate
-        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget)
+        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, put_right)
         return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
     except Stopped:
         so_far = known[-1]

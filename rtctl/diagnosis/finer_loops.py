@@ -75,7 +75,8 @@ class FinerLoops(NamedTuple):
         if not learned.is_cause and again.mechanisms == bare.mechanisms:
             return found
         examined = examine(again, data, self.ids)
-        if not _helps(chosen, examined, data, self.tests):
+        others = (chosen,) if learned.is_cause else (chosen, bare)  # the causes have to help by themselves
+        if not all(_helps(one, examined, data, self.tests) for one in others):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),

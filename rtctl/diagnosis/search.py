@@ -93,6 +93,11 @@ class Search(NamedTuple):
         return [one.hypothesis for ranking in self.tried for one in ranking]
 
 
+def as_it_is(found: Search) -> Search:
+    """Nothing is put right."""
+    return found
+
+
 def search(
     data: Data,
     nominal: Hypothesis,
@@ -101,11 +106,17 @@ def search(
     told: Callable[[str], None] = lambda text: None,
     kept: Callable[[Search], None] = lambda found: None,
     budget: Budget | None = None,
+    put_right: Callable[[Search], Search] = as_it_is,
 ) -> Search:
-    """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise."""
+    """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise.
+
+    `put_right`: mends the model behind two causes that do not explain it, or behind the last ones, if that helps.
+    """
     budget = budget or Budget.of()
-    found = _grown(data, nominal, ids, level_of(false_claim_rate), told, kept, budget)
+    found = _grown(data, nominal, ids, level_of(false_claim_rate), told, kept, budget, put_right)
     found = found._replace(out_of_time=budget.spent and not found.passes)
+    if found.learned is not None:
+        return found
     return found._replace(
         without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted)
     )
@@ -119,6 +130,7 @@ def level_of(false_claim_rate: float) -> float:
 def _grown(
     data: Data, nominal: Hypothesis, ids: Sequence[str], level: float,
     told: Callable[[str], None], kept: Callable[[Search], None], budget: Budget,
+    put_right: Callable[[Search], Search],
 ) -> Search:  # fmt: skip
     at_nominal = examine(nominal, data, ids)
     passes = at_nominal.p_value > level
@@ -134,7 +146,7 @@ def _grown(
             break
         lower = _unstuck(data, nominal, field[0]) if size == 1 else None
         if lower is not None:
-            return _grown(data, lower, ids, level, told, kept, budget)
+            return _grown(data, lower, ids, level, told, kept, budget, put_right)
 
         def from_there(ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents) -> list[Hypothesis]:
             return _second_chance(data, parents, ones, ids, told, budget)
@@ -155,6 +167,10 @@ def _grown(
             found = _less_what_is_allowed(data, found, ids)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         told(f"{size} causes do not explain it")
+        if size == GROWN and not budget.spent:
+            mended = put_right(Search(at_nominal, best, False, (), tuple(tried)))
+            if mended.passes:
+                return mended
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
             best = best if _worth_telling(last, best) else last
             break
