@@ -79,7 +79,6 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
             if stopped:
                 return first, said, True
             try:
-                ask.told("the static loops, learned anew")
                 found = loops.behind(first)
             except Stopped:
                 return first, [LOOPS_STOPPED], True
@@ -118,9 +117,8 @@ class _Mended(NamedTuple):
         law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
         found = found._replace(outdone=law)
         if not law:
-            ask.told("the static loops, learned anew")
             level = level_of(ask.options.false_claim_rate)
-            found = FinerLoops(loops, ask.data, ask.tests, ask.ids, level).behind(found)
+            found = FinerLoops(loops, ask.data, ask.tests, ask.ids, level, ask.told).behind(found)
         self.tried.append(found)
         return found
 
@@ -147,7 +145,7 @@ def _finer(ask: Asked) -> FinerLoops | None:
     ask.told("whether the static loops are too coarse")
     coarse = ask.data.subject.coarse(ask.model, ask.dataset)
     level = level_of(ask.options.false_claim_rate)
-    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level) if coarse else None
+    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level, ask.told) if coarse else None
 
 
 def _searched(ask: Asked, put_right: Callable[[Search], Search] = as_it_is) -> tuple[Search, list[str], bool]:

@@ -9,7 +9,7 @@ right where that helps there: what lies between the levels of a staircase was ne
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +31,10 @@ STATEMENT = (
 )
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
+
+
+def _silent(text: str) -> None:
+    """Nobody listens."""
 
 
 class Learned(NamedTuple):
@@ -57,13 +61,15 @@ class FinerLoops(NamedTuple):
     tests: Sequence[FitRecord]
     ids: Sequence[str]
     level: float
+    told: Callable[[str], None] = _silent
+    """Hears what is under way, and may raise to stop."""
 
     def behind(self, found: Search) -> Search:
         """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
         data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
         known = _without_its_correction(data, nominal, chosen)
         assert data.subject.relearned is not None
-        placed = data.subject.relearned(self.coarse, known, data)
+        placed = data.subject.relearned(self.coarse, known, data, self.told)
         bare, again = (
             fitted(data, placed(one.simulation), one.mechanisms, one.starts, still=one.still)
             for one in (nominal, known)

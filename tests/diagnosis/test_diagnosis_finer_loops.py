@@ -79,7 +79,7 @@ def test_a_delay_beside_them_is_named_as_well(stepped):
 
 def test_one_may_stop_before_the_loops_are_learned(stepped):
     def told(text):
-        if text == "the static loops, learned anew":
+        if text == "the static loops, learned anew: resistance":
             raise Stopped
 
     found = answer(*stepped, told, seconds=1.0)
@@ -124,7 +124,7 @@ def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monke
 
 def test_one_may_stop_before_the_loops_are_put_right(few_levels):
     def told(text):
-        if text == "the static loops, learned anew":
+        if text == "the static loops, learned anew: resistance":
             raise Stopped
 
     found = answer(*few_levels, told, ids=FEW[:1])

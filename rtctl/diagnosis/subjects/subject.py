@@ -90,8 +90,9 @@ class Subject:
     where they show no such thing."""
     identified: Callable[[Any, Dataset], Mapping[str, Any]]
     """The same parts whatever those records show; empty where the dataset has none of them."""
-    relearned: Callable[[Mapping[str, Any], Hypothesis, Data], Placed] | None
-    """These parts from the fitted records too, behind the hypothesis's causes; None where there are none."""
+    relearned: Callable[[Mapping[str, Any], Hypothesis, Data, Callable[[str], None]], Placed] | None
+    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
+    raise to stop. None where there are none."""
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""

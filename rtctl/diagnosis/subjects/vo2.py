@@ -236,7 +236,9 @@ class _Placed(NamedTuple):
         return replace(simulation, model=_with_loops(simulation.model, self.coarse, self.loops))
 
 
-def _relearned(coarse: Mapping[str, Coarse], hypothesis: Hypothesis, data: Data) -> Placed:
+def _relearned(
+    coarse: Mapping[str, Coarse], hypothesis: Hypothesis, data: Data, told: Callable[[str], None]
+) -> Placed:
     """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
     plain = VO2.inner(hypothesis.simulation)
     assert isinstance(plain, Vo2Simulation)
@@ -256,7 +258,11 @@ def _relearned(coarse: Mapping[str, Coarse], hypothesis: Hypothesis, data: Data)
             scored = np.zeros(len(path.v), dtype=bool)
             scored[path.sampled[record.first :]] = True
             found.append(Samples(path.v, y, scored))
-    return _Placed(coarse, {output: relearned(coarse[output], found) for output, found in samples.items()})
+    loops = {}
+    for output, found in samples.items():
+        told(f"the static loops, learned anew: {output}")
+        loops[output] = relearned(coarse[output], found)
+    return _Placed(coarse, loops)
 
 
 def _with_loops(
