@@ -147,7 +147,7 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
 def _own_error(examined: Examined) -> float:
     """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
     samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
-    return float(np.sqrt(2.0 * np.mean(examined.noise[0].power(4096)) / samples))
+    return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
 
 
 def sentence_of(simulation: Simulation, identity: str) -> str:

@@ -358,7 +358,6 @@ def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
 
 def _noise_rms(examined: Examined, output: str) -> float:
     """RMS of the noise of an output by its model, in units."""
-    length, outputs = 4096, examined.hypothesis.sensitivity.outputs
-    if output not in outputs:
-        return float("nan")
-    return float(np.sqrt(np.mean(examined.noise[outputs.index(output)].power(length))))
+    outputs = examined.hypothesis.sensitivity.outputs
+    square = examined.noise[outputs.index(output)].mean_square if output in outputs else np.nan
+    return float(np.sqrt(square))

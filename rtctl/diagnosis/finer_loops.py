@@ -133,8 +133,15 @@ def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitR
     gains, rate = [], data.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
-        floor = float(np.sqrt(np.mean(noise.power(4096))))
-        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
+        one = gain(
+            before.simulation,
+            after.hypothesis.simulation,
+            seen,
+            name,
+            "",
+            float(np.sqrt(noise.mean_square)),
+            rate,
+        )
         gains += [one] if one is not None else []
 
     def falls(was: float, now: float, floor: float) -> bool:

@@ -183,7 +183,7 @@ def _beyond_what_is_allowed(
     In that of the noise, which has the colour of a static model's errors too, a fast effect stands out and a slow one
     is hidden; by plain squares, as the allowed size is meant, a slow one counts that is beyond the noise as well.
     """
-    powers = np.array([max(float(np.mean(model.power(4096))), 1e-300) for model in noise])
+    powers = np.array([max(model.mean_square, 1e-300) for model in noise])
     wider = 1.0 + allowed / powers
     coloured = [model._replace(variance=model.variance * k) for model, k in zip(noise, wider, strict=True)]
     plain = [NoiseModel(np.empty(0), power * k) for power, k in zip(powers, wider, strict=True)]

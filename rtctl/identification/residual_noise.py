@@ -26,6 +26,8 @@ FloatArray = NDArray[np.float64]
 HIGHEST_ORDER = 60
 ROWS_AT_ONCE = 16
 """Of a spectrum of many: memory."""
+FINE = 4096
+"""Length of a spectrum whose mean is the mean square."""
 DIRECT = 12
 """Highest order that is filtered sample by sample; above, by FFT."""
 
@@ -63,6 +65,11 @@ class NoiseModel(NamedTuple):
             a = (a[:-1] - reflection * a[-2::-1]) / left
             triangle[order, : order + 1] = np.append(a[::-1], 1.0) / np.sqrt(variance)
         return triangle
+
+    @property
+    def mean_square(self) -> float:
+        """Of the noise itself."""
+        return float(np.mean(self.power(FINE)))
 
     def power(self, length: int) -> FloatArray:
         """Power (length // 2 + 1,) at the frequencies of a real FFT of `length`; white noise: its variance."""

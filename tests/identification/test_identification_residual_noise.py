@@ -76,3 +76,7 @@ def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
     ]
     power = float(noise_of(rows)[0].power(64).mean())
     assert power == pytest.approx(1.0, abs=0.12)  # three standard errors of 0.04; the leftover alone has 0.75
+
+
+def test_its_mean_square_is_that_of_the_autoregression():
+    assert NoiseModel(np.array([-0.9]), 2.0).mean_square == pytest.approx(2.0 / (1.0 - 0.81), rel=1e-2)
