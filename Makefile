@@ -33,8 +33,8 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 2200-2399
-VO2         ?= 51440-51519
+OSCILLATORS ?= 2480-2679
+VO2         ?= 51565-51664
 AMBIGUOUS   ?= 90500-90559
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind

@@ -33,8 +33,8 @@ CAPTIONS = {
     "shape": "The force that today's model lacks, without any formula: {shape}. Its straight "
     "line is taken off where a nominal parameter is one: stiffness, damping or the drive's gain follow it.",
     "loops": "Deflection that switches per mA, while heating and while cooling, and what the loops leave of the "
-    "staircases that they were identified from. Narrow peaks are domains that switch as one: cells spread over all "
-    "of the range smear them.",
+    "staircases that they were identified from. A narrow peak is a domain that switches as one: cells spread over all "
+    "of the range smear it.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
     "parameters. Blue: passes all questions below.",
     "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
