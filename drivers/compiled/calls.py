@@ -10,8 +10,8 @@ import errno
 import select
 import socket
 
-from rtctl.border.compiled_clock import SECOND_NS, carray, clock_ns, external, types
-from rtctl.border.kernels import IntArray, background_kernel
+from rtctl.border.compiled_clock import SECOND_NS, clock_ns, external, types
+from rtctl.border.kernels import IntArray, background_kernel, carray
 from rtctl.border.wire_memory import CLOCK, ERRNO, FD, POLL, ByteArray
 
 _EINTR, _EAGAIN = errno.EINTR, errno.EAGAIN

@@ -34,8 +34,8 @@ from plant_sim.unlocked_device import (
     WATCHDOG_US,
 )
 from plant_sim.vo2.plant import STATE, hold_domains, hold_limiting_loop, read
-from rtctl.border.compiled_clock import carray, clock_ns
-from rtctl.border.kernels import IntArray, background_kernel, pointer
+from rtctl.border.compiled_clock import clock_ns
+from rtctl.border.kernels import IntArray, background_kernel, carray, pointer
 from rtctl.border.records import DeviceStatus
 from rtctl.border.wire_memory import CLOCK, COUNTER, IN_FORCE, OK, PYTHON, SEQUENCE, STATUS, TIME_US
 

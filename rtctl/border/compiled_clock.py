@@ -15,7 +15,6 @@ from rtctl.border.kernels import IntArray, background_kernel
 
 _of_numba: Any = numba  # which mypy knows by half
 types = _of_numba.types
-carray = _of_numba.carray
 AVAILABLE = sys.platform == "linux" and sys.byteorder == "little" and not _of_numba.config.DISABLE_JIT
 """Whether this machine's system calls are the ones that are written here."""
 

@@ -125,7 +125,7 @@ def _file_stamp(module: str) -> str:
 
 
 _of_numba: Any = numba  # which mypy knows by half
-_carray = _of_numba.carray
+carray = _of_numba.carray
 COMPILED = not _of_numba.config.DISABLE_JIT
 
 
@@ -137,5 +137,5 @@ def uncounted(array: FloatArray) -> FloatArray:
     """
     if not COMPILED:
         return array
-    view: FloatArray = _carray(pointer(array.ctypes.data), array.shape, np.float64)
+    view: FloatArray = carray(pointer(array.ctypes.data), array.shape, np.float64)
     return view

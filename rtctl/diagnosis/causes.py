@@ -123,7 +123,7 @@ class _Mended(NamedTuple):
         return found
 
     def at_last(self, found: Search) -> Search:
-        """Of a search that has ended: what was mended on its way, if it passes as little as that."""
+        """Of a search that has ended: itself if it passes, else what was mended on its way if that leaves less."""
         if found.passes:
             return found
         if not self.tried:
@@ -131,11 +131,9 @@ class _Mended(NamedTuple):
         last = self.tried[-1]
         if last.chosen.hypothesis is found.chosen.hypothesis:
             return found._replace(outdone=last.outdone)
-        return last if last.learned is not None and _left(last) < _left(found) else found
-
-
-def _left(found: Search) -> float:
-    return found.chosen.hypothesis.cost
+        if last.learned is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
+            return found
+        return last._replace(out_of_time=found.out_of_time)
 
 
 def _finer(ask: Asked) -> FinerLoops | None:

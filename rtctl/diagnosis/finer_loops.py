@@ -133,15 +133,8 @@ def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitR
     gains, rate = [], data.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
-        one = gain(
-            before.simulation,
-            after.hypothesis.simulation,
-            seen,
-            name,
-            "",
-            float(np.sqrt(noise.mean_square)),
-            rate,
-        )
+        floor = float(np.sqrt(noise.mean_square))
+        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
         gains += [one] if one is not None else []
 
     def falls(was: float, now: float, floor: float) -> bool:

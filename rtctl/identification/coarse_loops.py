@@ -124,9 +124,9 @@ def identified_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
 
 
 def left_by(coarse: Mapping[str, Coarse]) -> str:
-    """For a person: of each read-out, what as many cells elsewhere leave, and what the given ones do."""
+    """For a person: of each that is too coarse, what as many cells elsewhere leave, and what the given ones do."""
     said = []
-    for output, one in coarse.items():
+    for output, one in ((output, one) for output, one in coarse.items() if one.is_coarse):
         unit = "" if UNITS[output] == "dimensionless" else f" {UNITS[output]}"
         given, finer = one.rms
         said.append(f"{finer:.3g}{unit} of {OF[output]} instead of {given:.3g}{unit}")

@@ -21,7 +21,7 @@ class Pair(NamedTuple):
     second: float
 """
 INNER = """
-from rtctl.kernels import FloatArray, kernel, uncounted
+from rtctl.kernels import kernel
 
 @kernel
 def inner(x: float) -> float:
@@ -30,7 +30,7 @@ def inner(x: float) -> float:
 OUTER = """
 from inner import inner
 from pair import Pair
-from rtctl.kernels import FloatArray, kernel, uncounted
+from rtctl.kernels import kernel
 
 @kernel
 def outer(x: float) -> float:
