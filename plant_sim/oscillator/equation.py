@@ -101,14 +101,20 @@ class Equation:
         bistable = (stiffness < 0.0) & (cubic > 0.0)
         return float(np.sqrt(-stiffness[bistable] / cubic[bistable]).max(initial=0.0))
 
-    def rates(self, reach: float, drive: float = 0.0, duration_s: float = 0.0) -> tuple[float, float]:
-        """Fastest angular frequency and damping [1/s] of motions up to `reach` under drives up to `drive`."""
+    def rates(
+        self, reach: float, drive: float = 0.0, duration_s: float = 0.0, swing: float = math.inf
+    ) -> tuple[float, float]:
+        """Fastest angular frequency and damping [1/s] of motions up to `reach` under drives up to `drive`.
+
+        swing: half of their range, if it is less.
+        """
         p, reach2 = np.abs(self.rows), reach * reach
         stiffness = p[STIFFNESS] + 2.0 * p[QUADRATIC] * reach + 3.0 * p[CUBIC] * reach2
         stiffness += 5.0 * p[QUINTIC] * reach2 * reach2 + p[PARAMETRIC] * drive + p[DRIFT] * duration_s
         rate = float(np.sqrt(stiffness.max()))
-        damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * rate * reach
-        return math.hypot(rate, self.own_rate(rate * reach)), float(damping.max())
+        speed = rate * min(reach, swing)
+        damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * speed
+        return math.hypot(rate, self.own_rate(speed)), float(damping.max())
 
     def share(self, reach: float) -> float:
         """Of the nonlinear force in the linear one at `reach`; infinite where a splitting cannot take it apart."""
@@ -134,14 +140,15 @@ class Equation:
         *,
         drive: float = 0.0,
         duration_s: float = 0.0,
+        swing: float = math.inf,
     ) -> Plan:
         """How motions up to `reach` under drives up to `drive` are integrated between samples `period_s` apart.
 
-        hold: of the drive between its samples; "" where mechanisms make of it what no hold describes, and RK4's
-        short steps are needed. Raises ValueError where no sensible step resolves the model.
+        swing: see `rates`; hold: of the drive between its samples; "" where mechanisms make of it what no hold
+        describes, and RK4's short steps are needed. Raises ValueError where no sensible step resolves the model.
         """
         share = self.share(reach) if hold else math.inf
-        rate, damping = self.rates(reach, drive, duration_s)
+        rate, damping = self.rates(reach, drive, duration_s, swing)
         return plan(
             period_s,
             rate,

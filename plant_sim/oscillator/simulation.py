@@ -99,11 +99,18 @@ class OscillatorSimulation:
         untouched = not any(mechanism.acts_before_the_equation for mechanism in active)
         hold = stimulus.holds.get("drive", "linear") if untouched else ""
         largest = float(np.abs(stimulus.inputs["drive"]).max())
+        swing = stimulus.swing.get("displacement", np.inf)
         duration_s = stimulus.period_s * stimulus.samples
         how = Plan(0, False)
         for _ in range(MOST_REFINEMENTS):
             wanted = equation.plan(
-                stimulus.period_s, reach, hold, steps_per_period, drive=largest, duration_s=duration_s
+                stimulus.period_s,
+                reach,
+                hold,
+                steps_per_period,
+                drive=largest,
+                duration_s=duration_s,
+                swing=swing,
             )
             wanted = wanted._replace(substeps=wanted.substeps * refine)
             check_work(wanted.substeps, stimulus.samples)

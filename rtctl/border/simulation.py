@@ -27,6 +27,8 @@ class Stimulus:
     """State at the first sample in the data's units; what is missing is at rest."""
     peak: Mapping[str, float] = field(default_factory=dict)
     """Largest measured magnitude of each output, where it is known: the step is chosen for it."""
+    swing: Mapping[str, float] = field(default_factory=dict)
+    """Half of the range of each, where it is known: in one of two wells far less than `peak`."""
 
     @property
     def samples(self) -> int:

@@ -134,7 +134,7 @@ def _slopes(
     def run(drive: FloatArray) -> FloatArray:
         stimulus = Stimulus(
             inputs={"drive": drive}, holds=record.stimulus.holds, period_s=record.period_s,
-            initial=record.stimulus.initial, peak=record.stimulus.peak,
+            initial=record.stimulus.initial, peak=record.stimulus.peak, swing=record.stimulus.swing,
         )  # fmt: skip
         found = hypothesis.simulation.predict(stimulus, hypothesis.values, start, data.steps_per_period)
         return np.stack([found.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])

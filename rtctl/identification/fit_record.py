@@ -55,6 +55,7 @@ class FitRecord:
                 holds=whole.holds,
                 period_s=whole.period_s,
                 peak=whole.peak,
+                swing=whole.swing,
             ),
             measured={name: values[begin:end] for name, values in self.measured.items()},
         )

@@ -22,4 +22,5 @@ def stimulus_of(record: Record, holds: Mapping[str, str]) -> Stimulus:
         period_s=record.period_s,
         initial=rest | dict(record.initial),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
+        swing={name: 0.5 * float(np.ptp(values)) for name, values in measured.items()},
     )
