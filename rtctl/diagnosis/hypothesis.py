@@ -162,8 +162,9 @@ def sensitivity_of(data: Data, simulation: Simulation, still: frozenset[str]) ->
 def polished(data: Data, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
     """To the end, with every shape free that these records can determine beside the others."""
     still = set(hypothesis.still)
+    redundant = {one.name for one in hypothesis.simulation.parameters if one.declared.redundant}
     for name in _defaulted(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
-        if name in still and _determined(data, hypothesis, still - {name}, name):
+        if name in still - redundant and _determined(data, hypothesis, still - {name}, name):
             still.discard(name)
     return fitted(
         data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)

@@ -109,3 +109,31 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     assert end.still == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
     assert found["sensor.hum.frequency"] == pytest.approx(50.4, abs=0.02)
+
+
+def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
+    """Away from the optimum slopes by differences seem to tell Bouc-Wen's four numbers apart."""
+    hysteresis = {
+        "id": "hysteresis.bouc_wen",
+        "parameters": {
+            "level": {"value": 900.0, "unit": "mm/s^2"}, "displacement": {"value": 0.08, "unit": "mm"},
+            "loop": {"value": 0.5, "unit": "dimensionless"}, "bend": {"value": 0.2, "unit": "dimensionless"},
+        },
+    }  # fmt: skip
+    path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
+    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
+    near = device(hysteresis)
+    begun = fitted(data, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
+    assert begun is not None
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rtctl.diagnosis.hypothesis._determined", lambda *of: True)
+        end = polished(data, begun)
+    assert end is not None
+    assert end.still == {"hysteresis.bouc_wen.loop"}
+    found = {one.name: one.value for one in end.simulation.parameters}
+    assert found["hysteresis.bouc_wen.loop"] == 0.5
+    assert found["hysteresis.bouc_wen.bend"] != 0.2
