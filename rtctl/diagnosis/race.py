@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted, polished
+from rtctl.diagnosis.starts import at_better_starts
 
 FloatArray = NDArray[np.float64]
 FIRST_LAP = 6
@@ -26,6 +27,12 @@ FINISHED = 3
 SHORTER = (0.1, 0.0)
 """Of a step that ended above its parent, one after the other: near a fold the linear estimate jumps to another branch,
 and stays there."""
+FURTHER_LAPS = 2
+"""Of those near the best that are still on their way: along a narrow, bent valley many steps are short."""
+NEAR_BEST = 1.5
+"""Times the lowest cost."""
+DONE = 1e-3
+"""Of the cost, that one more step would take off it at most."""
 Key = tuple[frozenset[str], str]
 """A set, and the form of what was added to it."""
 HOPELESS = 30.0
@@ -93,7 +100,16 @@ def _to_the_end(
     last = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
         return _sorted(one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None)
-    gone = [one if budget.spent else _better(one, polished(data, one, LAST_LAP)) for one in last]
+    gone = [one if budget.spent else _to_its_end(data, one) for one in last]
+    for _ in range(FURTHER_LAPS):
+        near = NEAR_BEST * min((one.cost for one in gone), default=0.0)
+        on = [one.cost < near and one.promised < (1.0 - DONE) * one.cost for one in gone]
+        if not any(on):
+            break
+        gone = [
+            _to_its_end(data, one) if more and not budget.spent else one
+            for one, more in zip(gone, on, strict=True)
+        ]
     return _sorted([*gone, *field[len(last) :]])
 
 
@@ -112,9 +128,14 @@ def _no_worse(data: Data, runner: Runner) -> Hypothesis | None:
     return best
 
 
+def _to_its_end(data: Data, one: Hypothesis) -> Hypothesis:
+    one = at_better_starts(data, one)
+    return _better(one, polished(data, one, LAST_LAP))
+
+
 def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
-    end = _better(one, polished(data.glance, one, LAST_LAP))
+    end = _to_its_end(data.glance, one)
     return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
 
 
@@ -134,6 +155,7 @@ def _among(one: Hypothesis, others: Sequence[Hypothesis]) -> bool:
 
 
 def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
+    one = at_better_starts(data, one)
     return _better(one, fitted(data, one.simulation, one.mechanisms, one.starts, laps, still=one.still))
 
 
