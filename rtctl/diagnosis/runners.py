@@ -1,8 +1,9 @@
-"""Where the fits of a set with one more mechanism start: from the linear estimate of its size, in its best shapes."""
+"""Where the fits of a set with more mechanisms start: from the linear estimate of their sizes, in their best shapes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,10 @@ COLLINEAR = 0.1
 start lies far from the valley."""
 WEAK = 0.05
 """Mechanisms whose score is below this share of the best one are fitted from one start only."""
+MOST_PAIRS = 8
+"""That are begun at once."""
+AT_ONCE = 0.3
+"""Of the linear step, of two at once: the whole one leaves the valley more often than it comes further along it."""
 
 
 def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
@@ -46,22 +51,41 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
             own = [group for group in groups if parent.directions[group[0]].form == form]
             for group in own[: 1 if few else SHAPES_TRIED]:
                 for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
-                    made.append(_runner(parent, identity, group, factor))
+                    made.append(_runner(parent, group, factor))
     return made
 
 
-def _screened(parent: Examined) -> list[tuple[str, float]]:
-    """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
+def pairs_of(parent: Examined) -> list[Runner]:
+    """The parent's set with two further mechanisms at once: of all pairs those that promise most together.
+
+    One effect alone bends the nominal parameters until the other, beside it, is far from where it would be right, and
+    what of the two is no neighbour of the best single cause would never be tried.
+    """
+    found = []
+    for one, other in combinations(_forms(parent).values(), 2):
+        best = max(
+            ([*first, *second] for first, second in product(one, other)),
+            key=lambda group: parent.projected.block(np.array(group))[0],
+        )
+        found.append((parent.projected.block(np.array(best))[0], best))
+    found.sort(key=lambda one: -one[0])
+    return [_runner(parent, group, AT_ONCE) for _, group in found[:MOST_PAIRS]]
+
+
+def _forms(parent: Examined) -> dict[str, list[list[int]]]:
+    """Of each mechanism, its directions in groups of one form and one choice of shapes."""
     by_id: dict[str, list[int]] = {}
     for k, direction in enumerate(parent.directions):
         if direction.mechanism:
             by_id.setdefault(direction.mechanism, []).append(k)
+    return {identity: acting_together(parent.directions, indices) for identity, indices in by_id.items()}
+
+
+def _screened(parent: Examined) -> list[tuple[str, float]]:
+    """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
     scores = {
-        identity: max(
-            parent.projected.block(np.array(group))[0]
-            for group in acting_together(parent.directions, indices)
-        )
-        for identity, indices in by_id.items()
+        identity: max(parent.projected.block(np.array(group))[0] for group in groups)
+        for identity, groups in _forms(parent).items()
     }
     top = max(scores.values(), default=0.0) or 1.0
     ranking = sorted(((identity, score / top) for identity, score in scores.items()), key=lambda one: -one[1])
@@ -69,38 +93,45 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
     return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
 
 
-def _runner(parent: Examined, identity: str, group: Sequence[int], factor: float) -> Runner:
+def _runner(parent: Examined, group: Sequence[int], factor: float) -> Runner:
+    """`group`: directions of one form and shape of each mechanism that is added."""
     hypothesis = parent.hypothesis
-    simulation = neutral = hypothesis.simulation.extended((identity,))
-    at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
+    identities = tuple(dict.fromkeys(parent.directions[k].mechanism for k in group))
+    forms = {parent.directions[k].mechanism: parent.directions[k].form for k in group}
+    simulation = neutral = hypothesis.simulation.extended(identities)
+    at = {
+        (p.mechanism, p.declared.name): k for k, p in enumerate(simulation.parameters) if p.mechanism in forms
+    }
     values = np.array([parameter.value for parameter in simulation.parameters])
-    mechanism, form = simulation.mechanisms[-1], parent.directions[group[0]].form
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
-    still |= {f"{identity}.{one.name}" for one in mechanism.amplitudes if mechanism.form_of(one.name) != form}
-    own: dict[str, FloatArray] = {}
+    for mechanism in simulation.mechanisms[-len(identities) :]:
+        still |= {
+            f"{mechanism.id}.{one.name}"
+            for one in mechanism.amplitudes
+            if mechanism.form_of(one.name) != forms[mechanism.id]
+        }
+    own: dict[tuple[str, str], FloatArray] = {}
     steps = _joint_step(parent.projected, len(hypothesis.shared), group)
     free = hypothesis.sensitivity.free
     values[free] += factor * _given_way(parent, group, steps) * hypothesis.sensitivity.scale
+    shaped = np.array([parameter.value for parameter in neutral.parameters])
     for k, step in zip(group, steps, strict=True):
         direction = parent.directions[k]
+        index = at[direction.mechanism, direction.name]
         for name, value in direction.shapes.items():
-            values[at[name]] = value
+            values[at[direction.mechanism, name]] = shaped[at[direction.mechanism, name]] = value
         if direction.record != ALL:
-            of_each = own.setdefault(direction.name, np.zeros(len(hypothesis.starts)))
+            of_each = own.setdefault((direction.mechanism, direction.name), np.zeros(len(hypothesis.starts)))
             of_each[direction.record] = factor * step * direction.scale
         elif parent.projected.usable[k]:
-            values[at[direction.name]] += factor * step * direction.scale
+            values[index] += factor * step * direction.scale
         else:
-            still.add(simulation.parameters[at[direction.name]].name)
+            still.add(simulation.parameters[index].name)
     starts = np.column_stack((hypothesis.starts, *own.values()))
-    shaped = np.array([parameter.value for parameter in neutral.parameters])
-    for k in group:
-        for name, value in parent.directions[k].shapes.items():
-            shaped[at[name]] = value
     return Runner(
-        mechanisms=(*hypothesis.mechanisms, identity), simulation=start_of(simulation, values), starts=starts,
+        mechanisms=(*hypothesis.mechanisms, *identities), simulation=start_of(simulation, values), starts=starts,
         still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
-        form=form,
+        form="".join(forms.values()),
     )  # fmt: skip
 
 

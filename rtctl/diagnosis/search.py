@@ -22,7 +22,7 @@ from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
 from rtctl.diagnosis.race import each_once, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
-from rtctl.diagnosis.runners import GROWN, runners_of
+from rtctl.diagnosis.runners import GROWN, pairs_of, runners_of
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.finer_loops import Learned
@@ -141,6 +141,8 @@ def _grown(
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
         runners = [runner for parent in parents for runner in runners_of(parent)]
+        if size == 2:
+            runners = [*pairs_of(at_nominal), *runners]
         field = race(data, runners, told, budget)
         if not field:
             break

@@ -1,4 +1,4 @@
-"""A mechanism that the set's own parameters nearly imitate starts where these have made room for it."""
+"""A mechanism that the set's own parameters nearly imitate starts where these have made room; two may start at once."""
 
 from __future__ import annotations
 
@@ -7,10 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.approach import fitted_nominal
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Data
 from rtctl.diagnosis.projection import Rows, project
-from rtctl.diagnosis.runners import _given_way
+from rtctl.diagnosis.race import race
+from rtctl.diagnosis.runners import AT_ONCE, MOST_PAIRS, _given_way, pairs_of
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
+from rtctl.identification.scales import scales_of
 
 SAMPLES = 500
 
@@ -35,3 +44,36 @@ def test_they_take_back_what_it_adds_along_them() -> None:
 @pytest.mark.parametrize("apart", [3.0, 1e-5])
 def test_they_stay_where_it_has_a_sign_of_its_own_or_none_at_all(apart: float) -> None:
     assert way_of(apart) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
+    late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
+    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
+    records = tuple(
+        FitRecord(
+            name=f"r{seed}",
+            stimulus=Stimulus(
+                inputs={"drive": noise_drive(seed)}, holds={"drive": "linear"}, period_s=PERIOD_S
+            ),
+            measured={"displacement": measured(device(late, cubic), noise_drive(seed))},
+        )
+        for seed in (1, 2)
+    )
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted_nominal(data, device(), ())
+    assert nominal is not None
+    ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
+    parent = examine(nominal, data, ids)
+    pairs = pairs_of(parent)
+    assert len(pairs) == MOST_PAIRS
+    assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
+    start = {one.name: one.value for one in pairs[0].simulation.parameters}
+    assert 0.1 * AT_ONCE < start["drive.lag.time_constant"] / 1e-3 < 3.0 * AT_ONCE
+    assert 0.1 * AT_ONCE < start["stiffness.cubic.coefficient"] / 150.0 < 3.0 * AT_ONCE
+    best = race(data, pairs, lambda text: None)[0]
+    assert set(best.mechanisms) == {"drive.lag", "stiffness.cubic"}
+    found = {one.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)}
+    assert found["drive.lag.time_constant"] == pytest.approx(1e-3, rel=0.1)
+    assert found["stiffness.cubic.coefficient"] == pytest.approx(150.0, rel=0.1)
