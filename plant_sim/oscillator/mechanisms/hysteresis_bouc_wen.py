@@ -45,7 +45,7 @@ MECHANISM = OscillatorMechanism(
         shape(
             "loop",
             "dimensionless",
-            "share of yielding that makes the loop; level and displacement say the rest",
+            "share of yielding that makes the loop",
             lambda s: 0.5,
             default=0.5,
             redundant=True,
