@@ -51,9 +51,12 @@ def _candidates(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
 def _costs(
     data: Data, hypothesis: Hypothesis, index: int, record: FitRecord, states: FloatArray
 ) -> FloatArray:
-    """(starts,) infinite where a run diverges."""
+    """(starts,) infinite where a run diverges, all of them where no sensible step resolves one."""
     values = np.tile(hypothesis.values_of(index), (len(states), 1))
-    run = hypothesis.simulation.predict(record.stimulus, values, states, data.steps_per_period)
+    try:
+        run = hypothesis.simulation.predict(record.stimulus, values, states, data.steps_per_period)
+    except ValueError:
+        return np.full(len(states), np.inf)
     costs = np.zeros(len(states))
     for name in hypothesis.sensitivity.outputs:
         error = (run.outputs[name] - record.measured[name])[:, record.first :] / data.size(name)

@@ -54,6 +54,16 @@ def test_starts_that_are_right_stay() -> None:
     assert at_better_starts(data, right) is right
 
 
+def test_where_no_step_resolves_another_start_it_is_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    data, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
+
+    def refused(*of: object) -> object:
+        raise ValueError("would need 1e9 steps")
+
+    monkeypatch.setattr(type(astray.simulation), "predict", refused)
+    assert at_better_starts(data, astray) is astray
+
+
 def test_a_model_without_states_is_as_it_is() -> None:
     stimulus = Stimulus(inputs={"current": telegraph(300, 1)}, holds={"current": "zero"}, period_s=1e-3)
     resistance, deflection = predict(simulation(), stimulus)
