@@ -93,7 +93,7 @@ def mechanism_slopes(
 ) -> FloatArray:
     """(directions, outputs, n) of record `index`, all of one form of a mechanism: another may need shorter steps.
 
-    Zero where a direction is another record's own.
+    Zero where a direction is another record's own, or no sensible step resolves it.
     """
     identity = directions[0].mechanism
     simulation = hypothesis.simulation.extended((identity,))
@@ -104,14 +104,19 @@ def mechanism_slopes(
     outputs = hypothesis.sensitivity.outputs
     slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
-    for step in STEPS:
+    for step in STEPS if left else ():
         lanes = np.tile(base, (1 + len(left), 1))
         for lane, k in enumerate(left, 1):
             for name, value in directions[k].shapes.items():
                 lanes[lane, at[name]] = value
             lanes[lane, at[directions[k].name]] += step * directions[k].scale
+        for name, value in directions[left[0]].shapes.items():  # all take the steps that the stiffest needs
+            lanes[0, at[name]] = value
         start = np.tile(hypothesis.start(index), (len(lanes), 1))
-        run = simulation.predict(record.stimulus, lanes, start, data.steps_per_period)
+        try:
+            run = simulation.predict(record.stimulus, lanes, start, data.steps_per_period)
+        except ValueError:
+            continue
         moved = np.stack([run.outputs[name][:, record.first :] for name in outputs], axis=1)
         moved = moved[1:] - moved[0]
         good = tame(moved, data, outputs)

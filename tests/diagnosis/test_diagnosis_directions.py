@@ -1,0 +1,70 @@
+"""Slopes of a mechanism take the steps that its shapes need, whatever unit the data are in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, measured, noise_drive
+
+from plant_sim.oscillator.equation import Equation
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.directions import catalogue_directions, mechanism_slopes
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+from rtctl.wiring import build_simulation
+
+
+def in_micrometres() -> tuple[Data, Hypothesis]:
+    """A device that moves by thousands of them."""
+    parameters = {
+        "damping": {"value": 8.0, "unit": "1/s"}, "stiffness": {"value": 1.6e4, "unit": "1/s^2"},
+        "drive_gain": {"value": 4.5e6, "unit": "um/s^2/V"},
+    }  # fmt: skip
+    model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": parameters}})
+    device = build_simulation(model, {"drive": "V", "displacement": "um"}, "device")
+    drive = noise_drive(1)
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+    reading = measured(device, drive, noise=1.0)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}),)
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted(data, device, (), iterations=3)
+    assert nominal is not None
+    assert data.size("displacement") > 1000.0
+    return data, nominal
+
+
+def test_a_shape_that_does_not_act_yet_asks_for_no_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hysteresis that yields over one unit would be a relay here."""
+    data, nominal = in_micrometres()
+    taken = []
+
+    def noted(self: Equation, drive: Any, how: Any, start: Any) -> Any:
+        taken.append(how.substeps)
+        return integrate(self, drive, how, start)
+
+    integrate = Equation.integrate
+    monkeypatch.setattr(Equation, "integrate", noted)
+    residual = [np.zeros((1, data.records[0].samples))]
+    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), data, residual)
+    slopes = mechanism_slopes(nominal, directions, data, 0)
+    assert (np.abs(slopes).max(axis=(1, 2)) > 0.0).all()
+    assert max(taken) < 100
+
+
+def test_a_direction_that_no_step_resolves_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    data, nominal = in_micrometres()
+
+    def refused(*of: object) -> object:
+        raise ValueError("would need 1e9 steps")
+
+    residual = [np.zeros((1, data.records[0].samples))]
+    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), data, residual)
+    monkeypatch.setattr(type(nominal.simulation), "predict", refused)
+    assert not mechanism_slopes(nominal, directions, data, 0).any()
