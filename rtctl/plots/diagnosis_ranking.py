@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rtctl.plots.channels import written
-from rtctl.plots.style import BLACK, BLUE, GREY, RAIL, VERMILION, house_style, new_figure
+from rtctl.plots.style import BLACK, BLUE, GREY, RAIL, VERMILION, few_decades, house_style, new_figure
 
 FloatArray = NDArray[np.float64]
 TOLD_APART = 0.9
@@ -57,6 +57,7 @@ def candidates_figure(
         axes.axvline(nominal, color=VERMILION, label="today's model, re-fitted")
         axes.set_yticks(rows, list(names))
         axes.set_xscale("log")
+        few_decades(axes.xaxis)
         axes.set_xlim(0.6 * min(noise, *errors), 1.5 * max(nominal, *errors))
         axes.grid(False, axis="y")
         axes.set_xlabel(f"error left on the fitted records, RMS [{written(unit)}]")

@@ -12,6 +12,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -87,6 +88,11 @@ def kilo(ohm_axis: Axes, which: str = "y") -> None:
         ohm_axis.set_yscale("log")
     else:
         ohm_axis.set_xscale("log")
+    few_decades(axis)
+
+
+def few_decades(axis: Axis) -> None:
+    """Ticks of a logarithmic axis over a few decades: they read 10, 20, 50, 100."""
     axis.set_major_locator(mpl.ticker.LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(mpl.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(mpl.ticker.NullFormatter())
