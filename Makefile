@@ -33,7 +33,7 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 2480-2679
+OSCILLATORS ?= 2680-2879
 VO2         ?= 51565-51664
 AMBIGUOUS   ?= 90500-90559
 blind: $(STAMP)
