@@ -50,7 +50,7 @@ class Parameter:
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Of a shape: where to look for it, in multiples of its scale."""
     redundant: bool = False
-    """Of a shape with a default: it only names the unit of others, and no fit moves it."""
+    """Of a shape with a default: it only names the unit of others, and a diagnosis leaves it there."""
     searched: bool = False
     """Of a shape with a default: a search for it does not begin there, but over its range."""
     grid: int = 4

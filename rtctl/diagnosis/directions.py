@@ -110,7 +110,7 @@ def mechanism_slopes(
             for name, value in directions[k].shapes.items():
                 lanes[lane, at[name]] = value
             lanes[lane, at[directions[k].name]] += step * directions[k].scale
-        for name, value in directions[left[0]].shapes.items():  # all take the steps that the stiffest needs
+        for name, value in directions[left[0]].shapes.items():  # or it alone may need the finest steps
             lanes[0, at[name]] = value
         start = np.tile(hypothesis.start(index), (len(lanes), 1))
         try:

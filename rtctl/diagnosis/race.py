@@ -29,7 +29,7 @@ SHORTER = (0.1, 0.0)
 and stays there."""
 FURTHER_LAPS = 2
 """Of those near the best that are still on their way: along a narrow, bent valley many steps are short."""
-NEAR_BEST = 1.5
+IN_CONTENTION = 1.5
 """Times the lowest cost."""
 DONE = 1e-3
 """Of the cost, that one more step would take off it at most."""
@@ -102,7 +102,7 @@ def _to_the_end(
         return _sorted(one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None)
     gone = [one if budget.spent else _to_its_end(data, one) for one in last]
     for _ in range(FURTHER_LAPS):
-        near = NEAR_BEST * min((one.cost for one in gone), default=0.0)
+        near = IN_CONTENTION * min((one.cost for one in gone), default=0.0)
         on = [one.cost < near and one.promised < (1.0 - DONE) * one.cost for one in gone]
         if not any(on):
             break
@@ -129,6 +129,7 @@ def _no_worse(data: Data, runner: Runner) -> Hypothesis | None:
 
 
 def _to_its_end(data: Data, one: Hypothesis) -> Hypothesis:
+    """From where its records fit best, with every shape that they can determine."""
     one = at_better_starts(data, one)
     return _better(one, polished(data, one, LAST_LAP))
 

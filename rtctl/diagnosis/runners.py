@@ -43,9 +43,7 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
         if strength < least:
             continue
         mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-        groups = sorted(
-            acting_together(parent.directions, mine), key=lambda g: -parent.projected.block(np.array(g))[0]
-        )
+        groups = sorted(acting_together(parent.directions, mine), key=lambda group: -_score(parent, group))
         few = strength < WEAK or large
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             own = [group for group in groups if parent.directions[group[0]].form == form]
@@ -61,15 +59,17 @@ def pairs_of(parent: Examined) -> list[Runner]:
     One effect alone bends the nominal parameters until the other, beside it, is far from where it would be right, and
     what of the two is no neighbour of the best single cause would never be tried.
     """
-    found = []
+    best = []
     for one, other in combinations(_forms(parent).values(), 2):
-        best = max(
-            ([*first, *second] for first, second in product(one, other)),
-            key=lambda group: parent.projected.block(np.array(group))[0],
-        )
-        found.append((parent.projected.block(np.array(best))[0], best))
-    found.sort(key=lambda one: -one[0])
-    return [_runner(parent, group, AT_ONCE) for _, group in found[:MOST_PAIRS]]
+        groups = ([*first, *second] for first, second in product(one, other))
+        best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))
+    best.sort(key=lambda scored: -scored[0])
+    return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
+
+
+def _score(parent: Examined, group: Sequence[int]) -> float:
+    """Sum of squares that these directions remove together."""
+    return parent.projected.block(np.asarray(group))[0]
 
 
 def _forms(parent: Examined) -> dict[str, list[list[int]]]:
@@ -84,7 +84,7 @@ def _forms(parent: Examined) -> dict[str, list[list[int]]]:
 def _screened(parent: Examined) -> list[tuple[str, float]]:
     """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
     scores = {
-        identity: max(parent.projected.block(np.array(group))[0] for group in groups)
+        identity: max(_score(parent, group) for group in groups)
         for identity, groups in _forms(parent).items()
     }
     top = max(scores.values(), default=0.0) or 1.0

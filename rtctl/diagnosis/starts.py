@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.local_state import local_state
 from rtctl.identification.weak_form import half_width
 
@@ -24,9 +23,9 @@ def at_better_starts(data: Data, hypothesis: Hypothesis) -> Hypothesis:
     if not hypothesis.simulation.state:
         return hypothesis
     starts, gained = hypothesis.starts.copy(), 0.0
-    for index, record in enumerate(data.records):
+    for index in range(len(data.records)):
         states = _candidates(data, hypothesis, index)
-        costs = _costs(data, hypothesis, index, record, states)
+        costs = _costs(data, hypothesis, index, states)
         best = int(np.argmin(costs))
         starts[index, : hypothesis.states] = states[best]
         gained += costs[0] - costs[best] if np.isfinite(costs[0]) else 0.0
@@ -48,10 +47,9 @@ def _candidates(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
     return np.array([*found, *resting])
 
 
-def _costs(
-    data: Data, hypothesis: Hypothesis, index: int, record: FitRecord, states: FloatArray
-) -> FloatArray:
+def _costs(data: Data, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
     """(starts,) infinite where a run diverges, all of them where no sensible step resolves one."""
+    record = data.records[index]
     values = np.tile(hypothesis.values_of(index), (len(states), 1))
     try:
         run = hypothesis.simulation.predict(record.stimulus, values, states, data.steps_per_period)
