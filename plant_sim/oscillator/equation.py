@@ -74,7 +74,7 @@ class Equation:
                     for lane in values
                 ],
             )
-            for one in active
+            for one in sorted(active, key=lambda one: one.id)  # one kernel, whichever was added first
         ]
         remembering = [
             (one, one.memory, of_all)
@@ -212,7 +212,7 @@ class Equation:
 @lru_cache(maxsize=256)
 def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
     """The compiled integrator of an equation with these parts."""
-    memoryless = law_for(terms - {"friction"})
+    memoryless = law_for(terms - {"friction"}, memory=bool(memories))
     rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
     if not memories:
         return bind(rk4, acceleration=memoryless, **rubbing)

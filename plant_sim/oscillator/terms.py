@@ -70,8 +70,14 @@ _LAWS = (
     (NOMINAL | {"parametric", "drift"}, modulated),
     (NOMINAL | {"damping_2", "damping_abs"}, damped),
 )
+_BESIDE_MEMORY = (_LAWS[1],)
 
 
-def law_for(terms: Set[str]) -> Any:
-    """The cheapest law that has these terms (friction is none of them)."""
-    return next((found for known, found in _LAWS if terms <= known), polynomial)
+def law_for(terms: Set[str], *, memory: bool = False) -> Any:
+    """The cheapest law that has these terms (friction is none of them).
+
+    Beside a `memory`, of few: its own work hides what a shorter law saves, and each combination is compiled.
+    """
+    return next(
+        (found for known, found in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial
+    )

@@ -40,7 +40,7 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.steps import Plan
-from plant_sim.oscillator.terms import law_for
+from plant_sim.oscillator.terms import NOMINAL, TERMS, law_for
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Parameter, Scales
 from rtctl.border.model_file import ModelFile
@@ -279,6 +279,23 @@ def test_a_neutral_term_changes_no_bit_of_the_motion_in_the_law_that_has_it(iden
         with_term.integrate(drive, how, start), without.integrate(drive, how, start), strict=True
     ):
         assert np.array_equal(found, expected)
+
+
+def test_two_memories_have_one_kernel_whichever_was_added_first() -> None:
+    both = ("hysteresis.bouc_wen", "stiffness.viscoelastic")
+    made = [
+        Equation.of(one.parameters, one.mechanisms, lane(one, {})[None, :])
+        for one in (simulation(*both), simulation(*both[::-1]))
+    ]
+    assert made[0].memories == made[1].memories
+    assert np.array_equal(made[0].rows, made[1].rows)
+
+
+def test_beside_a_memory_a_spring_of_any_order_has_the_law_of_the_nominal_one() -> None:
+    asymmetric = NOMINAL | {"quadratic"}
+    assert law_for(asymmetric, memory=True) is law_for(NOMINAL, memory=True)
+    assert law_for(asymmetric) is not law_for(NOMINAL)
+    assert law_for(NOMINAL | {"damping_2"}, memory=True) is law_for(frozenset(TERMS))
 
 
 @pytest.mark.parametrize("identity", [name for name in SECTION_5 if MECHANISMS[name].memory])
