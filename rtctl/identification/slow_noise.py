@@ -44,9 +44,10 @@ class SlowPart(NamedTuple):
         gains = 1.0 / np.sqrt(self.variances)
         found: FloatArray = gains[len(sums) - 1] * sums[-1] / counts[-1]
         for level in range(len(sums) - 2, -1, -1):
-            above = sums[level + 1] / counts[level + 1]
-            rest = np.repeat(found - gains[level] * above, 2, axis=-1)[..., : sums[level].shape[-1]]
-            found = rest + gains[level] * sums[level] / counts[level]
+            rest = found - gains[level] * (sums[level + 1] / counts[level + 1])
+            found = sums[level] * (gains[level] / counts[level])
+            found[..., ::2] += rest
+            found[..., 1::2] += rest[..., : found.shape[-1] // 2]
         return found
 
 
@@ -86,7 +87,15 @@ def _pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
     many samples each has."""
     sums, counts = [series], [np.ones(series.shape[-1])]
     while sums[-1].shape[-1] > 1:
-        starts = np.arange(0, sums[-1].shape[-1], 2)
-        sums.append(np.add.reduceat(sums[-1], starts, axis=-1))
-        counts.append(np.add.reduceat(counts[-1], starts))
+        sums.append(_pairs(sums[-1]))
+        counts.append(_pairs(counts[-1]))
     return sums, counts
+
+
+def _pairs(series: FloatArray) -> FloatArray:
+    """Sums of each two of (..., n); the last one alone where n is odd."""
+    both = series.shape[-1] // 2
+    found = np.empty((*series.shape[:-1], series.shape[-1] - both))
+    np.add(series[..., : 2 * both : 2], series[..., 1::2], out=found[..., :both])
+    found[..., both:] = series[..., 2 * both :]
+    return found
