@@ -30,6 +30,8 @@ MOST_PAIRS = 8
 """That are begun at once."""
 AT_ONCE = 0.3
 """Of the linear step, of two at once: the whole one leaves the valley more often than it comes further along it."""
+FURTHEST = 0.5
+"""Of its value, or of its typical size if that is more: what one of a set's own parameters makes room by at most."""
 
 
 def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
@@ -112,8 +114,10 @@ def _runner(parent: Examined, group: Sequence[int], factor: float) -> Runner:
         }
     own: dict[tuple[str, str], FloatArray] = {}
     steps = _joint_step(parent.projected, len(hypothesis.shared), group)
+    way = _given_way(parent, group, steps)
+    factor = min(factor, _longest(parent, way))
     free = hypothesis.sensitivity.free
-    values[free] += factor * _given_way(parent, group, steps) * hypothesis.sensitivity.scale
+    values[free] += factor * way * hypothesis.sensitivity.scale
     shaped = np.array([parameter.value for parameter in neutral.parameters])
     for k, step in zip(group, steps, strict=True):
         direction = parent.directions[k]
@@ -144,6 +148,15 @@ def _given_way(parent: Examined, group: Sequence[int], steps: FloatArray) -> Flo
     sizes = np.where(projected.usable[chosen], steps, 0.0) * projected.scale[1 + shared + chosen]
     way: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
     return way
+
+
+def _longest(parent: Examined, way: FloatArray) -> float:
+    """Factor of `way` (p,) beyond which one of the set's own parameters would leave all that is linear about it.
+
+    A stiffness that made room by several times itself would have another sign.
+    """
+    most = FURTHEST * np.maximum(np.abs(parent.hypothesis.shared), 1.0)
+    return float(np.min(most / np.maximum(np.abs(way), 1e-300), initial=np.inf))
 
 
 def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:

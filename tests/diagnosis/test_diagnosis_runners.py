@@ -15,7 +15,7 @@ from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data
 from rtctl.diagnosis.projection import Rows, project
 from rtctl.diagnosis.race import race
-from rtctl.diagnosis.runners import AT_ONCE, MOST_PAIRS, _given_way, pairs_of
+from rtctl.diagnosis.runners import AT_ONCE, FURTHEST, MOST_PAIRS, _given_way, _longest, pairs_of
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -44,6 +44,15 @@ def test_they_take_back_what_it_adds_along_them() -> None:
 @pytest.mark.parametrize("apart", [3.0, 1e-5])
 def test_they_stay_where_it_has_a_sign_of_its_own_or_none_at_all(apart: float) -> None:
     assert way_of(apart) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear_about_it() -> None:
+    parent: Any = SimpleNamespace(hypothesis=SimpleNamespace(shared=np.array([4.0, 0.1])))
+    assert _longest(parent, np.array([-16.0, 0.0])) == pytest.approx(FURTHEST * 4.0 / 16.0)
+    assert _longest(parent, np.array([0.0, 2.0])) == pytest.approx(
+        FURTHEST * 1.0 / 2.0
+    )  # of its typical size
+    assert _longest(parent, np.zeros(2)) > 1.0
 
 
 def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
