@@ -73,7 +73,9 @@ def approached(
         cost = _that_run(cost, shared)
         cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
         low, high = bounds(sensitivity, data.scales)
-        reached = minimise(cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4)
+        reached = minimise(
+            cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=data.enough
+        )
         if reached is not None:
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
             found.append(simulation)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,15 +11,21 @@ SECONDS = 70.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """Asked before each fit; the fit under way is finished, and what is best by then is tested by the gate."""
+    """Asked before each fit and between its steps; what is best by then is tested by the gate."""
 
     seconds: float
     clock: Callable[[], float]
     begun: float
 
     @classmethod
-    def of(cls, seconds: float = SECONDS, clock: Callable[[], float] = time.process_time) -> Budget:
-        """`seconds` [s] from now on; of processor time, so that an answer does not depend on what else runs."""
+    def of(cls, seconds: float = SECONDS, clock: Callable[[], float] | None = None) -> Budget:
+        """`seconds` [s] from now on; of `working_time`, so that an answer depends neither on what else runs nor on
+        whether a kernel is compiled already.
+        """
+        if clock is None:
+            from rtctl.diagnosis.compile_time import working_time
+
+            clock = working_time
         return cls(seconds=seconds, clock=clock, begun=clock())
 
     @property

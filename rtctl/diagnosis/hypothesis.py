@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.converter import step_of
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.identification.fit_record import FitRecord
@@ -31,6 +32,10 @@ FURTHER = 2.0
 """Times where it begins: a beam far below its resonance has a stiffness of many scales."""
 
 
+def _never() -> bool:
+    return False
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Data:
     """The records that a diagnosis fits, how large their motion is, and on what it runs."""
@@ -42,6 +47,12 @@ class Data:
     steps_per_period: float | None = None
     allowed: Mapping[str, float] = field(default_factory=dict)
     """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
+    enough: Callable[[], bool] = _never
+    """Asked between the steps of a fit, which then ends where it is."""
+
+    def until(self, budget: Budget) -> Data:
+        """The same, on which a fit ends once `budget` is spent."""
+        return replace(self, enough=lambda: budget.spent)
 
     @property
     def glance(self) -> Data:
@@ -146,7 +157,9 @@ def fitted(
     )
     begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
     low, high = bounds(sensitivity, data.scales)
-    found = minimise(cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7)
+    found = minimise(
+        cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7, enough=data.enough
+    )
     if found is None:
         return None
     return _hypothesis(cost, tuple(mechanisms), found, linear_gain(found, low, high), still)

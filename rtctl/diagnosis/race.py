@@ -79,6 +79,7 @@ def _to_the_end(
     data: Data, runners: Sequence[Runner], told: Callable[[str], None], budget: Budget
 ) -> list[Hypothesis]:
     """Of each form of each set its best fit."""
+    data = data.until(budget)
     glance = data.glance
     first: dict[Key, list[Hypothesis]] = {}
     for runner in runners:

@@ -302,15 +302,15 @@ def _front(
 ) -> tuple[Examined, list[Examined]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
 
-    Where those that extend do not pass, others as good are asked too, one after the other.
+    Where those that extend do not pass, others as good are asked too, one after the other, while `budget` lasts.
     """
     likely = by_likelihood(data, field[:BEAM])
     alike = [one for one in field[:ALIKE] if one.cost < AS_GOOD * field[0].cost]
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [examine(one, data, ids) for one in front]
-    if all(one.p_value <= rate for one in examined):
+    if all(one.p_value <= rate for one in examined) and not budget.spent:
         few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
-        again = [*(one if budget.spent else fitted_again(data, one) for one in few[:AGAIN]), *few[AGAIN:]]
+        again = [*(fitted_again(data.until(budget), one) for one in few[:AGAIN]), *few[AGAIN:]]
         again = from_there(sorted(again, key=lambda one: one.cost))
         again = _by_stretches(data, [one for one in again if one.cost < near * again[0].cost])
         known = {id(one.hypothesis): one for one in examined}

@@ -58,13 +58,19 @@ def minimise(
     iterations: int,
     tolerance: float = 1e-10,
     told: Callable[[int], None] = lambda iteration: None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Minimum | None:
-    """From `start` until a step lowers the cost by less than `tolerance` of it; None: diverged at the start."""
+    """From `start` until a step lowers the cost by less than `tolerance` of it; None: diverged at the start.
+
+    `enough` is asked before each step: then it ends there, as if that had been the last of `iterations`.
+    """
     here, equations = start, evaluate(start)
     if equations is None:
         return None
     damping, growth = 1e-3, 2.0
     for iteration in range(iterations):
+        if enough():
+            return Minimum(here, equations, Status.ITERATIONS, iteration)
         told(iteration)
         if equations.cost == 0.0:
             return Minimum(here, equations, Status.CONVERGED, iteration)

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from itertools import count
 from pathlib import Path
 
-from diagnosis_cases import friction_case
+import numba
+import numpy as np
+from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
 
+from rtctl.border.simulation import Stimulus
 from rtctl.comparison import simulation_for
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.hypothesis import Data, fitted
+from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 
@@ -19,6 +27,38 @@ def test_a_budget_is_spent_when_its_clock_has_run_so_far() -> None:
     ticks = count()
     budget = Budget.of(3.0, lambda: float(next(ticks)))  # begins at 0
     assert [budget.spent for _ in range(4)] == [False, False, True, True]
+
+
+def test_what_the_compiler_takes_spends_nothing_of_it() -> None:
+    def inner(x: float) -> float:
+        return x + 1.0
+
+    within = numba.njit(inner)
+
+    def outer(x: float) -> float:
+        return float(within(x) + within(2.0 * x))
+
+    budget, begun = Budget.of(), time.process_time()
+    numba.njit(outer)(1.0)
+    spent, of_it = time.process_time() - begun, budget.clock() - budget.begun
+    assert of_it < 0.5 * spent
+
+
+def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
+    stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
+    readings = {"displacement": measured(device(), noise_drive(1))}
+    record = FitRecord(name="r", stimulus=stimulus, measured=readings)
+    data = Data(subject=SUBJECTS["oscillator"], records=(record,), scales=scales_of((record,)))
+    values = np.array([1.05 * one.value for one in device().parameters])
+    start = device().with_values(values)
+    asked = count()
+    left = [
+        fitted(data.until(Budget.of(most, lambda: float(next(asked)))), start, ())
+        for most in (0.0, 2.0, 99.0)
+    ]
+    costs = [one.cost for one in left if one is not None]
+    assert costs[0] == fitted(data, start, (), iterations=0).cost  # type: ignore[union-attr]
+    assert costs[0] > costs[1] > costs[2]
 
 
 def test_without_time_nothing_is_fitted_no_cause_is_claimed_and_the_answer_says_so(tmp_path: Path) -> None:
