@@ -71,6 +71,12 @@ def _measured(
 
 
 def resolved(line: Line, which: str) -> bool:
-    """Whether with the `proposed` or the `random` record the truth is named alone."""
+    """Whether with the `proposed` or the `random` record the truth is named alone, or with what is the same by
+    construction and nothing else: that no experiment separates (and the proposal says so).
+    """
     after = line["next"].get(which)
-    return after is not None and after["judgement"] != "crash" and single_and_right(line | after)
+    if after is None or after["judgement"] == "crash":
+        return False
+    names = [{one["id"], *one["or"]} for one in after["causes"]]
+    same = {*line["truth"], *line["equivalent"]}
+    return single_and_right(line | after) or (len(names) == 1 and set(line["truth"]) <= names[0] <= same)

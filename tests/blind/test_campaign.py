@@ -123,6 +123,8 @@ def test_an_experiment_resolves_only_with_one_right_name() -> None:
     assert not resolved(case, "random")
     assert separable(case)
     assert not separable(case | {"equivalent": ["drive.delay"]})  # no experiment can tell these apart
+    assert resolved(case | {"equivalent": ["drive.delay"]}, "random")
+    assert not resolved(case | {"equivalent": ["sensor.lag"]}, "random")
     doubted = case | {"next": case["next"] | {"decides": False, "proposed": two}}
     rows = figures([], [case | {"next": case["next"] | {"decides": True}}, doubted]).splitlines()
     assert "50.0 % (1 of 2;" in next(row for row in rows if "resolves an ambiguous case" in row)
