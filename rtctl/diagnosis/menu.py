@@ -20,6 +20,8 @@ from rtctl.scenario import profile_of, scenario_of
 FloatArray = NDArray[np.float64]
 LEVELS = (0.25, 0.5, 1.0)
 MOST_SAMPLES = 4096
+LONGER = 4
+"""Times the records so far: where these are so short that they leave names open, a longer one tells more."""
 HIGHEST = 0.45
 """Of the sample rate: no line lies above."""
 
@@ -87,7 +89,7 @@ def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
     if not (high > low and period_us >= 1):
         return []
     period_s = 1e-6 * period_us
-    samples = min(MOST_SAMPLES, int(np.median([record.samples for record in data.records])))
+    samples = min(MOST_SAMPLES, LONGER * int(np.median([record.samples for record in data.records])))
     frequency = data.scales.rate / (2.0 * np.pi)
     made = []
     for level in LEVELS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +15,14 @@ from rtctl.cli import main
 from rtctl.diagnosis.files import scenario_text
 from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.menu import drive_range, menu
+from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, drive_range, menu
 from rtctl.diagnosis.next_experiment import (
     ALIKE,
     DECIDES,
     MOST_TIMES,
     NextExperiment,
     Scored,
+    _chosen,
     next_experiment,
 )
 from rtctl.diagnosis.separation import PARTED, Pair, together
@@ -103,12 +105,12 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
     low, high = drive_range(data)
     largest = float(np.abs(data.records[0].stimulus.inputs["drive"]).max())
     assert (low, high) == pytest.approx((-largest, largest))
-    entries = menu(data, UNITS)
+    entries, longest = menu(data, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
     assert len(entries) == 24
     assert len({entry.statement for entry in entries}) == 24
     for entry in entries:
         assert low - 1e-9 <= entry.levels.min() < entry.levels.max() <= high + 1e-9
-        assert 0.2 * SAMPLES < len(entry.levels) <= 1.1 * SAMPLES
+        assert 0.2 * longest < len(entry.levels) <= 1.1 * longest
 
 
 def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_random_one() -> None:
@@ -175,6 +177,18 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     assert len(noisy.scenario["excitation"]) == noisy.times
     far_too_noisy = with_noise(8.0 * once.separation / DECIDES)
     assert "too few to decide" in far_too_noisy.statement
+
+
+def test_what_decides_with_fewer_records_goes_before_what_one_record_says_more_by() -> None:
+    """Of each input: by one record, and whether no prediction parts; how many records, and what they bring."""
+    entry: Any = None
+    steep, steady = Scored(entry, 5.0), Scored(entry, 4.0)
+    parting = Scored(entry, 7.0, whole=False)
+    slow, fast, early = (steep, 9, 8.0), (steady, 4, 8.0), (parting, 2, 9.0)
+    assert _chosen([early, slow, fast]) == fast
+    assert _chosen([early, (steep, 16, 7.9)]) == early
+    assert _chosen([(steep, 16, 5.5), (steady, 16, 7.0)]) == (steady, 16, 7.0)
+    assert _chosen([(steep, 1, 9.0), (steady, 1, 30.0)]) == (steady, 1, 30.0)
 
 
 @cache
