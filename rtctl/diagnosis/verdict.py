@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.gain import Gain
-from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.search import NEARLY, Search
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
 LEAST_GAIN = 1.5
@@ -14,8 +14,6 @@ LEAST_GAIN = 1.5
 named."""
 QUIET = 1.1
 """Times noise and allowance: a nominal model that misses test records by less misses nothing."""
-NEARLY = 1e-6
-"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 HALF = 1.0 - 1.0 / LEAST_GAIN**2
 """Of the squares: what the least gain on test records comes to."""
 
