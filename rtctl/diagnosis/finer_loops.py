@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.diagnosis.answer import MOST_CERTAIN, Cause, Estimate
-from rtctl.diagnosis.gain import gain
+from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
@@ -128,14 +128,30 @@ def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> 
     return again
 
 
-def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> bool:
-    """Whether an output's error on test records beyond the noise falls to one over LEAST_GAIN, and none rises."""
-    gains, rate = [], data.scales.rate
+def over_noise(found: Examined, data: Data, tests: Sequence[FitRecord]) -> float:
+    """Error on test records (RMS) over what of the noise cannot be predicted, of the output where that is largest; 0
+    where none has one.
+
+    The slow part of what is left may be noise or the model's own error, and a noise model takes it for its own.
+    """
+    gains = _gains(found.hypothesis, found, data, tests)
+    fast = dict(zip(found.hypothesis.sensitivity.outputs, (one.variance for one in found.noise), strict=True))
+    return max((one.after / np.sqrt(fast[one.output] or np.inf) for one in gains), default=0.0)
+
+
+def _gains(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> list[Gain]:
+    """Of each output that test records have."""
+    found = []
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
-        floor = float(np.sqrt(noise.mean_square))
-        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
-        gains += [one] if one is not None else []
+        floor, simulation = float(np.sqrt(noise.mean_square)), after.hypothesis.simulation
+        found.append(gain(before.simulation, simulation, seen, name, "", floor, data.scales.rate))
+    return [one for one in found if one is not None]
+
+
+def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> bool:
+    """Whether an output's error on test records beyond the noise falls to one over LEAST_GAIN, and none rises."""
+    gains = _gains(before, after, data, tests)
 
     def falls(was: float, now: float, floor: float) -> bool:
         return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / LEAST_GAIN**2

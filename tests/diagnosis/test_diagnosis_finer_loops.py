@@ -22,6 +22,8 @@ from rtctl.wiring import mechanism_ids
 LATE = 4
 """Samples."""
 FEW_LEVELS = 17
+MORE_LEVELS = 27
+"""So many that the gate lets pass what the loops are off by between them."""
 FEW = ("actuation.delay", "sensor.lag")
 """Names, so that a search is short."""
 
@@ -111,6 +113,21 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
+
+
+def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(monkeypatch):
+    data = dataset(share=0.0, steps=MORE_LEVELS)
+    case = late(data), identified(data)
+    found = answer(*case, ids=FEW)
+    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
+    as_they_are = answer(*case, ids=FEW)
+    for one in (found, as_they_are):
+        assert one.verdict == "explained"
+        assert [cause.id for cause in one.causes] == ["actuation.delay"]
+        assert one.search.passes
+    assert PUT_RIGHT in found.warnings
+    assert as_they_are.search.learned is None
+    assert found.gain.after < 0.6 * as_they_are.gain.after
 
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
