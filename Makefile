@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 2680-2879
-VO2         ?= 51565-51664
-AMBIGUOUS   ?= 90500-90559
+OSCILLATORS ?= 2880-3079
+VO2         ?= 51705-51754
+AMBIGUOUS   ?= 90620-90679
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
