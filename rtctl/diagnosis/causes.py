@@ -20,7 +20,8 @@ from rtctl.measured.dataset import Dataset
 FIRST_LOOK = 20.0
 """Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
 WORTH_PUTTING_RIGHT = 1.05
-"""Times the noise, on test records: a set that passes and leaves less there hardly gains by other loops."""
+"""Times what of the noise cannot be predicted, on test records: a set that passes and leaves less there hardly gains by
+other loops."""
 STOPPED = (
     "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
     "nominal model"
@@ -101,7 +102,7 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
 
 
 class _Mended(NamedTuple):
-    """Static loops learned anew behind causes that leave something, where that helps on test records."""
+    """Static loops learned anew behind causes that leave something, passing or not, if test records gain by it."""
 
     ask: Asked
     tried: list[Search]
