@@ -59,13 +59,12 @@ class NextExperiment(NamedTuple):
     @property
     def statement(self) -> str:
         """For a person."""
-        *first, last = self.separates
-        names = f"{', '.join(first)} {'from' if len(first) == 1 else 'and'} {last}"
         if self.in_vain:
             return (
-                f"No input of the menu separates {names}: to each of them, within the drive that these data have, they "
-                f"answer alike. The best is {self.best.input.statement}."
+                f"No input of the menu separates {_apart(self.separates)}: to each of them, within the drive that "
+                f"these data have, they answer alike. The best is {self.best.input.statement}."
             )
+        names = _apart([" or ".join(twins) for twins in self._twins])
         often = f", {self.times} times" if self.times > 1 else ""
         text = (
             f"Measure this next{often}: {self.best.input.statement}. It separates {names} by {self.separation:.3g} "
@@ -77,6 +76,19 @@ class NextExperiment(NamedTuple):
             )
         twins = " or ".join(f"{one} from {other}" for one, other in self.alike)
         return f"{text}." + (f" No input of the menu separates {twins}." if twins else "")
+
+    @property
+    def _twins(self) -> list[list[str]]:
+        """What it sets apart, those that no input does together."""
+        pairs = [set(pair) for pair in self.alike]
+        groups: list[list[str]] = []
+        for name in self.separates:
+            home = next((group for group in groups if any({name, one} in pairs for one in group)), None)
+            if home is None:
+                groups.append([name])
+            else:
+                home.append(name)
+        return groups
 
     @property
     def scenario(self) -> dict[str, Any]:
@@ -100,6 +112,11 @@ class NextExperiment(NamedTuple):
                 for one in self.menu
             ],
         }
+
+
+def _apart(names: Sequence[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} {'from' if len(first) == 1 else 'and'} {last}"
 
 
 def next_experiment(

@@ -218,6 +218,7 @@ def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
 def test_a_pair_that_no_input_separates_does_not_hide_the_others() -> None:
     proposed = lagging("drive.lag", "sensor.lag", "friction.coulomb")
     assert proposed.separation > DECIDES
+    assert "separates drive.lag or sensor.lag from friction.coulomb by" in proposed.statement
     assert proposed.statement.endswith("No input of the menu separates drive.lag from sensor.lag.")
     assert proposed.json["alike"] == [["drive.lag", "sensor.lag"]]
     assert set(proposed.separates) == {"drive.lag", "sensor.lag", "friction.coulomb"}
