@@ -9,10 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from case import diagnosed, identified, run_case
 from generator import generate
 
+from rtctl.diagnosis import causes
 from rtctl.diagnosis.hypothesis import fitted
 from rtctl.diagnosis.ranking import Ranked
 from rtctl.diagnosis.search import _less_what_is_allowed
@@ -44,7 +46,10 @@ def test_nothing_is_claimed_of_a_sound_device() -> None:
     assert run_case(200_610, kind="null", **SMALL)["judgement"] == "right"
 
 
-def test_a_cause_that_removes_less_than_is_allowed_is_not_told(tmp_path: Path) -> None:
+def test_a_cause_that_removes_less_than_is_allowed_is_not_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)  # that comes after what is asked here
     generate(200_600, tmp_path, kind="single", effects=("sensor.ageing",), **SMALL)
     identified(tmp_path)
     found = diagnosed(tmp_path)
