@@ -32,7 +32,7 @@ contracts: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest
 
-# Hundreds of blind cases on all cores (about an hour on two; goes on where it was stopped): out/blind/blind.md.
+# Hundreds of blind cases on all cores (an hour and a half on two; goes on where it was stopped): out/blind/blind.md.
 OSCILLATORS ?= 2880-3079
 VO2         ?= 51705-51754
 AMBIGUOUS   ?= 90620-90679

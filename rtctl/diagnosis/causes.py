@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -61,6 +61,11 @@ class Asked(NamedTuple):
     options: DiagnosisOptions
     budget: Budget
     told: Callable[[str], None]
+
+    def relearning(self, loops: Mapping[str, Any]) -> FinerLoops:
+        """What it takes to learn these loops, by output, anew."""
+        level = level_of(self.options.false_claim_rate)
+        return FinerLoops(loops, self.data, self.tests, self.ids, level, self.told)
 
 
 def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
@@ -120,8 +125,7 @@ class _Mended(NamedTuple):
         law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
         found = found._replace(outdone=law)
         if not law:
-            level = level_of(ask.options.false_claim_rate)
-            found = FinerLoops(loops, ask.data, ask.tests, ask.ids, level, ask.told).behind(found)
+            found = ask.relearning(loops).behind(found)
         self.tried.append(found)
         return found
 
@@ -146,13 +150,12 @@ class _Mended(NamedTuple):
         named = found.chosen.hypothesis is not found.nominal.hypothesis
         if not (named and ask.data.allowed) or subject.relearned is None or ask.budget.spent:
             return found
-        if over_noise(found.chosen, ask.data, ask.tests) < WORTH_PUTTING_RIGHT:
+        if over_noise(found.chosen, ask.tests) < WORTH_PUTTING_RIGHT:
             return found
         loops = subject.identified(ask.model, ask.dataset)
         if not loops:
             return found
-        level = level_of(ask.options.false_claim_rate)
-        again = FinerLoops(loops, ask.data, ask.tests, ask.ids, level, ask.told).behind(found)
+        again = ask.relearning(loops).behind(found)
         return again if again.passes else found
 
 
@@ -162,8 +165,7 @@ def _finer(ask: Asked) -> FinerLoops | None:
         return None
     ask.told("whether the static loops are too coarse")
     coarse = ask.data.subject.coarse(ask.model, ask.dataset)
-    level = level_of(ask.options.false_claim_rate)
-    return FinerLoops(coarse, ask.data, ask.tests, ask.ids, level, ask.told) if coarse else None
+    return ask.relearning(coarse) if coarse else None
 
 
 def _searched(ask: Asked, put_right: Callable[[Search], Search] = as_it_is) -> tuple[Search, list[str], bool]:

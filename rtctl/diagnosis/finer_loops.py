@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.diagnosis.answer import MOST_CERTAIN, Cause, Estimate
-from rtctl.diagnosis.gain import Gain, gain
+from rtctl.diagnosis.gain import free_run_error, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
@@ -128,30 +128,28 @@ def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> 
     return again
 
 
-def over_noise(found: Examined, data: Data, tests: Sequence[FitRecord]) -> float:
+def over_noise(found: Examined, tests: Sequence[FitRecord]) -> float:
     """Error on test records (RMS) over what of the noise cannot be predicted, of the output where that is largest; 0
     where none has one.
 
     The slow part of what is left may be noise or the model's own error, and a noise model takes it for its own.
     """
-    gains = _gains(found.hypothesis, found, data, tests)
-    fast = dict(zip(found.hypothesis.sensitivity.outputs, (one.variance for one in found.noise), strict=True))
-    return max((one.after / np.sqrt(fast[one.output] or np.inf) for one in gains), default=0.0)
-
-
-def _gains(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> list[Gain]:
-    """Of each output that test records have."""
-    found = []
-    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
-        seen = [record for record in tests if name in record.measured]
-        floor, simulation = float(np.sqrt(noise.mean_square)), after.hypothesis.simulation
-        found.append(gain(before.simulation, simulation, seen, name, "", floor, data.scales.rate))
-    return [one for one in found if one is not None]
+    simulation, most = found.hypothesis.simulation, 0.0
+    for name, noise in zip(found.hypothesis.sensitivity.outputs, found.noise, strict=True):
+        errors = [free_run_error(simulation, record, name) for record in tests if name in record.measured]
+        if errors and noise.variance > 0.0:
+            most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
+    return most
 
 
 def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> bool:
     """Whether an output's error on test records beyond the noise falls to one over LEAST_GAIN, and none rises."""
-    gains = _gains(before, after, data, tests)
+    gains, rate = [], data.scales.rate
+    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
+        seen = [record for record in tests if name in record.measured]
+        floor = float(np.sqrt(noise.mean_square))
+        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
+        gains += [one] if one is not None else []
 
     def falls(was: float, now: float, floor: float) -> bool:
         return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / LEAST_GAIN**2

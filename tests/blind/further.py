@@ -71,12 +71,17 @@ def _measured(
 
 
 def resolved(line: Line, which: str) -> bool:
-    """Whether with the `proposed` or the `random` record the truth is named alone, or with what is the same by
-    construction and nothing else: that no experiment separates (and the proposal says so).
+    """Whether with the `proposed` or the `random` record the truth is named alone."""
+    after = line["next"].get(which)
+    return after is not None and after["judgement"] != "crash" and single_and_right(line | after)
+
+
+def resolved_but_for_equivalents(line: Line, which: str) -> bool:
+    """Whether the truth is left, and beside it nothing but the same law by construction: no experiment separates that,
+    and the proposal says so.
     """
     after = line["next"].get(which)
-    if after is None or after["judgement"] == "crash":
+    if after is None or after["judgement"] == "crash" or len(after["causes"]) != 1:
         return False
-    names = [{one["id"], *one["or"]} for one in after["causes"]]
-    same = {*line["truth"], *line["equivalent"]}
-    return single_and_right(line | after) or (len(names) == 1 and set(line["truth"]) <= names[0] <= same)
+    left = {after["causes"][0]["id"], *after["causes"][0]["or"]}
+    return resolved(line, which) or set(line["truth"]) <= left <= {*line["truth"], *line["equivalent"]}

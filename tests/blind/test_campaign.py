@@ -13,7 +13,7 @@ import worker_cases
 from campaign import overrides_of, read, report, seeds, tasks
 from details import answer, calibration
 from figures import as_baseline, figures, known, separable
-from further import resolved
+from further import resolved, resolved_but_for_equivalents
 from program import Program
 from rates import Rate
 from workers import Limits, results
@@ -121,10 +121,12 @@ def test_an_experiment_resolves_only_with_one_right_name() -> None:
     case = line(next={"names": ["drive.delay", "drive.lag"], "proposed": alone, "random": two})
     assert resolved(case, "proposed")
     assert not resolved(case, "random")
+    assert resolved_but_for_equivalents(case, "proposed")
+    assert not resolved_but_for_equivalents(case, "random")
+    assert resolved_but_for_equivalents(case | {"equivalent": ["drive.delay"]}, "random")
+    assert not resolved_but_for_equivalents(case | {"equivalent": ["sensor.lag"]}, "random")
     assert separable(case)
     assert not separable(case | {"equivalent": ["drive.delay"]})  # no experiment can tell these apart
-    assert resolved(case | {"equivalent": ["drive.delay"]}, "random")
-    assert not resolved(case | {"equivalent": ["sensor.lag"]}, "random")
     doubted = case | {"next": case["next"] | {"decides": False, "proposed": two}}
     rows = figures([], [case | {"next": case["next"] | {"decides": True}}, doubted]).splitlines()
     assert "50.0 % (1 of 2;" in next(row for row in rows if "resolves an ambiguous case" in row)
