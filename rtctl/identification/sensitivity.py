@@ -21,6 +21,12 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 DIFFERENCE = 1e-7
 """Of an unknown, or of its scale if that is more: round-off is 1e-6 of a derivative, cut-off Q times 1e-7."""
+LINEAR = 1e-3
+"""Share of an output's swing: a neighbour that leaves the run by more is near a fold, and slopes change on the way."""
+SMALL = 5e-4
+"""The same of the two on both sides that take its place: cut-off and round-off are 1e-5 of a derivative."""
+LEAST = 1e-6
+"""Of a step: what moves further over less is no motion that has slopes."""
 
 
 class Linearised(NamedTuple):
@@ -107,39 +113,86 @@ class Sensitivity:
 
         `start` goes on with the record's own parameters, where there are any.
         """
-        p, q = len(self.free), len(self.state_scale)
-        shared_steps, own_steps = self._steps(shared, start)
-        values = np.tile(self.values(shared), (1 + p + q, 1))
-        states = len(start) - len(self.of_record)
-        initial = np.tile(start[:states], (1 + p + q, 1))
-        values[:, self.of_record] = start[states:]
-        for k in range(p):
-            values[1 + k, self.free[k]] += shared_steps[k]
-        for k in range(q):
-            if k < states:
-                initial[1 + p + k, k] += own_steps[k]
-            else:
-                values[1 + p + k, self.of_record[k - states]] += own_steps[k]
-        try:
-            run = self.simulation.predict(record.stimulus, values, initial, steps_per_period)
-        except ValueError:  # no sensible step resolves these values
-            return None
-        if (run.diverged_at >= 0).any():
+        p = len(self.free)
+        ahead = self._steps(shared, start)
+        behind = np.zeros_like(ahead)
+        run = self._run(record, shared, start, ahead, behind, steps_per_period)
+        moved = self._moved(run, record) if run is not None else behind
+        if (moved > LINEAR).any():
+            ahead, behind = self._on_both_sides(shared, ahead, moved)
+            run = self._run(record, shared, start, ahead, behind, steps_per_period)
+        if run is None:
             return None
         lanes = np.stack([run.outputs[name][:, record.first :] for name in self.outputs], axis=1)
         measured = np.stack([record.measured[name][record.first :] for name in self.outputs])
-        moves = np.concatenate((shared_steps / self.scale, own_steps / self.state_scale))
-        slopes = (lanes[1:] - lanes[0]) / moves[:, None, None]
-        begin, end = (self._reading(run, sample, moves) for sample in (0, -1))
+        moves = (ahead + behind) / np.concatenate((self.scale, self.state_scale))
+        slopes = _slopes(lanes, behind, moves)
+        begin, end = (self._reading(run, sample, behind, moves) for sample in (0, -1))
         return Linearised(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
 
-    def _reading(self, run: Prediction, sample: int, moves: FloatArray) -> FloatArray:
-        lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
-        return np.concatenate((lanes[:1], (lanes[1:] - lanes[0]) / moves[:, None]))
+    def _run(
+        self,
+        record: FitRecord,
+        shared: FloatArray,
+        start: FloatArray,
+        ahead: FloatArray,
+        behind: FloatArray,
+        steps_per_period: float | None,
+    ) -> Prediction | None:
+        """The free run, then one for each step (p + q,) `ahead`, then one for each `behind` that is not zero.
 
-    def _steps(self, shared: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Finite differences in units, away from a bound."""
+        Steps in units. None: one diverges, or no sensible step of the integrator resolves the values.
+        """
+        p, states = len(self.free), len(start) - len(self.of_record)
+        both = np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
+        values = np.tile(self.values(shared), (len(both), 1))
+        values[:, self.of_record] = start[states:]
+        values[:, self.free] += both[:, :p]
+        values[:, self.of_record] += both[:, p + states :]
+        initial = np.tile(start[:states], (len(both), 1))
+        initial[:, : both.shape[1] - p] += both[:, p : p + states]
+        try:
+            run = self.simulation.predict(record.stimulus, values, initial, steps_per_period)
+        except ValueError:
+            return None
+        return None if (run.diverged_at >= 0).any() else run
+
+    def _moved(self, run: Prediction, record: FitRecord) -> FloatArray:
+        """(p + q,) by how much each neighbour leaves the run at most, as a share of the output's swing."""
+        shares = np.zeros(len(self.scale) + len(self.state_scale))
+        for name in self.outputs:
+            lanes = run.outputs[name][:, record.first :]
+            swing = max(np.ptp(lanes[0]), np.ptp(record.measured[name][record.first :]))
+            if swing > 0.0:
+                shares = np.maximum(shares, np.abs(lanes[1:] - lanes[0]).max(axis=1, initial=0.0) / swing)
+        return shares
+
+    def _on_both_sides(
+        self, shared: FloatArray, ahead: FloatArray, moved: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Steps ahead and behind, smaller where a neighbour `moved` far; none behind where a bound is near."""
+        small = ahead * np.clip(SMALL / np.maximum(moved, SMALL), LEAST, 1.0)
+        behind, p = small.copy(), len(self.free)
+        low, high = self.bounds
+        reached = shared - small[:p] / self.scale
+        behind[:p] = np.where((reached < low) | (reached > high), 0.0, small[:p])
+        return small, behind
+
+    def _reading(self, run: Prediction, sample: int, behind: FloatArray, moves: FloatArray) -> FloatArray:
+        lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
+        return np.concatenate((lanes[:1], _slopes(lanes[..., None], behind, moves)[..., 0]))
+
+    def _steps(self, shared: FloatArray, start: FloatArray) -> FloatArray:
+        """(p + q,) finite differences in units, away from a bound."""
         steps = DIFFERENCE * self.scale * np.maximum(np.abs(shared), 1.0)
         steps = np.where(shared * self.scale + steps > self.bounds[1] * self.scale, -steps, steps)
         own = DIFFERENCE * np.maximum(self.state_scale, np.abs(start[: len(self.state_scale)]))
-        return steps, own
+        return np.concatenate((steps, own))
+
+
+def _slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
+    """(p + q, outputs, n) of `lanes` as `_run` orders them, over the whole `moves` (p + q,) from behind to ahead."""
+    other = np.zeros(len(behind), dtype=np.intp)
+    other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
+    slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]
+    return slopes
