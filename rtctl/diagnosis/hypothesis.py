@@ -158,7 +158,14 @@ def fitted(
     begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
     low, high = bounds(sensitivity, data.scales)
     found = minimise(
-        cost.equations, begin, low, high, iterations=iterations, tolerance=1e-7, enough=data.enough
+        cost.equations,
+        begin,
+        low,
+        high,
+        iterations=iterations,
+        tolerance=1e-7,
+        enough=data.enough,
+        bend=cost.bend,
     )
     if found is None:
         return None

@@ -8,10 +8,10 @@ Reference: H. Bock, Recent advances in parameter identification techniques for O
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from rtctl.identification.levenberg_marquardt import Unknowns
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
+T = TypeVar("T")
+NEAR = 0.1
+"""Of a step: how far along it the second derivative is looked for."""
 WORTH_A_THREAD = 4000
 """Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
 
@@ -92,12 +95,7 @@ class SegmentCost:
             found = self.linearise(index, unknowns)
             return None if found is None else self._piece(found, self.segments[index].joined)
 
-        indices = range(len(self.segments))
-        length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
-        parallel = self.executor is not None and length >= WORTH_A_THREAD
-        made = (
-            list(self.executor.map(one, indices)) if self.executor and parallel else [one(k) for k in indices]
-        )
+        made = self._of_each(one)
         whole = [piece for piece in made if piece is not None]
         return whole if len(whole) == len(made) else None
 
@@ -119,6 +117,36 @@ class SegmentCost:
             if self.segments[k].joined and self.gap is not None:
                 cost += _join(total, k, piece, pieces[k + 1], self.gap, p)
         return total._replace(cost=cost)
+
+    def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
+        """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
+
+        def one(index: int) -> tuple[FloatArray, FloatArray] | None:
+            line, record = self.linearise(index, here), self.segments[index].record
+            by = NEAR * np.concatenate((move.shared, move.own[index]))
+            start = self.state(index, here)
+            change = self.sensitivity.change(record, here.shared, start, by, self.steps_per_period)
+            if line is None or change is None:
+                return None
+            straight = np.tensordot(move.shared, line.shared, 1) + np.tensordot(move.own[index], line.own, 1)
+            second = 2.0 / NEAR * (change / NEAR - straight) / self.sigma[:, None] ** 2
+            return np.tensordot(line.shared, second, 2), np.tensordot(line.own, second, 2)
+
+        if any(segment.joined for segment in self.segments):
+            return None
+        made = self._of_each(one)
+        whole = [found for found in made if found is not None]
+        if len(whole) < len(made):
+            return None
+        return Unknowns(np.sum([shared for shared, _ in whole], axis=0), np.array([own for _, own in whole]))
+
+    def _of_each(self, one: Callable[[int], T]) -> list[T]:
+        """Of each segment, on as many threads as there are."""
+        indices = range(len(self.segments))
+        length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
+        if self.executor is not None and length >= WORTH_A_THREAD:
+            return list(self.executor.map(one, indices))
+        return [one(k) for k in indices]
 
     def _piece(self, found: Linearised, joined: bool) -> Pieces:
         p = len(found.shared)

@@ -116,41 +116,66 @@ class Sensitivity:
         p = len(self.free)
         ahead = self._steps(shared, start)
         behind = np.zeros_like(ahead)
-        run = self._run(record, shared, start, ahead, behind, steps_per_period)
+        run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
         moved = self._moved(run, record) if run is not None else behind
         if (moved > LINEAR).any():
             ahead, behind = self._on_both_sides(shared, ahead, moved)
-            run = self._run(record, shared, start, ahead, behind, steps_per_period)
+            run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
         if run is None:
             return None
-        lanes = np.stack([run.outputs[name][:, record.first :] for name in self.outputs], axis=1)
+        lanes = self._lanes(run, record)
         measured = np.stack([record.measured[name][record.first :] for name in self.outputs])
         moves = (ahead + behind) / np.concatenate((self.scale, self.state_scale))
         slopes = _slopes(lanes, behind, moves)
         begin, end = (self._reading(run, sample, behind, moves) for sample in (0, -1))
         return Linearised(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
 
+    def change(
+        self,
+        record: FitRecord,
+        shared: FloatArray,
+        start: FloatArray,
+        move: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> FloatArray | None:
+        """(outputs, n) of the free run by a `move` (p + q,) of all scaled unknowns.
+
+        None: it diverges there, or that is beyond a bound.
+        """
+        there = shared + move[: len(shared)]
+        if (there < self.bounds[0]).any() or (there > self.bounds[1]).any():
+            return None
+        both = np.vstack((np.zeros_like(move), move * np.concatenate((self.scale, self.state_scale))))
+        run = self._run(record, shared, start, both, steps_per_period)
+        if run is None:
+            return None
+        without, with_it = self._lanes(run, record)
+        changed: FloatArray = with_it - without
+        return changed
+
+    def _lanes(self, run: Prediction, record: FitRecord) -> FloatArray:
+        """(lanes, outputs, n) from the first scored sample on."""
+        return np.stack([run.outputs[name][:, record.first :] for name in self.outputs], axis=1)
+
     def _run(
         self,
         record: FitRecord,
         shared: FloatArray,
         start: FloatArray,
-        ahead: FloatArray,
-        behind: FloatArray,
+        moves: FloatArray,
         steps_per_period: float | None,
     ) -> Prediction | None:
-        """The free run, then one for each step (p + q,) `ahead`, then one for each `behind` that is not zero.
+        """Lanes at `moves` (lanes, p + q) in units from the unknowns.
 
-        Steps in units. None: one diverges, or no sensible step of the integrator resolves the values.
+        None: one diverges, or no sensible step of the integrator resolves the values.
         """
         p, states = len(self.free), len(start) - len(self.of_record)
-        both = np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
-        values = np.tile(self.values(shared), (len(both), 1))
+        values = np.tile(self.values(shared), (len(moves), 1))
         values[:, self.of_record] = start[states:]
-        values[:, self.free] += both[:, :p]
-        values[:, self.of_record] += both[:, p + states :]
-        initial = np.tile(start[:states], (len(both), 1))
-        initial[:, : both.shape[1] - p] += both[:, p : p + states]
+        values[:, self.free] += moves[:, :p]
+        values[:, self.of_record] += moves[:, p + states :]
+        initial = np.tile(start[:states], (len(moves), 1))
+        initial[:, : moves.shape[1] - p] += moves[:, p : p + states]
         try:
             run = self.simulation.predict(record.stimulus, values, initial, steps_per_period)
         except ValueError:
@@ -190,8 +215,13 @@ class Sensitivity:
         return np.concatenate((steps, own))
 
 
+def _neighbours(ahead: FloatArray, behind: FloatArray) -> FloatArray:
+    """(lanes, p + q): none, each step ahead, each step behind that is not zero."""
+    return np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
+
+
 def _slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
-    """(p + q, outputs, n) of `lanes` as `_run` orders them, over the whole `moves` (p + q,) from behind to ahead."""
+    """(p + q, outputs, n) of `lanes` as `_neighbours` orders them, over the `moves` (p + q,) from behind to ahead."""
     other = np.zeros(len(behind), dtype=np.intp)
     other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
     slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]

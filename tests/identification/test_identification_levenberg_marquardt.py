@@ -1,0 +1,127 @@
+"""Steps follow a valley that is bent, and know how it bends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from oscillator_cases import DUFFING, multisine, oscillator, record_of
+
+from rtctl.identification.arrow import NormalEquations, empty
+from rtctl.identification.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
+from rtctl.identification.segments import Segment, SegmentCost
+from rtctl.identification.sensitivity import Sensitivity
+
+FloatArray = NDArray[np.float64]
+NARROW = 100.0
+"""Times as steep across the valley y = x^2 as along it; its minimum is at (1, 1)."""
+UNBOUNDED = (np.full(2, -np.inf), np.full(2, np.inf))
+NOTHING = np.empty((0, 0))
+MOST = 400
+
+
+def valley(at: Unknowns) -> NormalEquations:
+    x, y = at.shared
+    slopes = np.array([[-2.0 * NARROW * x, NARROW], [-1.0, 0.0]])
+    residual = np.array([NARROW * (y - x**2), 1.0 - x])
+    found = empty(2, 0, 0)
+    found.shared[...] = slopes.T @ slopes
+    found.shared_gradient[...] = slopes.T @ residual
+    return found._replace(cost=0.5 * float(residual @ residual))
+
+
+def its_bend(at: Unknowns, move: Unknowns) -> Unknowns:
+    slopes = np.array([[-2.0 * NARROW * at.shared[0], NARROW], [-1.0, 0.0]])
+    return Unknowns(slopes.T @ np.array([-2.0 * NARROW * move.shared[0] ** 2, 0.0]), NOTHING)
+
+
+def steps_taken(bend: Bend | None) -> tuple[Minimum, int]:
+    """From the far side of the valley, and how many points were asked for."""
+    asked = []
+
+    def counted(at: Unknowns) -> NormalEquations:
+        asked.append(at)
+        return valley(at)
+
+    start, ways = Unknowns(np.array([-3.0, 9.0]), NOTHING), {} if bend is None else {"bend": bend}
+    found = minimise(counted, start, *UNBOUNDED, iterations=MOST, tolerance=1e-12, **ways)
+    assert found is not None
+    return found, len(asked)
+
+
+def test_a_valley_is_followed_around_its_bend() -> None:
+    straight, along = steps_taken(None), steps_taken(its_bend)
+    assert along[0].status is Status.CONVERGED
+    assert along[0].unknowns.shared == pytest.approx([1.0, 1.0], abs=1e-6)
+    assert along[1] < straight[1] / 3
+
+
+def test_steps_that_keep_what_they_promise_are_not_asked_for_a_bend() -> None:
+    asked = []
+
+    def line(at: Unknowns) -> NormalEquations:
+        found = empty(2, 0, 0)
+        found.shared[...] = np.diag([1.0, 4.0])
+        found.shared_gradient[...] = np.array([1.0, 4.0]) * (at.shared - 1.0)
+        return found._replace(cost=0.5 * float(np.array([1.0, 4.0]) @ (at.shared - 1.0) ** 2))
+
+    def bend(at: Unknowns, move: Unknowns) -> None:
+        asked.append(at)
+
+    found = minimise(line, Unknowns(np.array([5.0, -7.0]), NOTHING), *UNBOUNDED, iterations=50, bend=bend)
+    assert found is not None
+    assert found.unknowns.shared == pytest.approx([1.0, 1.0], abs=1e-4)
+    assert asked == []
+
+
+@pytest.fixture(scope="module")
+def cost() -> SegmentCost:
+    """Two records of a Duffing oscillator in units of its noise."""
+    simulation = oscillator(DUFFING)
+    records = [
+        record_of(simulation, multisine(5.0, 30.0, 2.0, 400.0, 3.0, seed), 400.0, 0.01, seed)
+        for seed in (1, 2)
+    ]
+    return SegmentCost(
+        sensitivity=Sensitivity.of(simulation, records),
+        segments=[Segment(record, np.zeros(2), False) for record in records],
+        sigma=np.array([0.01]),
+    )  # fmt: skip
+
+
+def residuals(cost: SegmentCost, at: Unknowns) -> list[FloatArray]:
+    found = [cost.linearise(k, at) for k in range(len(cost.segments))]
+    return [one.residual / cost.sigma[:, None] for one in found if one is not None]
+
+
+def test_the_bend_is_the_residuals_second_derivative_on_the_slopes(cost: SegmentCost) -> None:
+    start = cost.sensitivity.own_values / cost.sensitivity.scale
+    draw = np.random.default_rng(0)
+    here, by = (
+        cost.start(1.01 * start),
+        Unknowns(1e-3 * start * draw.standard_normal(4), 0.01 * draw.random((2, 2))),
+    )
+    found = cost.bend(here, by)
+    assert found is not None
+    small = 0.03
+    at = [Unknowns(here.shared + k * small * by.shared, here.own + k * small * by.own) for k in (-1, 0, 1)]
+    before, now, after = (residuals(cost, one) for one in at)
+    second = [(b - 2.0 * n + a) / small**2 for b, n, a in zip(before, now, after, strict=True)]
+    lines = [cost.linearise(k, here) for k in range(2)]
+    shared = sum(
+        np.tensordot(line.shared / cost.sigma[:, None], one, 2)
+        for line, one in zip(lines, second, strict=True)
+        if line is not None
+    )
+    assert found.shared == pytest.approx(shared, rel=0.05)
+    for k, line in enumerate(lines):
+        assert line is not None
+        assert found.own[k] == pytest.approx(
+            np.tensordot(line.own / cost.sigma[:, None], second[k], 2), rel=0.05
+        )
+
+
+def test_no_bend_is_looked_for_beyond_a_bound(cost: SegmentCost) -> None:
+    here = cost.start(cost.sensitivity.own_values / cost.sensitivity.scale)
+    through_no_damping = Unknowns(np.array([-20.0 * here.shared[0], 0.0, 0.0, 0.0]), np.zeros((2, 2)))
+    assert cost.bend(here, through_no_damping) is None
