@@ -8,6 +8,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.simulation import FreeParameter
 from rtctl.diagnosis.directions import ALL, acting_together
 from rtctl.diagnosis.gate import Examined, start_of
 from rtctl.diagnosis.hypothesis import defaulted
@@ -20,6 +21,8 @@ GROWN = 2
 MOST_CHILDREN = (9, 6)
 """Mechanisms that a set which has some is extended by: up to `GROWN`, and beyond."""
 SHAPES_TRIED = 2
+FREQUENCIES_TRIED = 3
+"""Shapes, where one of them is a frequency: there are as many valleys as the residual's spectrum has peaks."""
 START_FACTORS = (1.0, 0.3)
 COLLINEAR = 0.1
 """Squared share of a direction beyond the set's own parameters: below it, they have to make room for it at once, or the
@@ -49,7 +52,9 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
         few = strength < WEAK or large
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             own = [group for group in groups if parent.directions[group[0]].form == form]
-            for group in own[: 1 if few else SHAPES_TRIED]:
+            own = [group for group in own if _feasible(parent, group)] or own
+            tried = FREQUENCIES_TRIED if _has_a_frequency(parent, identity) else SHAPES_TRIED
+            for group in own[: 1 if few else tried]:
                 for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
                     made.append(_runner(parent, group, factor))
     return made
@@ -67,6 +72,30 @@ def pairs_of(parent: Examined) -> list[Runner]:
         best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))
     best.sort(key=lambda scored: -scored[0])
     return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
+
+
+def _feasible(parent: Examined, group: Sequence[int]) -> bool:
+    """Whether the linear step stays within bounds: a mass that would have to be negative is no start."""
+    known = _parameters_of(parent, parent.directions[group[0]].mechanism)
+    steps = _joint_step(parent.projected, len(parent.hypothesis.shared), group)
+    reached = [
+        (known[parent.directions[k].name], step * parent.directions[k].scale)
+        for k, step in zip(group, steps, strict=True)
+        if parent.projected.usable[k]
+    ]
+    return all(one.low <= one.value + by <= one.high for one, by in reached)
+
+
+def _has_a_frequency(parent: Examined, identity: str) -> bool:
+    return any(
+        one.declared.is_shape and one.unit == "Hz" for one in _parameters_of(parent, identity).values()
+    )
+
+
+def _parameters_of(parent: Examined, identity: str) -> dict[str, FreeParameter]:
+    """By name, of a mechanism that is added, at its neutral values."""
+    simulation = parent.hypothesis.simulation.extended((identity,))
+    return {one.declared.name: one for one in simulation.parameters if one.mechanism == identity}
 
 
 def _score(parent: Examined, group: Sequence[int]) -> float:

@@ -11,11 +11,19 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.approach import fitted_nominal
-from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data
 from rtctl.diagnosis.projection import Rows, project
-from rtctl.diagnosis.race import race
-from rtctl.diagnosis.runners import AT_ONCE, FURTHEST, MOST_PAIRS, _given_way, _longest, pairs_of
+from rtctl.diagnosis.race import Runner, race
+from rtctl.diagnosis.runners import (
+    AT_ONCE,
+    FURTHEST,
+    MOST_PAIRS,
+    _given_way,
+    _longest,
+    pairs_of,
+    runners_of,
+)
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -55,16 +63,15 @@ def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear
     assert _longest(parent, np.zeros(2)) > 1.0
 
 
-def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
-    late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
-    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
+def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Data, Examined]:
+    """The nominal model beside two records of a device that has `mechanisms`."""
     records = tuple(
         FitRecord(
             name=f"r{seed}",
             stimulus=Stimulus(
                 inputs={"drive": noise_drive(seed)}, holds={"drive": "linear"}, period_s=PERIOD_S
             ),
-            measured={"displacement": measured(device(late, cubic), noise_drive(seed))},
+            measured={"displacement": measured(device(*mechanisms), noise_drive(seed))},
         )
         for seed in (1, 2)
     )
@@ -73,8 +80,14 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     )
     nominal = fitted_nominal(data, device(), ())
     assert nominal is not None
+    return data, examine(nominal, data, ids)
+
+
+def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
+    late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
+    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
-    parent = examine(nominal, data, ids)
+    data, parent = examined(ids, late, cubic)
     pairs = pairs_of(parent)
     assert len(pairs) == MOST_PAIRS
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
@@ -86,3 +99,31 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     found = {one.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)}
     assert found["drive.lag.time_constant"] == pytest.approx(1e-3, rel=0.1)
     assert found["stiffness.cubic.coefficient"] == pytest.approx(150.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("frequency_hz", "mass_ratio", "tried"), [(24.0, 2e-3, 3), (21.0, 1e-3, 2)])
+def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_below_zero(
+    frequency_hz: float, mass_ratio: float, tried: int
+) -> None:
+    attached = {
+        "id": "mode.second",
+        "parameters": {
+            "mass_ratio": {"value": mass_ratio, "unit": "1"},
+            "frequency": {"value": frequency_hz, "unit": "Hz"},
+            "damping_ratio": {"value": 0.01, "unit": "1"},
+        },
+    }
+    data, parent = examined(("mode.second",), attached)
+    begun = [dict(_shown(one)) for one in runners_of(parent) if one.form == "mass_ratio"]
+    assert len({one["frequency"] for one in begun}) == tried
+    assert all(one["mass_ratio"] > 0.0 for one in begun)
+    best = race(data, runners_of(parent), lambda text: None)[0]
+    found = {
+        one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)
+    }
+    assert found["frequency"] == pytest.approx(frequency_hz, rel=0.01)
+    assert found["mass_ratio"] == pytest.approx(mass_ratio, rel=0.1)
+
+
+def _shown(runner: Runner) -> list[tuple[str, float]]:
+    return [(one.declared.name, one.value) for one in runner.simulation.parameters if one.mechanism]
