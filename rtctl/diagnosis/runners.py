@@ -52,9 +52,9 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
         few = strength < WEAK or large
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             own = [group for group in groups if parent.directions[group[0]].form == form]
-            own = [group for group in own if _feasible(parent, group)] or own
-            tried = FREQUENCIES_TRIED if _has_a_frequency(parent, identity) else SHAPES_TRIED
-            for group in own[: 1 if few else tried]:
+            if not few:
+                own = _apart(parent, own) if _has_a_frequency(parent, identity) else own[:SHAPES_TRIED]
+            for group in own[:1] if few else own:
                 for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
                     made.append(_runner(parent, group, factor))
     return made
@@ -72,6 +72,13 @@ def pairs_of(parent: Examined) -> list[Runner]:
         best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))
     best.sort(key=lambda scored: -scored[0])
     return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
+
+
+def _apart(parent: Examined, groups: Sequence[list[int]]) -> list[list[int]]:
+    """Of frequencies, those that are tried: their valleys are apart, and no fit goes on to the next one from a step
+    that would end at once, at a bound.
+    """
+    return ([group for group in groups if _feasible(parent, group)] or list(groups))[:FREQUENCIES_TRIED]
 
 
 def _feasible(parent: Examined, group: Sequence[int]) -> bool:
