@@ -17,6 +17,7 @@ from plant_sim.oscillator.unnamed import UNNAMED
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 ABSURD = 1e100
 """A displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
@@ -45,16 +46,17 @@ class OscillatorSimulation:
         """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
         start = _start(stimulus, len(values), initial)
-        shape = (len(values), stimulus.samples)
-        displacement, velocity = np.empty(shape), np.empty(shape)
-        for lanes in self._sharing_a_drive(values):
-            displacement[lanes], velocity[lanes] = self._march(
-                stimulus, values[lanes], start[lanes], steps_per_period, refine
-            )
-        with np.errstate(invalid="ignore"):
-            bad = ~(np.abs(displacement) < ABSURD)
-        diverged = np.where(bad.any(axis=1), bad.argmax(axis=1), -1).astype(np.int64)
-        return Prediction({"displacement": displacement, "velocity": velocity}, diverged)
+        groups = self._sharing_a_drive(values)
+        if len(groups) == 1:
+            displacement, velocity = self._march(stimulus, values, start, steps_per_period, refine)
+        else:
+            shape = (len(values), stimulus.samples)
+            displacement, velocity = np.empty(shape), np.empty(shape)
+            for lanes in groups:
+                displacement[lanes], velocity[lanes] = self._march(
+                    stimulus, values[lanes], start[lanes], steps_per_period, refine
+                )
+        return Prediction({"displacement": displacement, "velocity": velocity}, _diverged(displacement))
 
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
         """The same model with `values` (parameters,) as its own."""
@@ -119,12 +121,9 @@ class OscillatorSimulation:
             how = wanted
             drive = self._drive(stimulus, active, values[0], how.substeps)
             z, v = equation.integrate(drive, how, start)
-            with np.errstate(invalid="ignore"):
-                finite = np.abs(z)[np.abs(z) < ABSURD]
-            farthest = float(finite.max(initial=reach))
-            if "displacement" in stimulus.peak or len(finite) < z.size:
+            if "displacement" in stimulus.peak or (_diverged(z) >= 0).any():
                 break
-            reach = farthest
+            reach = max(reach, float(np.abs(z).max()))
         time_s = stimulus.period_s * np.arange(stimulus.samples, dtype=np.float64)
         moved = Moved(z[0], v[0], time_s, stimulus.period_s, drive, how.substeps, {})
         for lane, own in enumerate(values):
@@ -179,6 +178,15 @@ def _neutral(neutral: float | None, default: float | None) -> float:
     if neutral is not None:
         return neutral
     return 1.0 if default is None else default
+
+
+def _diverged(displacement: FloatArray) -> IntArray:
+    """(lanes,) first sample of `displacement` (lanes, samples) that is no number or absurd; -1: none."""
+    low, high = displacement.min(axis=1), displacement.max(axis=1)  # NaN where one is
+    found = np.full(len(displacement), -1, dtype=np.int64)
+    for lane in np.flatnonzero(~((low > -ABSURD) & (high < ABSURD))):
+        found[lane] = np.argmax(~(np.abs(displacement[lane]) < ABSURD))
+    return found
 
 
 def _start(stimulus: Stimulus, lanes: int, initial: FloatArray | None) -> FloatArray:
