@@ -24,6 +24,8 @@ FloatArray = NDArray[np.float64]
 LEAST_DETERMINED = 1e-7
 """Squared share of a parameter's slopes beyond all others': below it, it says what they say."""
 MOST_ITERATIONS = 40
+KEPT = 2
+"""Points of a fit whose derivatives are kept: where it is, and where it went last."""
 MOST_SCALES = 5.0
 """A mechanism that acts so many times as much as all the rest is none that is to be found."""
 FAR_OFF = 100.0
@@ -154,6 +156,7 @@ def fitted(
         sigma=sigma,
         executor=data.executor,
         steps_per_period=data.steps_per_period,
+        kept=KEPT,
     )
     begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
     low, high = bounds(sensitivity, data.scales)

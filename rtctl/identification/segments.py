@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -66,6 +66,9 @@ class SegmentCost:
     steps_per_period: float | None = None
     gap: FloatArray | None = None
     """In units; None where nothing is joined."""
+    kept: int = 0
+    """At how many points that were asked for last the derivatives are kept, for their `bend`."""
+    seen: list[tuple[Unknowns, list[Linearised | None]]] = field(default_factory=list, init=False, repr=False)
 
     def at(self, **changes: object) -> SegmentCost:
         """The same with other weights or steps."""
@@ -91,12 +94,16 @@ class SegmentCost:
     def pieces(self, unknowns: Unknowns) -> list[Pieces] | None:
         """All segments, on as many threads as there are; None where one diverges."""
 
-        def one(index: int) -> Pieces | None:
+        def one(index: int) -> tuple[Linearised | None, Pieces | None]:
             found = self.linearise(index, unknowns)
-            return None if found is None else self._piece(found, self.segments[index].joined)
+            piece = None if found is None else self._piece(found, self.segments[index].joined)
+            return (found if self.kept else None), piece
 
         made = self._of_each(one)
-        whole = [piece for piece in made if piece is not None]
+        if self.kept:
+            self.seen.append((unknowns, [line for line, _ in made]))
+            del self.seen[: -self.kept]
+        whole = [piece for _, piece in made if piece is not None]
         return whole if len(whole) == len(made) else None
 
     def equations(self, unknowns: Unknowns) -> NormalEquations | None:
@@ -121,8 +128,13 @@ class SegmentCost:
     def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
         """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
 
+        known = next((lines for point, lines in self.seen if point is here), None)
+        if known is not None:  # asked for again while steps from there are rejected
+            self.seen.sort(key=lambda one: one[0] is here)
+
         def one(index: int) -> tuple[FloatArray, FloatArray] | None:
-            line, record = self.linearise(index, here), self.segments[index].record
+            line = self.linearise(index, here) if known is None else known[index]
+            record = self.segments[index].record
             by = NEAR * np.concatenate((move.shared, move.own[index]))
             start = self.state(index, here)
             change = self.sensitivity.change(record, here.shared, start, by, self.steps_per_period)

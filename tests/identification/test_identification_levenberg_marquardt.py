@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from oscillator_cases import DUFFING, multisine, oscillator, record_of
 
 from rtctl.identification.arrow import NormalEquations, empty
+from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
 from rtctl.identification.segments import Segment, SegmentCost
-from rtctl.identification.sensitivity import Sensitivity
+from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
 NARROW = 100.0
@@ -119,6 +122,29 @@ def test_the_bend_is_the_residuals_second_derivative_on_the_slopes(cost: Segment
         assert found.own[k] == pytest.approx(
             np.tensordot(line.own / cost.sigma[:, None], second[k], 2), rel=0.05
         )
+
+
+def test_derivatives_are_kept_while_steps_from_there_are_rejected(
+    cost: SegmentCost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = cost.start(1.01 * cost.sensitivity.own_values / cost.sensitivity.scale)
+    by = Unknowns(1e-3 * here.shared, here.own)
+    expected, keeping = cost.bend(here, by), cost.at(kept=2)
+    points, linearise = [], Sensitivity.linearise
+
+    def counted(self: Sensitivity, record: FitRecord, shared: FloatArray, *rest: Any) -> Linearised | None:
+        points.append(shared)
+        return linearise(self, record, shared, *rest)
+
+    monkeypatch.setattr(Sensitivity, "linearise", counted)
+    keeping.equations(here)
+    for rejected in (1, 2, 3):
+        found = keeping.bend(here, by)
+        assert found is not None and expected is not None
+        assert found.shared == pytest.approx(expected.shared, rel=1e-12)
+        keeping.equations(Unknowns(here.shared + rejected * by.shared, here.own))
+    assert sum(point is here.shared for point in points) == len(cost.segments)
+    assert len(points) == 4 * len(cost.segments)
 
 
 def test_no_bend_is_looked_for_beyond_a_bound(cost: SegmentCost) -> None:
