@@ -130,6 +130,7 @@ def test_derivatives_are_kept_while_steps_from_there_are_rejected(
     here = cost.start(1.01 * cost.sensitivity.own_values / cost.sensitivity.scale)
     by = Unknowns(1e-3 * here.shared, here.own)
     expected, keeping = cost.bend(here, by), cost.at(kept=2)
+    assert expected is not None
     points, linearise = [], Sensitivity.linearise
 
     def counted(self: Sensitivity, record: FitRecord, shared: FloatArray, *rest: Any) -> Linearised | None:
@@ -140,7 +141,7 @@ def test_derivatives_are_kept_while_steps_from_there_are_rejected(
     keeping.equations(here)
     for rejected in (1, 2, 3):
         found = keeping.bend(here, by)
-        assert found is not None and expected is not None
+        assert found is not None
         assert found.shared == pytest.approx(expected.shared, rel=1e-12)
         keeping.equations(Unknowns(here.shared + rejected * by.shared, here.own))
     assert sum(point is here.shared for point in points) == len(cost.segments)
