@@ -127,7 +127,6 @@ class SegmentCost:
 
     def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
         """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
-
         known = next((lines for point, lines in self.seen if point is here), None)
         if known is not None:  # asked for again while steps from there are rejected
             self.seen.sort(key=lambda one: one[0] is here)
