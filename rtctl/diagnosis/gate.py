@@ -26,7 +26,15 @@ from rtctl.diagnosis.directions import (
 )
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.own_rows import as_converted
-from rtctl.diagnosis.projection import Projected, Rows, by_output, leftover, noise_of, project
+from rtctl.diagnosis.projection import (
+    Projected,
+    Rows,
+    beyond_unknowns,
+    by_output,
+    leftover,
+    noise_of,
+    project,
+)
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
@@ -116,7 +124,7 @@ def examine(
     if noise is None and data.subject.grows_with_motion and not stepped:
         tests.append(_growth(rows, models, data))
     if not data.allowed and not stepped:
-        tests += beyond_repeats([row.residual for row in rows], models, data.records, outputs)
+        tests += beyond_repeats(beyond_unknowns(rows, projected), models, data.records, outputs)
     return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
 

@@ -189,17 +189,27 @@ def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArr
     normal = gram / scale[:, None] / scale
     solved = np.linalg.pinv(normal[1:, 1:], rcond=1e-10, hermitian=True) @ normal[1:, 0]
     weights = solved * scale[0] / scale[1:] if count > 1 else np.zeros(0)
-    left = []
-    for row in rows:
-        shared, free = np.split(weights, [len(row.shared)])
-        without = row.residual - np.tensordot(shared, row.shared, axes=1)
-        without = without - np.tensordot(free, row.directions, axes=1)
-        if len(row.own):
-            basis = np.linalg.qr(row.own.reshape(len(row.own), -1).T)[0]
-            flat = without.reshape(-1)
-            without = (flat - basis @ (basis.T @ flat)).reshape(without.shape)
-        left.append(without)
-    return left
+    shared, free = np.split(weights, [len(rows[0].shared)])
+    return [_less(row, shared, free) for row in rows]
+
+
+def beyond_unknowns(rows: Sequence[Rows], projected: Projected) -> list[FloatArray]:
+    """(outputs, n) of each record: residual that neither own unknowns nor shared ones can follow.
+
+    `projected`: of the same rows.
+    """
+    return [_less(row, projected.shift, np.zeros(len(row.directions))) for row in rows]
+
+
+def _less(row: Rows, shared: FloatArray, free: FloatArray) -> FloatArray:
+    """Its residual without so much of the shared slopes (p,) and directions (k,), and what its own unknowns follow."""
+    without = row.residual - np.tensordot(shared, row.shared, axes=1)
+    without = without - np.tensordot(free, row.directions, axes=1)
+    if len(row.own):
+        basis = np.linalg.qr(row.own.reshape(len(row.own), -1).T)[0]
+        flat = without.reshape(-1)
+        without = (flat - basis @ (basis.T @ flat)).reshape(without.shape)
+    return without
 
 
 def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:

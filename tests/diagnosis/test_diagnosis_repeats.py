@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.gate import beyond_repeats
+from rtctl.diagnosis.projection import Rows, beyond_unknowns, project
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
@@ -44,6 +45,28 @@ def test_a_gap_of_no_shape_is_seen_because_it_repeats(repeats: int) -> None:
     p = p_value(1, 0.5, repeats)
     assert p is not None
     assert p < 1e-6
+
+
+def test_what_the_models_own_parameters_follow_is_nothing_that_repeats() -> None:
+    # finer steps than a fit's move the residual along them, in each record alike
+    rng, noise = np.random.default_rng(3), [NoiseModel(np.empty(0), 1.0)]
+    slope = np.sin(0.1 * np.arange(N))[None, None]
+    stimulus = Stimulus(inputs={"drive": slope[0, 0]}, holds={"drive": "zero"}, period_s=1e-3)
+    rows = [
+        Rows(
+            residual=slope[0] + rng.standard_normal((1, N)),
+            shared=slope, own=np.exp(-0.01 * np.arange(N))[None, None], directions=np.zeros((0, 1, N)),
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    records = [
+        FitRecord(name=str(k), stimulus=stimulus, measured={"displacement": row.residual[0]}, repeat="A")
+        for k, row in enumerate(rows)
+    ]
+    as_it_is = beyond_repeats([row.residual for row in rows], noise, records, ["displacement"])
+    beyond = beyond_repeats(beyond_unknowns(rows, project(rows, noise)), noise, records, ["displacement"])
+    assert as_it_is[0].p_value < 1e-6
+    assert beyond[0].p_value > 0.05
 
 
 def test_without_repeats_there_is_no_such_question() -> None:
