@@ -99,9 +99,7 @@ def _of_the_motion(found: Diagnosis) -> list[Picture]:
     records, extended = before_after(found), bool(found.causes)
     shown = records[0]
     period_s = float(shown.time_s[1] - shown.time_s[0])
-    power = found.search.chosen.noise[0].power(2 * NOISE_BINS)
-    density = np.sqrt(2.0 * power * period_s)
-    frequency = np.linspace(0.0, 0.5 / period_s, len(density))
+    frequency, density = noise_density(found, period_s)
     return [
         Picture(
             "stretch", stretch_figure(shown, found.noise_rms, extended=extended), "measured and simulated"
@@ -111,6 +109,14 @@ def _of_the_motion(found: Diagnosis) -> list[Picture]:
             "plane", plane_figure(records, extended=extended), f"error over {records[0].output} and its rate"
         ),
     ]
+
+
+def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and amplitude density [unit / sqrt(Hz)] of the noise of the output that is shown."""
+    chosen = found.search.chosen
+    output = chosen.hypothesis.sensitivity.outputs.index(found.data.subject.output)
+    density = np.sqrt(2.0 * chosen.noise[output].power(2 * NOISE_BINS) * period_s)
+    return np.linspace(0.0, 0.5 / period_s, len(density)), density
 
 
 def _loops(found: Diagnosis) -> Figure:

@@ -13,7 +13,7 @@ import rtctl.diagnosis.diagnose
 from rtctl.diagnosis import causes, finer_loops
 from rtctl.diagnosis.causes import LOOPS_STOPPED, NOT_PUT_RIGHT, DiagnosisOptions, Stopped
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
-from rtctl.diagnosis.pictures import pictures
+from rtctl.diagnosis.pictures import noise_density, pictures
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -148,3 +148,10 @@ def test_one_may_stop_before_the_loops_are_put_right(few_levels):
     assert found.stopped
     assert NOT_PUT_RIGHT in found.warnings
     assert [cause.id for cause in found.causes] == ["actuation.delay"]
+
+
+def test_the_noise_that_is_drawn_is_that_of_the_deflection(found):
+    period_s = 1e-3
+    frequency, density = noise_density(found, period_s)
+    assert frequency[-1] == pytest.approx(0.5 / period_s)
+    assert np.sqrt(np.mean(density**2) * frequency[-1]) == pytest.approx(found.noise_rms, rel=0.02)
