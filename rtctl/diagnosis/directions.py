@@ -54,7 +54,7 @@ def catalogue_directions(
     for identity in ids:
         extended = simulation.extended((identity,))
         mechanism = extended.mechanisms[-1]
-        units = {p.declared.name: p for p in extended.parameters if p.mechanism == identity}
+        units = parameters_of(extended, identity)
         grid = list(shape_grid(mechanism, data, residuals))
         forms = dict.fromkeys(mechanism.form_of(amplitude.name) for amplitude in mechanism.amplitudes)
         for form, (shapes, trials) in product(forms, grid):
@@ -68,6 +68,11 @@ def catalogue_directions(
                     for record in records
                 ]
     return found
+
+
+def parameters_of(simulation: Simulation, identity: str) -> dict[str, FreeParameter]:
+    """By name, those of a mechanism that `simulation` has."""
+    return {one.declared.name: one for one in simulation.parameters if one.mechanism == identity}
 
 
 def acting_together(directions: Sequence[Direction], chosen: Sequence[int]) -> list[list[int]]:

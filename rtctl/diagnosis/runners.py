@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.simulation import FreeParameter
-from rtctl.diagnosis.directions import ALL, acting_together
+from rtctl.diagnosis.directions import ALL, acting_together, parameters_of
 from rtctl.diagnosis.gate import Examined, start_of
 from rtctl.diagnosis.hypothesis import defaulted
 from rtctl.diagnosis.projection import Projected
@@ -52,9 +52,7 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
         few = strength < WEAK or large
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             own = [group for group in groups if parent.directions[group[0]].form == form]
-            if not few:
-                own = _apart(parent, own) if _has_a_frequency(parent, identity) else own[:SHAPES_TRIED]
-            for group in own[:1] if few else own:
+            for group in own[:1] if few else _tried(parent, own):
                 for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
                     made.append(_runner(parent, group, factor))
     return made
@@ -74,16 +72,20 @@ def pairs_of(parent: Examined) -> list[Runner]:
     return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
 
 
-def _apart(parent: Examined, groups: Sequence[list[int]]) -> list[list[int]]:
-    """Of frequencies, those that are tried: their valleys are apart, and no fit goes on to the next one from a step
-    that would end at once, at a bound.
+def _tried(parent: Examined, groups: Sequence[list[int]]) -> Sequence[list[int]]:
+    """Of one form's choices of shapes, best first, those that a fit begins with.
+
+    Frequencies have valleys that are apart: no fit goes on to the next one from a step that ends at once, at a bound.
     """
-    return ([group for group in groups if _feasible(parent, group)] or list(groups))[:FREQUENCIES_TRIED]
+    identity = parent.directions[groups[0][0]].mechanism
+    known = parameters_of(parent.hypothesis.simulation.extended((identity,)), identity)
+    if not any(one.declared.is_shape and one.unit == "Hz" for one in known.values()):
+        return groups[:SHAPES_TRIED]
+    return ([group for group in groups if _feasible(parent, group, known)] or groups)[:FREQUENCIES_TRIED]
 
 
-def _feasible(parent: Examined, group: Sequence[int]) -> bool:
+def _feasible(parent: Examined, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
     """Whether the linear step stays within bounds: a mass that would have to be negative is no start."""
-    known = _parameters_of(parent, parent.directions[group[0]].mechanism)
     steps = _joint_step(parent.projected, len(parent.hypothesis.shared), group)
     reached = [
         (known[parent.directions[k].name], step * parent.directions[k].scale)
@@ -91,18 +93,6 @@ def _feasible(parent: Examined, group: Sequence[int]) -> bool:
         if parent.projected.usable[k]
     ]
     return all(one.low <= one.value + by <= one.high for one, by in reached)
-
-
-def _has_a_frequency(parent: Examined, identity: str) -> bool:
-    return any(
-        one.declared.is_shape and one.unit == "Hz" for one in _parameters_of(parent, identity).values()
-    )
-
-
-def _parameters_of(parent: Examined, identity: str) -> dict[str, FreeParameter]:
-    """By name, of a mechanism that is added, at its neutral values."""
-    simulation = parent.hypothesis.simulation.extended((identity,))
-    return {one.declared.name: one for one in simulation.parameters if one.mechanism == identity}
 
 
 def _score(parent: Examined, group: Sequence[int]) -> float:

@@ -141,7 +141,8 @@ def relearned(coarse: Coarse, records: Sequence[Samples]) -> PreisachModel:
     model = coarse.finer
     with threadpool_limits(1, "blas"):
         cells = _cells(coarse.given)
-        for rows, count in zip(ROWS, (cells if coarse.is_coarse else min(SMOOTH, cells), cells), strict=True):
+        first = cells if coarse.is_coarse else min(SMOOTH, cells)
+        for rows, count in zip(ROWS, (first, cells), strict=True):
             parts = [coarse.staircases, *(_from_cold(one) for one in _thinned(records, rows))]
             v, y, scored = (np.concatenate(column) for column in zip(*parts, strict=True))
             nodes = adapted_nodes(model, count)

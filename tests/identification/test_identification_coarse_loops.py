@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings, stepped_film
 
+import rtctl.identification.coarse_loops
 from rtctl.identification.coarse_loops import (
     LACKS,
     LEAST_MISFIT,
@@ -98,6 +99,22 @@ def test_loops_learned_from_records_too_follow_a_record_that_no_fit_saw(stepped,
     )
     assert finer < 0.8 * given
     assert len(again.grid) == len(model.deflection_preisach.grid)
+
+
+@pytest.mark.parametrize(("together", "first"), [(True, None), (False, 10)])
+def test_only_relays_that_switch_together_want_a_first_grid_of_all_cells(found, monkeypatch, together, first):
+    monkeypatch.setattr(rtctl.identification.coarse_loops, "SMOOTH", 10)
+    fit, tried = rtctl.identification.coarse_loops.fit_preisach, []
+
+    def watched(*samples, nodes, sign):
+        tried.append(len(nodes) - 1)
+        return fit(*samples, nodes=nodes, sign=sign)
+
+    monkeypatch.setattr(rtctl.identification.coarse_loops, "fit_preisach", watched)
+    one = found["deflection"]
+    relearned(one if together else one._replace(finer=one.given, left_finer=one.left), [])
+    cells = len(one.given.grid) - 1
+    assert tried == [first or cells, cells]
 
 
 def test_a_read_out_that_is_too_noisy_to_lack_is_asked_where_the_other_one_lacks(stepped):
