@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.catching_up import caught_up
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, bounds, fitted, sensitivity_of
 from rtctl.identification.levenberg_marquardt import Unknowns, minimise
 from rtctl.identification.multiple_shooting import cut, settled
@@ -188,16 +189,17 @@ def _nearest(tried: Sequence[Hypothesis | None]) -> list[Hypothesis]:
 
 
 def finely(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis]:
-    """Data with steps so fine that they are not the error, and the nominal model fitted with them.
+    """Data with steps so fine that they are not the error, and the nominal model fitted with them to every record.
 
     Near a ridge between two wells, or over many periods of a light damping, the steps that suit most records leave
     more than the noise does.
     """
+    nominal = caught_up(data, nominal)
     while data.steps_per_period is not None and _step_error(data, nominal) > STEP_ERROR * nominal.cost:
         steps = 2.0 * data.steps_per_period
         data = replace(data, steps_per_period=steps if steps <= FINEST_STEPS else None)
         again = fitted(data, nominal.simulation, nominal.mechanisms, nominal.starts, still=nominal.still)
-        nominal = again if again is not None else nominal
+        nominal = caught_up(data, again) if again is not None else nominal
     return data, nominal
 
 
