@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 SECONDS = 70.0
 """Of a diagnosis, so that what is under way then and the answer are done by 90 s."""
+AFTER = 15.0
+"""So much later [s] no further comparison goes on, even if it has hardly begun."""
+LEAST = 3.0
+"""Of a further comparison [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +31,11 @@ class Budget:
 
             clock = working_time
         return cls(seconds=seconds, clock=clock, begun=clock())
+
+    def further(self, seconds: float) -> Budget:
+        """For a comparison of `seconds` from now on, which may outlast this one by AFTER."""
+        left = self.begun + self.seconds + AFTER - self.clock()
+        return Budget.of(min(seconds, max(LEAST, left)), self.clock)
 
     @property
     def spent(self) -> bool:

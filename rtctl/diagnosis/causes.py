@@ -122,7 +122,9 @@ class _Mended(NamedTuple):
         loops = subject.identified(ask.model, ask.dataset)
         if not loops:
             return found
-        law = explaining_more(ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.told)
+        law = explaining_more(
+            ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.told
+        )
         found = found._replace(outdone=law)
         if not law:
             found = ask.relearning(loops).behind(found)

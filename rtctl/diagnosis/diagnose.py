@@ -190,7 +190,7 @@ def diagnose(
         found, said, stopped = caused(ask, whole=whole.records is data.records)
         warnings += said
         fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
-        answer = _answer(dataset, model, simulation, data, tests, found, fits, warnings, stopped, told)
+        answer = _answer(ask, simulation, found, fits, warnings, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
@@ -219,10 +219,10 @@ def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
 
 
 def _answer(
-    dataset: Dataset, model: Any, before: Simulation, data: Data, tests: tuple[FitRecord, ...], found: Search,
-    whole: Fits | None, warnings: list[str], stopped: bool, told: Callable[[str], None],
-) -> Diagnosis:  # fmt: skip
+    ask: Asked, before: Simulation, found: Search, whole: Fits | None, warnings: list[str], *, stopped: bool
+) -> Diagnosis:
     """From the search to what is told."""
+    dataset, model, data, tests = ask.dataset, ask.model, ask.data, ask.tests
     units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), data.subject.output
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, output)
     fits = whole or Fits(found.nominal, found.chosen)
@@ -235,7 +235,9 @@ def _answer(
         for name in found.nominal.hypothesis.sensitivity.outputs
         if all(name in t.measured for t in tests)
     ]
-    verdict, said, interrupted = _verdict(found, data, [gained(fits, name) for name in seen], told)
+    verdict, said, interrupted = _verdict(
+        found, data, [gained(fits, name) for name in seen], ask.budget, ask.told
+    )
     warnings += said
     stopped = stopped or interrupted
     named = verdict in ("explained", "partly_explained")
@@ -269,11 +271,11 @@ def _answer(
 
 
 def _verdict(
-    found: Search, data: Data, gains: Sequence[Gain | None], told: Callable[[str], None]
+    found: Search, data: Data, gains: Sequence[Gain | None], budget: Budget, told: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
     if found.learned is not None:  # only what holds on test records is learned anew
-        return _unless_outdone("explained" if found.passes else "partly_explained", found, data, told)
+        return _unless_outdone("explained" if found.passes else "partly_explained", found, data, budget, told)
     judged = verdict_of(found, data.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
@@ -282,11 +284,11 @@ def _verdict(
     if verdict != judged:
         said = [NOT_HELD.format(names)]
         return verdict, said, False
-    return _unless_outdone(verdict, found, data, told)
+    return _unless_outdone(verdict, found, data, budget, told)
 
 
 def _unless_outdone(
-    verdict: str, found: Search, data: Data, told: Callable[[str], None]
+    verdict: str, found: Search, data: Data, budget: Budget, told: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """`verdict`, but unexplained where causes that leave something leave more than a law of no name."""
     if verdict != "partly_explained":
@@ -296,7 +298,7 @@ def _unless_outdone(
     law = found.outdone
     if law is None:
         try:
-            law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis, told)
+            law = explaining_more(data, found.nominal.hypothesis, found.chosen.hypothesis, budget, told)
         except Stopped:
             return verdict, [NOT_COMPARED.format(names)], True
     return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)

@@ -18,13 +18,15 @@ BETTER = 0.8
 
 
 def explaining_more(
-    data: Data, nominal: Hypothesis, named: Hypothesis, told: Callable[[str], None] = lambda text: None
-) -> str:
+    data: Data, nominal: Hypothesis, named: Hypothesis, budget: Budget,
+    told: Callable[[str], None] = lambda text: None,
+) -> str:  # fmt: skip
     """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does.
 
-    Both by a first look at the records. `told` hears each fit, and may raise to stop.
+    Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `told` hears each
+    fit, and may raise to stop.
     """
-    budget, glance = Budget.of(SECONDS), data.glance
+    budget, glance = budget.further(SECONDS), data.glance
     seen = fitted(glance, named.simulation, named.mechanisms, named.starts, FIRST_LAP, still=named.still)
     for identity in data.subject.unnamed if seen is not None else ():
         examined = examine(nominal, data, (identity,))

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_dri
 
 from rtctl.border.simulation import Stimulus
 from rtctl.comparison import simulation_for
-from rtctl.diagnosis.budget import Budget
+from rtctl.diagnosis.budget import AFTER, LEAST, Budget
 from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.hypothesis import Data, fitted
@@ -27,6 +27,16 @@ def test_a_budget_is_spent_when_its_clock_has_run_so_far() -> None:
     ticks = count()
     budget = Budget.of(3.0, lambda: float(next(ticks)))  # begins at 0
     assert [budget.spent for _ in range(4)] == [False, False, True, True]
+
+
+def test_a_further_comparison_ends_soon_after_it() -> None:
+    now = [0.0]
+    budget = Budget.of(70.0, lambda: now[0])
+    assert budget.further(15.0).seconds == 15.0
+    now[0] = 77.0
+    assert budget.further(15.0).seconds == 70.0 + AFTER - 77.0
+    now[0] = 95.0
+    assert budget.further(15.0).seconds == LEAST
 
 
 def test_what_the_compiler_takes_spends_nothing_of_it() -> None:

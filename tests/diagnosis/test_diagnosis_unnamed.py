@@ -11,6 +11,7 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.causes import Stopped
 from rtctl.diagnosis.diagnose import _verdict, allowing
 from rtctl.diagnosis.gate import examine
@@ -72,7 +73,7 @@ def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
     ("device", "said"), [("cools slowly", "The time constant depends on direction (1"), ("dead band", "")]
 )
 def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, said: str) -> None:
-    found = explaining_more(*searched(device))
+    found = explaining_more(*searched(device), Budget.of())
     assert found.startswith(said) if said else not found
 
 
@@ -104,7 +105,7 @@ def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
     ("hidden", "said"), [("root", "The damping force grows with another power"), ("dry", "")]
 )
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
-    found = explaining_more(*braked(hidden))
+    found = explaining_more(*braked(hidden), Budget.of())
     assert found.startswith(said) if said else not found
 
 
@@ -115,9 +116,9 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     def stop(text: str) -> None:
         raise Stopped(text)
 
-    verdict, said, stopped = _verdict(search, data, [None], stop)
+    verdict, said, stopped = _verdict(search, data, [None], Budget.of(), stop)
     assert (verdict, stopped) == ("partly_explained", True)
     assert "may explain it better than friction.coulomb" in said[-1]
-    verdict, said, stopped = _verdict(search, data, [None], lambda text: None)
+    verdict, said, stopped = _verdict(search, data, [None], Budget.of(), lambda text: None)
     assert (verdict, stopped) == ("unexplained", False)
     assert "leaves less: not named" in said[-1]
