@@ -22,6 +22,14 @@ LEVELS = (0.25, 0.5, 1.0)
 MOST_SAMPLES = 4096
 LONGER = 4
 """Times the records so far: where these are so short that they leave names open, a longer one tells more."""
+SQUARE_WAVES = (0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0, 16.0)
+"""Times the dominant frequency: all of the drive's power at a few lines. A delay and a lag part far above it; what they
+are fitted beside is learned near it.
+"""
+LEAST_HELD = 2.0
+"""Samples of half a square wave."""
+MOST_LEVELS = 511
+"""Of a telegraph, which is then repeated."""
 HIGHEST = 0.45
 """Of the sample rate: no line lies above."""
 
@@ -129,7 +137,7 @@ def _sweeps(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _levels(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Random levels, a telegraph of two, steps with their ring-down."""
+    """Random levels, telegraphs of two, square waves, steps with their ring-down."""
     low, high = s.span
     for words, periods in (("fast", 0.3), ("slow", 4.0)):
         hold, count = s.holds(periods)
@@ -141,10 +149,22 @@ def _levels(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
             "high": high,
         }
         yield f"{words} random levels, each held {hold:.3g} s, {s.at}", table | {"hold": s.seconds(hold)}
-    hold, count = s.holds(0.35)
-    signs = np.random.default_rng(3).integers(0, 2, count)
-    table = {"kind": "levels", "hold": s.seconds(hold), "levels": [s.span[k] for k in signs]}
-    yield f"random telegraph, shortest hold {hold:.3g} s, {s.at}", table
+    for words, periods in (("fast ", 0.05), ("", 0.35)):
+        hold, count = s.holds(periods)
+        signs = np.random.default_rng(3).integers(0, 2, min(count, MOST_LEVELS))
+        table = {"kind": "levels", "hold": s.seconds(hold), "levels": [s.span[k] for k in signs]}
+        table["times"] = max(1, count // len(signs))
+        yield f"{words}random telegraph, shortest hold {hold:.3g} s, {s.at}", table
+    for multiple in SQUARE_WAVES:
+        hold, count = s.holds(0.5 / multiple)
+        if hold >= LEAST_HELD * s.period_s:
+            table = {
+                "kind": "levels",
+                "hold": s.seconds(hold),
+                "levels": [*s.span],
+                "times": max(1, count // 2),
+            }
+            yield f"square wave of {0.5 / hold:.3g} Hz, {s.at}", table
     hold, count = s.holds(12.0)
     table = {"kind": "levels", "hold": s.seconds(hold), "levels": [high, "50 %"], "times": max(1, count // 2)}
     yield f"steps and ring-downs, each {hold:.3g} s, {s.at}", table

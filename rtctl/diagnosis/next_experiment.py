@@ -1,12 +1,11 @@
-"""The experiment that would decide: of a menu, the input whose least separation between two candidates is largest, as
-often as it takes. See `separation`.
+"""The experiment that would decide: of a menu, the inputs that set the two closest candidates apart with the fewest
+records. See `separation`, `record_plan`.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,42 +13,36 @@ import numpy as np
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.menu import Input, menu
+from rtctl.diagnosis.record_plan import ALIKE, DECIDES, Planned, Scored, planned
 from rtctl.diagnosis.separation import Played, information, played, rest
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
-
-DECIDES = 8.0
-"""Standard errors between two candidates. Where the data so far are even, 98 % of records that bring 6 leave one by
-`search.EQUIVALENT`; but what is to be told apart is known as well as these few data know it, and its square enters.
-"""
-MOST_TIMES = 16
-"""Repeats of one input that are proposed where one does not decide."""
-ALIKE = 0.1
-"""Standard errors from one record: below, candidates answer alike."""
-
-
-class Scored(NamedTuple):
-    """An input and the least separation [standard errors] that one record of it would bring."""
-
-    input: Input
-    separation: float
-    whole: bool = True
-    """No prediction parts from the others: else only what comes before counts, and a fit may not find back after it."""
 
 
 class NextExperiment(NamedTuple):
     """What to measure next."""
 
-    best: Scored
-    times: int
-    """Records of it."""
-    separation: float
-    """[standard errors] The least that all of them bring."""
+    plan: Planned
     separates: tuple[str, ...]
     """What the candidates that it sets apart have beside what all of them have."""
     alike: tuple[tuple[str, str], ...]
     """Pairs of the same that no input of the menu sets apart."""
     menu: tuple[Scored, ...]
+
+    @property
+    def best(self) -> Scored:
+        """The input that the plan begins with."""
+        return self.plan.records[0][0]
+
+    @property
+    def times(self) -> int:
+        """Records of all inputs."""
+        return self.plan.times
+
+    @property
+    def separation(self) -> float:
+        """[standard errors] The least that all of them bring."""
+        return self.plan.separation
 
     @property
     def in_vain(self) -> bool:
@@ -65,17 +58,28 @@ class NextExperiment(NamedTuple):
                 f"these data have, they answer alike. The best is {self.best.input.statement}."
             )
         names = _apart([" or ".join(twins) for twins in self._twins])
-        often = f", {self.times} times" if self.times > 1 else ""
-        text = (
-            f"Measure this next{often}: {self.best.input.statement}. It separates {names} by {self.separation:.3g} "
-            "standard errors at least"
-        )
+        text = f"Measure this next{self._what} {names} by {self.separation:.3g} standard errors at least"
         if self.separation < DECIDES:
             text += (
                 ", too few to decide: measure longer, with less noise, or drive harder than these data did"
             )
         twins = " or ".join(f"{one} from {other}" for one, other in self.alike)
         return f"{text}." + (f" No input of the menu separates {twins}." if twins else "")
+
+    @property
+    def _what(self) -> str:
+        """What follows "Measure this next": how often, what, what it does."""
+        if len(self.plan.records) > 1:
+            return f", {self.times} records: {self._inputs}. Together they separate"
+        often = f", {self.times} times" if self.times > 1 else ""
+        return f"{often}: {self._inputs}. It separates"
+
+    @property
+    def _inputs(self) -> str:
+        """Of more than one, with the records of each."""
+        if len(self.plan.records) == 1:
+            return self.best.input.statement
+        return "; ".join(f"{times} x {scored.input.statement}" for scored, times in self.plan.records)
 
     @property
     def _twins(self) -> list[list[str]]:
@@ -93,8 +97,12 @@ class NextExperiment(NamedTuple):
     @property
     def scenario(self) -> dict[str, Any]:
         """As `rtctl acquire` takes it: a table of excitation a record."""
-        once = dict(self.best.input.scenario)
-        return once | {"excitation": [*once["excitation"]] * self.times}
+        tables = [
+            table
+            for scored, times in self.plan.records
+            for table in [*scored.input.scenario["excitation"]] * times
+        ]
+        return dict(self.best.input.scenario) | {"excitation": tables}
 
     @property
     def json(self) -> dict[str, Any]:
@@ -103,8 +111,11 @@ class NextExperiment(NamedTuple):
             "statement": self.statement,
             "separates": list(self.separates),
             "alike": [list(pair) for pair in self.alike],
-            "input": self.best.input.statement,
+            "input": self._inputs,
             "times": self.times,
+            "records": [
+                {"input": scored.input.statement, "times": times} for scored, times in self.plan.records
+            ],
             "separation": self.separation,
             "scenario": "next-experiment.toml",
             "menu": [
@@ -140,55 +151,23 @@ def next_experiment(
     if not possible:
         return None
     pairs = list(itertools.combinations(range(len(candidates)), 2))
-    alike = [pair for pair in pairs if max(one.separation(*pair) for _, one in possible) < ALIKE]
+    alike = [pair for pair in pairs if max(one.separation(*pair, known) for _, one in possible) < ALIKE]
     counted = [pair for pair in pairs if pair not in alike] or pairs
 
-    def least(brought: Played, times: int = 1) -> float:
-        return min(brought.separation(*pair, times) for pair in counted)
+    def least(brought: Played) -> float:
+        return min(brought.separation(*pair, known) for pair in counted)
 
     ranking = sorted(
         ((Scored(entry, least(brought), brought.whole), brought) for entry, brought in possible),
         key=lambda one: -one[0].separation,
     )
-    best, times, apart = _chosen(
-        [(scored, *_repeated(partial(least, brought))) for scored, brought in ranking]
-    )
     common = set.intersection(*(set(candidate.mechanisms) for candidate in candidates))
     names = [" + ".join(one for one in found.mechanisms if one not in common) for found in candidates]
     told = dict.fromkeys(names[k] for pair in counted for k in pair)
     return NextExperiment(
-        best, times, apart, tuple(told), tuple((names[i], names[j]) for i, j in alike),
+        planned(ranking, least), tuple(told), tuple((names[i], names[j]) for i, j in alike),
         tuple(scored for scored, _ in ranking),
     )  # fmt: skip
-
-
-def _chosen(proposals: Sequence[tuple[Scored, int, float]]) -> tuple[Scored, int, float]:
-    """That which decides with the fewest records, without predictions that part if there is one; else that which brings
-    most with all of them.
-
-    It may be another than the best of one record: what that owes to the data so far does not grow with their number.
-    """
-    deciding = [one for one in proposals if one[2] >= DECIDES]
-    if not deciding:
-        return max(proposals, key=lambda one: one[2])
-    return min([one for one in deciding if one[0].whole] or deciding, key=lambda one: (one[1], -one[2]))
-
-
-def _repeated(least: Callable[[int], float]) -> tuple[int, float]:
-    """How many records of an input decide, and what they separate; MOST_TIMES where no number up to it does, once
-    where it would be in vain.
-    """
-    apart = least(1)
-    if apart >= DECIDES or apart < ALIKE:
-        return 1, apart
-    few, many, apart = 1, MOST_TIMES, least(MOST_TIMES)
-    while apart >= DECIDES and many - few > 1:  # it grows with their number
-        middle = (few + many) // 2
-        if (there := least(middle)) >= DECIDES:
-            many, apart = middle, there
-        else:
-            few = middle
-    return many, apart
 
 
 def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:

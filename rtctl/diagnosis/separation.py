@@ -1,4 +1,4 @@
-"""How far one record of an input would set two candidates apart.
+"""How far records of some inputs would set two candidates apart.
 
 T-optimal, the rival re-fitted to old and new data: with d the difference of both predictions, S the rival's
 sensitivities on the new input and I its information from the data so far, all in units of the noise,
@@ -29,31 +29,49 @@ FURTHEST = 1.5
 
 
 class Pair(NamedTuple):
-    """One candidate's prediction against a rival that may move, of one record in units of the noise."""
+    """One candidate's prediction against a rival that may move, of records in units of the noise; what is each record's
+    own is fitted already.
+    """
 
     squares: float
     """d d"""
     along: FloatArray
-    """(q,) S d"""
+    """(p,) S d"""
     normal: FloatArray
-    """(q, q) S S'"""
-    information: FloatArray
-    """(p, p) I, of the first p of the rival's q unknowns; the others are the new record's own."""
+    """(p, p) S S'"""
 
     @classmethod
-    def of(cls, true: FloatArray, rival: FloatArray, slopes: FloatArray, information: FloatArray) -> Pair:
-        """From predictions (n,) and the rival's slopes (q, n)."""
-        difference = true - rival
-        return cls(float(difference @ difference), slopes @ difference, slopes @ slopes.T, information)
+    def of(cls, true: FloatArray, rival: FloatArray, slopes: FloatArray, shared: int) -> Pair:
+        """From predictions (n,) and the rival's slopes (q, n): of its p `shared` unknowns, then of the record's own."""
+        beyond = _beyond(np.vstack((true - rival, slopes[:shared])), slopes[shared:])
+        difference, apart = beyond[0], beyond[1:]
+        return cls(float(difference @ difference), apart @ difference, apart @ apart.T)
 
-    def squared(self, times: int = 1) -> float:
-        """T of so many such records, each with unknowns of its own."""
-        normal, along = times * self.normal, times * self.along
-        p = len(self.information)
-        normal[:p, :p] += self.information
+    def and_also(self, other: Pair, times: int = 1) -> Pair:
+        """Of these records and so many of the other's, all with unknowns of their own."""
+        return Pair(
+            self.squares + times * other.squares,
+            self.along + times * other.along,
+            self.normal + times * other.normal,
+        )
+
+    def squared(self, known: FloatArray) -> float:
+        """T, with the rival's information (p, p) from the data so far."""
+        normal = self.normal + known
         size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        solved = np.linalg.pinv(normal / size[:, None] / size, rcond=1e-12, hermitian=True) @ (along / size)
-        return max(0.0, times * self.squares - float((along / size) @ solved))
+        along = self.along / size
+        solved = np.linalg.pinv(normal / size[:, None] / size, rcond=1e-12, hermitian=True) @ along
+        return max(0.0, self.squares - float(along @ solved))
+
+
+def _beyond(rows: FloatArray, own: FloatArray) -> FloatArray:
+    """What of `rows` (k, n) is orthogonal to those in `own` (m, n)."""
+    size = np.sqrt(np.sum(own**2, axis=1, keepdims=True))
+    _, values, basis = np.linalg.svd(own / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    basis = basis[values > 1e-6]
+    for _ in range(2):  # once more, for what the first time leaves by rounding
+        rows = rows - (rows @ basis.T) @ basis
+    return rows
 
 
 class Played(NamedTuple):
@@ -64,11 +82,15 @@ class Played(NamedTuple):
     whole: bool
     """No prediction parts from the others: else only what comes before counts, and a fit may not find back after it."""
 
-    def separation(self, one: int, other: int, times: int = 1) -> float:
-        """[standard errors] Between two candidates, whichever is true."""
-        return float(
-            np.sqrt(min(self.pairs[one, other].squared(times), self.pairs[other, one].squared(times)))
-        )
+    def and_also(self, other: Played, times: int = 1) -> Played:
+        """Of these records and so many of the other's."""
+        pairs = {key: pair.and_also(other.pairs[key], times) for key, pair in self.pairs.items()}
+        return Played(pairs, self.whole and other.whole)
+
+    def separation(self, one: int, other: int, known: Sequence[FloatArray]) -> float:
+        """[standard errors] Between two candidates, whichever is true; `known` of each: its `information`."""
+        sides = ((one, other), (other, one))
+        return float(np.sqrt(min(self.pairs[side].squared(known[side[1]]) for side in sides)))
 
 
 def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) -> FloatArray:
@@ -87,8 +109,8 @@ def played(
 ) -> Played | None:  # fmt: skip
     """`record`, of which the input is known, by all candidates; None where the device might be hurt.
 
-    `known`: their `information`. What follows where predictions part, that of `nominal` too, does not count: between
-    two motions any difference decides which.
+    `known`: their `information`. What follows where predictions part, that of `nominal` too, or where one is unsure by
+    as much, does not count: between two motions any difference decides which.
     """
     outputs = candidates[0].sensitivity.outputs
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
@@ -104,7 +126,8 @@ def played(
     free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
     runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
     sizes = np.array([excursion(data, name) for name in outputs])
-    end = together(np.stack(runs), sizes, period_of(data, record))
+    unsure = [uncertainty(table[1 : 1 + len(one)], one) for table, one in zip(tables, known, strict=True)]
+    end = together(np.stack(runs), sizes, period_of(data, record), np.max(unsure, axis=0))
     count = record.samples
     white = []
     for table in tables:
@@ -112,14 +135,25 @@ def played(
         made = np.stack([model.whiten(used[:, o]) for o, model in enumerate(noise)], axis=1)
         white.append(made.reshape(len(made), -1))
     pairs = {
-        (i, j): Pair.of(white[i][0], white[j][0], white[j][1:], known[j])
+        (i, j): Pair.of(white[i][0], white[j][0], white[j][1:], len(candidates[j].shared))
         for i, j in itertools.permutations(range(len(candidates)), 2)
     }
     return Played(pairs, end == count)
 
 
-def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
-    """Samples up to where predictions (candidates, outputs, n) part, by their RMS over a period.
+def uncertainty(slopes: FloatArray, known: FloatArray) -> FloatArray:
+    """(outputs, n) Standard deviation of a prediction of these `slopes` (p, outputs, n) by what is `known` (p, p)."""
+    size = np.sqrt(np.maximum(np.diag(known), 1e-300))
+    values, vectors = np.linalg.eigh(known / size[:, None] / size)
+    kept = values > 1e-12
+    along = np.tensordot((vectors[:, kept] / np.sqrt(values[kept])).T / size, slopes, axes=1)
+    made: FloatArray = np.sqrt(np.sum(along**2, axis=0))
+    return made
+
+
+def together(predicted: FloatArray, sizes: FloatArray, period: int, unsure: FloatArray) -> int:
+    """Samples up to where predictions (candidates, outputs, n) part, by their RMS over a period, or may since they are
+    `unsure` (outputs, n).
 
     Against `sizes` (outputs,) of the readings so far or that of the predictions, whichever is larger.
     """
@@ -128,8 +162,8 @@ def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
         spread = np.nan_to_num(apart.max(axis=0) - apart.min(axis=0), nan=np.inf, posinf=np.inf)
     moving = predicted[:-1].std(axis=2).max(axis=0)
     reach = [
-        followed(one, period, PARTED * float(max(size, own)))
-        for one, size, own in zip(spread, sizes, moving, strict=True)
+        followed(np.maximum(one, maybe), period, PARTED * float(max(size, own)))
+        for one, maybe, size, own in zip(spread, unsure, sizes, moving, strict=True)
     ]
     return min(reach)
 

@@ -41,7 +41,7 @@ def run_case(
     """A JSON line: the truth, the answer, the judgement, processor time; `overrides` as `generate` has them.
 
     `told` hears which stage begins and what is known by then. `baselines`: what two other ways would answer.
-    `next_experiment`: where several names are left, the proposed record and a random one of its menu are measured.
+    `next_experiment`: where several names are left, the proposed records and as many random ones are measured.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -199,8 +199,7 @@ def _next(ambiguous: Sequence[Line]) -> str:
         rows.append((
             f"{line['plant']} {line['seed']}", _truth(line), ", ".join(after["names"]),
             "yes" if separable(line) else "no", f"{after.get('separation', np.nan):.3g}",
-            *(f"{'resolved' if resolved(line, which) else answer(after[which])}, {after[which].get('times', 1)} x "
-              f"{after[which]['input']}, {after[which]['separation']:.3g}" for which in ("proposed", "random")),
+            f"{_outcome(line, 'proposed')}: {after['proposed']['input']}", _outcome(line, "random"),
         ))  # fmt: skip
     head = (
         "case",
@@ -208,10 +207,14 @@ def _next(ambiguous: Sequence[Line]) -> str:
         "names left",
         "counted",
         "told separation",
-        "after the proposed one (separation by one)",
-        "after a random one",
+        "after what was proposed",
+        "after as many random records",
     )
     return markdown(head, rows)
+
+
+def _outcome(line: Line, which: str) -> str:
+    return "resolved" if resolved(line, which) else answer(line["next"][which])
 
 
 def _wrong(lines: Sequence[Line]) -> str:

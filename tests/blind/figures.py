@@ -133,7 +133,7 @@ def _next(ambiguous: Sequence[Line]) -> list[tuple[str, ...]]:
             rate(chosen, lambda line, which=which, holds=holds: holds(line, which))
             for which in ("proposed", "random")
         )
-        text = f"{measured}; a random entry of its menu {chance}"
+        text = f"{measured}; as many random records of its menu {chance}"
         rows.append((name, goal, text, _yes(measured.share >= 0.95) if goal else "", "", ""))
     return rows
 

@@ -1,11 +1,9 @@
-"""The next experiment, done: what is proposed is measured on the same device, and a random input of the same menu as
-often.
-"""
+"""The next experiment, done: what is proposed is measured on the same device, and as many random inputs of its menu."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,19 +24,21 @@ def further(
 ) -> Line | None:
     """`proposed` and `random`: what `again` answers on old and new data; None where nothing is ambiguous.
 
-    Ambiguous: explained, by a cause that others of the catalogue could stand for. Random: any entry of the menu that
-    the device could be sent, the proposed one included, all as likely. `decides`: whether it is said to.
+    Ambiguous: explained, by a cause that others of the catalogue could stand for. Random: for each proposed record any
+    entry of the menu that the device could be sent, the proposed ones included, all as likely. `decides`: whether what
+    is proposed is said to.
     """
     proposal = found.next_experiment
     if found.verdict != "explained" or not any(one.indistinguishable_from for one in found.causes):
         return None
     if proposal is None:
         return {"names": _names(found), "why_not": "nothing was proposed"}
-    chosen = int(np.random.default_rng([seed, RANDOM]).integers(len(proposal.menu)))
+    rng = np.random.default_rng([seed, RANDOM])
+    drawn = [(proposal.menu[k], 1) for k in rng.integers(len(proposal.menu), size=proposal.times)]
     line: Line = {"names": _names(found), "separation": float(proposal.separation)}
     line["decides"] = proposal.separation >= DECIDES
-    for name, scored in (("proposed", proposal.best), ("random", proposal.menu[chosen])):
-        line[name] = _measured(scored, proposal.times, folder, name, seed, plant, overrides, again)
+    for name, records in (("proposed", proposal.plan.records), ("random", drawn)):
+        line[name] = _measured(records, folder, name, seed, plant, overrides, again)
     return line
 
 
@@ -48,20 +48,16 @@ def _names(found: Diagnosis) -> list[str]:
 
 
 def _measured(
-    scored: Scored,
-    times: int,
-    folder: Path,
-    name: str,
-    seed: int,
-    plant: str,
-    overrides: Line,
+    records: Sequence[tuple[Scored, int]], folder: Path, name: str, seed: int, plant: str, overrides: Line,
     again: Callable[[Path], Line],
-) -> Line:
-    line: Line = {"input": scored.input.statement, "times": times, "separation": float(scored.separation)}
+) -> Line:  # fmt: skip
+    line: Line = {"input": "; ".join(f"{times} x {scored.input.statement}" for scored, times in records)}
     new = folder.with_name(f"{folder.name}-{name}")
     shutil.copytree(folder, new)
     try:
-        more(seed, new, scored.input.levels, scored.input.period_s, plant=plant, times=times, **overrides)
+        for scored, times in records:
+            levels, period_s = scored.input.levels, scored.input.period_s
+            more(seed, new, levels, period_s, plant=plant, times=times, **overrides)
         line |= again(new)
     except Exception as error:  # a crash is a result of the campaign, not its end
         line |= {"verdict": "crash", "causes": [], "judgement": "crash", "error": repr(error)[-400:]}

@@ -16,16 +16,9 @@ from rtctl.diagnosis.files import scenario_text
 from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, drive_range, menu
-from rtctl.diagnosis.next_experiment import (
-    ALIKE,
-    DECIDES,
-    MOST_TIMES,
-    NextExperiment,
-    Scored,
-    _chosen,
-    next_experiment,
-)
-from rtctl.diagnosis.separation import PARTED, Pair, together
+from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
+from rtctl.diagnosis.record_plan import ALIKE, DECIDES, MOST_TIMES, Planned, Scored, chosen, planned
+from rtctl.diagnosis.separation import PARTED, Pair, Played, together, uncertainty
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -96,8 +89,36 @@ def test_the_separation_is_what_a_rival_that_is_fitted_to_old_and_new_data_leave
     rows = np.vstack((slopes.T, np.hstack((old.T, np.zeros((200, 1))))))
     wanted = np.append(true - rival, np.zeros(200))
     left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
-    pair = Pair.of(true, rival, slopes, old @ old.T)
-    assert pair.squared() == pytest.approx(float(left @ left), rel=1e-9)
+    pair = Pair.of(true, rival, slopes, shared=3)
+    assert pair.squared(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+
+
+def test_records_of_two_inputs_separate_as_the_rival_fitted_to_old_and_all_new_data_leaves() -> None:
+    """Each record has a start of its own."""
+    rng = np.random.default_rng(6)
+    old = rng.standard_normal((3, 200))
+    new = [(rng.standard_normal(80), rng.standard_normal(80), rng.standard_normal((4, 80))) for _ in range(2)]
+    often = [new[0], new[1], new[1]]
+    blocks = [np.hstack((old.T, np.zeros((200, 3))))]
+    for k, (_, _, slopes) in enumerate(often):
+        own = np.zeros((80, 3))
+        own[:, k] = slopes[3]
+        blocks.append(np.hstack((slopes[:3].T, own)))
+    rows = np.vstack(blocks)
+    wanted = np.concatenate([np.zeros(200), *(true - rival for true, rival, _ in often)])
+    left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
+    one, other = (Pair.of(*each, shared=3) for each in new)
+    assert one.and_also(other, 2).squared(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+
+
+def test_a_parameter_that_a_new_record_does_not_tell_from_its_start_is_known_from_the_data_so_far() -> None:
+    """An offset, where the record's own mean is free: rounding makes no number of nothing."""
+    rng = np.random.default_rng(7)
+    level, wave = np.full(80, 1e6), rng.standard_normal(80)
+    slopes = np.stack((level, wave, 3.0 * level))
+    pair = Pair.of(rng.standard_normal(80), np.zeros(80), slopes, shared=2)
+    assert pair.normal[0, 0] == pytest.approx(0.0, abs=1e-6)
+    assert np.isfinite(pair.squared(np.zeros((2, 2))))
 
 
 def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
@@ -106,8 +127,8 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
     largest = float(np.abs(data.records[0].stimulus.inputs["drive"]).max())
     assert (low, high) == pytest.approx((-largest, largest))
     entries, longest = menu(data, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
-    assert len(entries) == 24
-    assert len({entry.statement for entry in entries}) == 24
+    assert len(entries) > 24
+    assert len({entry.statement for entry in entries}) == len(entries)
     for entry in entries:
         assert low - 1e-9 <= entry.levels.min() < entry.levels.max() <= high + 1e-9
         assert 0.2 * longest < len(entry.levels) <= 1.1 * longest
@@ -168,8 +189,11 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     noisy = with_noise(louder)
     assert noisy.best.separation < DECIDES <= noisy.separation
     assert 2 <= noisy.times <= MOST_TIMES
-    assert f", {noisy.times} times: " in noisy.statement
-    records = [record_of(noisy.best.input.levels, "linear") for _ in range(noisy.times)]
+    told = f", {noisy.times} times: " if len(noisy.plan.records) == 1 else f", {noisy.times} records: "
+    assert told in noisy.statement
+    records = [
+        record_of(scored.input.levels, "linear") for scored, times in noisy.plan.records for _ in range(times)
+    ]
     brought = (evidence((*data.records, *records)) - evidence(data.records)) / louder**2
     assert (
         0.8 * noisy.separation**2 < brought < 4.0 * noisy.separation**2
@@ -180,15 +204,47 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
 
 
 def test_what_decides_with_fewer_records_goes_before_what_one_record_says_more_by() -> None:
-    """Of each input: by one record, and whether no prediction parts; how many records, and what they bring."""
+    """Of each plan: its inputs, by one record and whether no prediction parts, how many records; what they bring."""
     entry: Any = None
     steep, steady = Scored(entry, 5.0), Scored(entry, 4.0)
     parting = Scored(entry, 7.0, whole=False)
-    slow, fast, early = (steep, 9, 8.0), (steady, 4, 8.0), (parting, 2, 9.0)
-    assert _chosen([early, slow, fast]) == fast
-    assert _chosen([early, (steep, 16, 7.9)]) == early
-    assert _chosen([(steep, 16, 5.5), (steady, 16, 7.0)]) == (steady, 16, 7.0)
-    assert _chosen([(steep, 1, 9.0), (steady, 1, 30.0)]) == (steady, 1, 30.0)
+    slow, fast, early = (
+        Planned(((scored, times),), apart)
+        for scored, times, apart in ((steep, 9, 8.0), (steady, 4, 8.0), (parting, 2, 9.0))
+    )
+    assert chosen([early, slow, fast]) == fast
+    assert chosen([early, Planned(((steep, 16),), 7.9)]) == early
+    assert chosen([Planned(((parting, 16),), 7.9), Planned(((steep, 16),), 2.0)]).separation == 2.0
+    assert chosen([Planned(((parting, 16),), 7.9), Planned(((steep, 1),), 0.01)]).separation == 7.9
+    assert chosen([Planned(((steep, 16),), 5.5), Planned(((steady, 16),), 7.0)]).separation == 7.0
+    assert chosen([Planned(((steep, 1),), 9.0), Planned(((steady, 1),), 30.0)]).separation == 30.0
+    mixed = Planned(((steep, 1), (steady, 3)), 12.0)
+    assert chosen([mixed, fast]) == fast  # the simpler of two as short
+    assert chosen([Planned(((steep, 1), (steady, 2)), 8.1), fast]).times == 3
+
+
+def test_inputs_of_which_one_tells_what_the_other_needs_known_are_proposed_together() -> None:
+    """One tells the damping, the other the lag beside it: neither decides alone, however often."""
+    entry: Any = None
+    unsure = np.eye(2) * 1e-6
+    lag_and_damping = Pair(9.0, np.array([3.0, 0.0]), np.array([[1.0, 0.0], [0.0, 0.0]]))
+    damping = Pair(0.0, np.zeros(2), np.array([[1e4, 0.0], [0.0, 0.0]]))
+
+    def played(pair: Pair) -> Played:
+        return Played({(0, 1): pair, (1, 0): pair}, True)
+
+    def least(brought: Played) -> float:
+        return brought.separation(0, 1, [unsure, unsure])
+
+    possible = [
+        (Scored(entry, max(least(played(pair)), ALIKE)), played(pair)) for pair in (lag_and_damping, damping)
+    ]
+    alone = [planned([one], least) for one in possible]
+    assert all(plan.separation < DECIDES for plan in alone)
+    both = planned(possible, least)
+    assert both.separation >= DECIDES
+    assert [scored for scored, _ in both.records] == [one[0] for one in possible]
+    assert both.times == 9
 
 
 @cache
@@ -228,19 +284,28 @@ def test_what_follows_where_predictions_part_does_not_count() -> None:
     """Between two motions any difference decides which: it is large and says nothing of the causes."""
     t = np.linspace(0.0, 20.0, 401)
     one, other = np.sin(t), np.where(t < 10.0, 1.02, -1.0) * np.sin(t)
-    size, period = np.array([one.std()]), 20
+    size, period, sure = np.array([one.std()]), 20, np.zeros((1, 401))
     assert PARTED == 0.5
-    assert together(np.stack((one, other, one))[:, None], size, period) == 200
+    assert together(np.stack((one, other, one))[:, None], size, period, sure) == 200
     assert (
-        together(np.stack((one, one, other))[:, None], size, period) == 200
+        together(np.stack((one, one, other))[:, None], size, period, sure) == 200
     )  # the last: the nominal model's
-    assert together(np.stack((one, one, np.full(401, np.nan)))[:, None], size, period) == 0
+    assert together(np.stack((one, one, np.full(401, np.nan)))[:, None], size, period, sure) == 0
     for same in (1.02 * one, 0.3 * size + one):
-        assert together(np.stack((one, same, one))[:, None], size, period) == len(t)
+        assert together(np.stack((one, same, one))[:, None], size, period, sure) == len(t)
     loud = np.stack((20.0 * one, 22.0 * one, 20.0 * one))
-    assert together(loud[:, None], size, period) == len(
+    assert together(loud[:, None], size, period, sure) == len(
         t
     )  # of a louder motion a tenth is a difference, no other motion
+    unsure = np.where(t < 15.0, 0.1, 1.0)[None]
+    assert together(np.stack((one, 1.02 * one, one))[:, None], size, period, unsure) == 300
+
+
+def test_how_unsure_a_prediction_is_follows_from_what_is_known() -> None:
+    """Of two parameters by 25 and 4 readings of noise 1; a third that no reading shows adds nothing."""
+    known = np.diag([25.0, 4.0, 0.0])
+    slopes = np.array([[[1.0, 0.0]], [[0.0, 3.0]], [[7.0, 7.0]]])
+    assert uncertainty(slopes, known)[0] == pytest.approx([0.2, 1.5])
 
 
 def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_decides(
@@ -249,7 +314,7 @@ def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_de
     proposed = ambiguous()[2]
     assert all(one.whole for one in proposed.menu)
     monkeypatch.setattr("rtctl.diagnosis.separation.PARTED", 0.05)
-    quiet, noisy = with_noise(0.25), with_noise(1.0)
+    quiet, noisy = with_noise(0.25), with_noise(0.5)
     assert not quiet.menu[0].whole
     assert quiet.best.whole
     assert DECIDES <= quiet.separation < quiet.menu[0].separation
@@ -271,8 +336,8 @@ def test_acquire_plays_exactly_the_input_that_was_scored(tmp_path: Path) -> None
     dataset = read_dataset(tmp_path / "data" / "dataset.toml")
     assert open_dataset(tmp_path / "data" / "dataset.toml").units == {"drive": "V", "displacement": "mm"}
     assert len(dataset.records) == proposed.times
-    scored = proposed.best.input.levels
-    for record in dataset.records:
+    levels = [scored.input.levels for scored, times in proposed.plan.records for _ in range(times)]
+    for record, scored in zip(dataset.records, levels, strict=True):
         played = record.signals["drive"]
         first = next(k for k in range(4) if np.allclose(played[k : k + 50], scored[:50], atol=1e-4))
         assert played[first : first + len(scored)] == pytest.approx(scored[: len(played) - first], abs=1e-4)
