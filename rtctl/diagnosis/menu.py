@@ -26,7 +26,7 @@ SQUARE_WAVES = (0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0, 16.0)
 """Times the dominant frequency: all of the drive's power at a few lines. A delay and a lag part far above it; what they
 are fitted beside is learned near it.
 """
-LEAST_HELD = 2.0
+LEAST_HELD = 2
 """Samples of half a square wave."""
 MOST_LEVELS = 511
 """Of a telegraph, which is then repeated."""
@@ -155,19 +155,20 @@ def _levels(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
         table = {"kind": "levels", "hold": s.seconds(hold), "levels": [s.span[k] for k in signs]}
         table["times"] = max(1, count // len(signs))
         yield f"{words}random telegraph, shortest hold {hold:.3g} s, {s.at}", table
-    for multiple in SQUARE_WAVES:
-        hold, count = s.holds(0.5 / multiple)
-        if hold >= LEAST_HELD * s.period_s:
-            table = {
-                "kind": "levels",
-                "hold": s.seconds(hold),
-                "levels": [*s.span],
-                "times": max(1, count // 2),
-            }
-            yield f"square wave of {0.5 / hold:.3g} Hz, {s.at}", table
+    yield from _square_waves(s)
     hold, count = s.holds(12.0)
     table = {"kind": "levels", "hold": s.seconds(hold), "levels": [high, "50 %"], "times": max(1, count // 2)}
     yield f"steps and ring-downs, each {hold:.3g} s, {s.at}", table
+
+
+def _square_waves(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Each once, where halves that are whole periods of the device's clock make two the same."""
+    halves = [round(0.5 / (multiple * s.frequency_hz * s.period_s)) for multiple in SQUARE_WAVES]
+    for samples in dict.fromkeys(half for half in halves if half >= LEAST_HELD):
+        hold = samples * s.period_s
+        times = max(1, round(0.5 * s.duration_s / hold))
+        table = {"kind": "levels", "hold": s.seconds(hold), "levels": [*s.span], "times": times}
+        yield f"square wave of {0.5 / hold:.4g} Hz, {s.at}", table
 
 
 def _scenario(

@@ -134,6 +134,16 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
         assert 0.2 * longest < len(entry.levels) <= 1.1 * longest
 
 
+def test_a_square_wave_has_the_frequency_that_it_is_said_to_have() -> None:
+    data, _, _ = ambiguous()
+    waves = [entry for entry in menu(data, UNITS) if entry.statement.startswith("square wave of ")]
+    assert len(waves) >= 9
+    for wave in waves:
+        told = float(wave.statement.removeprefix("square wave of ").split(" Hz")[0])
+        turns = np.flatnonzero(np.diff(wave.levels) != 0.0)
+        assert np.diff(turns) * wave.period_s == pytest.approx(0.5 / told, rel=1e-3)
+
+
 def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_random_one() -> None:
     data, _, proposed = ambiguous()
     assert proposed.separates == tuple(RIVALS)
