@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import (
     Cause,
@@ -17,15 +16,14 @@ from rtctl.diagnosis.answer import (
     causes_of,
     wrong_value_cause,
 )
-from rtctl.diagnosis.approach import finely, fitted_nominal
+from rtctl.diagnosis.beginning import begun
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
-from rtctl.diagnosis.checks import foreign, short, split
+from rtctl.diagnosis.checks import short, split
 from rtctl.diagnosis.finer_loops import ID as SHAPE
 from rtctl.diagnosis.finer_loops import loops_cause
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.horizon import beginnings
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
@@ -33,7 +31,6 @@ from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.shape import Shape, residual_shape
-from rtctl.diagnosis.stretches import cut_up, remembers
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.diagnosis.unnamed import explaining_more
@@ -50,14 +47,6 @@ RIVALS = 5
 LEAST_ALLOWED = 0.0025
 """Of an output's size: the read-outs are tables of cells."""
 
-LONG_MEMORY = (
-    "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
-    "from a state of its own; the errors on test records are of free runs over whole records all the same"
-)
-PARTS = (
-    "the free runs of the nominal model part from the records, as between two motions: causes were judged by {} of {} "
-    "samples, the beginnings of {} records up to there; the errors on test records are of whole free runs all the same"
-)
 OTHER_OUTPUT = (
     "no record that is fitted has a {0}: diagnosed by the {1} alone, and the gain is that of its logarithm"
 )
@@ -170,26 +159,14 @@ def diagnose(
             executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period,
         )  # fmt: skip
-        told("the nominal model")
-        data, nominal = finely(data, _nominal(data, comparable))
-        warnings += short(fit, data.scales.rate)
-        warnings += foreign(data, nominal.sensitivity.outputs, nominal.cost)
-        whole, nominal_whole = data, nominal
-        if remembers(data, nominal):
-            told("the nominal model within short stretches")
-            data = cut_up(data, nominal)
-            nominal = _nominal(data, comparable)
-            warnings.append(LONG_MEMORY.format(len(data.records)))
-        elif (followed := beginnings(data, nominal)) is not None:
-            told("the nominal model as far as it follows the records")
-            data, nominal = followed
-            kept, total = (sum(record.samples for record in one.records) for one in (data, whole))
-            warnings.append(PARTS.format(kept, total, len(data.records)))
+        first = begun(data, comparable, told)
+        data, nominal = first.data, first.nominal
+        warnings += [*short(fit, data.scales.rate), *first.said]
         data = allowing(data, subject.promised(model, dataset))
         ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
-        found, said, stopped = caused(ask, whole=whole.records is data.records)
+        found, said, stopped = caused(ask, whole=first.uncut)
         warnings += said
-        fits = None if whole.records is data.records else _over_whole_records(whole, nominal_whole, found)
+        fits = _over_whole_records(*first.whole, found) if first.whole and not first.uncut else None
         answer = _answer(ask, simulation, found, fits, warnings, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer
@@ -206,16 +183,6 @@ def allowing(data: Data, promised: Mapping[str, float]) -> Data:
         size = data.size(name)
         allowed[name] = float(np.clip(promised.get(name, np.inf), LEAST_ALLOWED * size, share * size)) ** 2
     return replace(data, allowed=allowed)
-
-
-def _nominal(data: Data, simulation: Simulation) -> Hypothesis:
-    already = tuple(mechanism.id for mechanism in simulation.mechanisms)
-    nominal = fitted_nominal(data, simulation, already)
-    if nominal is None:
-        raise RunError(
-            "the model diverges on these records: correct its parameters, or let rtctl identify find them"
-        )
-    return nominal
 
 
 def _answer(

@@ -39,19 +39,25 @@ def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | Non
         return None
     if misfit(data, nominal) < FAR and _share_after(data, nominal) < MOST:
         return None
+    found = as_far_as_followed(data, nominal.simulation, nominal.mechanisms)
+    return found if found is not None and _samples(found[0]) < _samples(data) else None
+
+
+def as_far_as_followed(
+    data: Data, simulation: Simulation, mechanisms: Sequence[str]
+) -> tuple[Data, Hypothesis] | None:
+    """The beginnings of records that `simulation` follows, all of them perhaps, fitted to them; None: next to none."""
     best: tuple[Data, Hypothesis] | None = None
-    starts = [nominal.simulation, *approached(data, nominal.simulation)]
+    starts = [simulation, *approached(data, simulation)]
     longest = max(starts, key=lambda one: sum(_followed(data, one)))
     simulation = longest
     for _ in range(TURNS):
         kept = _followed(data, simulation)
-        found = _fitted_to(data, simulation, nominal.mechanisms, kept)
+        found = _fitted_to(data, simulation, mechanisms, kept)
         if found is None or (best is not None and _samples(found[0]) <= _samples(best[0])):
             break
         best, simulation = found, found[1].simulation
-    if best is None or _samples(best[0]) >= _samples(data):
-        return None
-    return best if _samples(best[0]) >= LEAST_SHARE * _samples(data) else None
+    return best if best is not None and _samples(best[0]) >= LEAST_SHARE * _samples(data) else None
 
 
 def _share_after(data: Data, nominal: Hypothesis) -> float:
@@ -114,6 +120,7 @@ def followed(error: FloatArray, period: int, most: float) -> int:
     count = len(error) // period
     if not count:
         return 0
-    size = np.sqrt(np.mean(error[: count * period].reshape(count, period) ** 2, axis=1))
+    with np.errstate(over="ignore"):  # of one that runs away
+        size = np.sqrt(np.mean(error[: count * period].reshape(count, period) ** 2, axis=1))
     parted = np.flatnonzero(~(size < most))
     return int(parted[0]) * period if len(parted) else len(error)
