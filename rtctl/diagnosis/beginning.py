@@ -18,8 +18,8 @@ LONG_MEMORY = (
     "from a state of its own; the errors on test records are of free runs over whole records all the same"
 )
 PARTS = (
-    "the free runs of the nominal model {} the records, as between two motions: causes were judged by {} of {} "
-    "samples, the beginnings of {} records up to there; the errors on test records are of whole free runs all the same"
+    "the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the beginnings of {} "
+    "records up to there; the errors on test records are of whole free runs all the same"
 )
 DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
 
@@ -47,9 +47,11 @@ def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Be
     if nominal is None:
         told("the nominal model as far as it follows the records")
         short, nominal = _without_running_away(data, simulation, mechanisms)
-        if _samples(short) < _samples(data):
+        if short.samples < data.samples:
+            left = PARTS.format("run away from", "", short.samples, data.samples, len(short.records))
+            short, nominal = finely(short, nominal)
             said = foreign(short, nominal.sensitivity.outputs, nominal.cost)
-            return Begun(short, nominal, None, [*said, _parts("run away from", short, data)])
+            return Begun(short, nominal, None, [*said, left])
         data = short
     whole = data, nominal = finely(data, nominal)
     said = foreign(data, nominal.sensitivity.outputs, nominal.cost)
@@ -62,7 +64,10 @@ def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Be
         return Begun(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
     if (followed := beginnings(data, nominal)) is not None:
         told("the nominal model as far as it follows the records")
-        return Begun(*followed, whole, [*said, _parts("part from", followed[0], data)])
+        short, nominal = followed
+        where = ("part from", ", as between two motions")
+        said.append(PARTS.format(*where, short.samples, data.samples, len(short.records)))
+        return Begun(short, nominal, whole, said)
     return Begun(data, nominal, whole, said)
 
 
@@ -73,12 +78,4 @@ def _without_running_away(
     followed = as_far_as_followed(data, simulation, mechanisms) if simulation.state else None
     if followed is None:
         raise RunError(DIVERGES)
-    return finely(*followed)
-
-
-def _parts(how: str, short: Data, data: Data) -> str:
-    return PARTS.format(how, _samples(short), _samples(data), len(short.records))
-
-
-def _samples(data: Data) -> int:
-    return sum(record.samples for record in data.records)
+    return followed

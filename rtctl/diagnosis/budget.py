@@ -8,7 +8,7 @@ from dataclasses import dataclass
 SECONDS = 70.0
 """Of a diagnosis, so that what is under way then and the answer are done by 90 s."""
 AFTER = 15.0
-"""So much later [s] no further comparison goes on, even if it has hardly begun."""
+"""So much later [s] no further comparison goes on, unless it had less than LEAST."""
 LEAST = 3.0
 """Of a further comparison [s]."""
 

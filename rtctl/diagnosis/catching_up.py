@@ -12,13 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.starts import at_better_starts
+from rtctl.diagnosis.starts import at_better_starts, costs_of
 
 STANDS_OUT = 1.2
 """Times what is left in the others, by RMS: their median."""
 BEGINNING = 1.0 / 16.0
 """Of the record; then twice as much each time, or half as much more where that was too much."""
 LEAST_STEP = 1.0 / 64.0
+MOST_LATE = 8
+"""Times that a record is caught up with."""
 MOST_FITS = 12
 ITERATIONS = 12
 """Of a fit that takes in more of it; the last one goes to its end."""
@@ -30,7 +32,7 @@ def caught_up(data: Data, hypothesis: Hypothesis) -> Hypothesis:
     """The same set, with every record that stands out followed if that lowers the cost; else as it is."""
     if not hypothesis.states or len(data.records) < 2:
         return hypothesis
-    for _ in data.records:
+    for _ in data.records[:MOST_LATE]:
         late = _standing_out(data, hypothesis)
         found = _followed(data, hypothesis, late) if late is not None else None
         if found is None or found.cost > (1.0 - WORTH_IT) * hypothesis.cost:
@@ -41,23 +43,13 @@ def caught_up(data: Data, hypothesis: Hypothesis) -> Hypothesis:
 
 def _standing_out(data: Data, hypothesis: Hypothesis) -> int | None:
     """The record that is followed worst, if that is clearly less well than the others."""
-    left = np.array([_left(data, hypothesis, index) for index in range(len(data.records))])
+    costs = [
+        costs_of(data, hypothesis, index, hypothesis.start(index)[None])[0]
+        for index in range(len(data.records))
+    ]
+    left = np.sqrt(np.array(costs) / [record.samples - record.first for record in data.records])
     worst = int(np.argmax(left))
     return worst if left[worst] > STANDS_OUT * np.median(np.delete(left, worst)) else None
-
-
-def _left(data: Data, hypothesis: Hypothesis, index: int) -> float:
-    """RMS of a record's residual, all outputs on the scale of the cost; infinite where it diverges."""
-    record = data.records[index]
-    lanes = (hypothesis.values_of(index)[None], hypothesis.start(index)[None])
-    run = hypothesis.simulation.predict(record.stimulus, *lanes, data.steps_per_period)
-    errors = [
-        (run.outputs[name][0] - record.measured[name])[record.first :] / data.size(name)
-        for name in hypothesis.sensitivity.outputs
-    ]
-    with np.errstate(over="ignore", invalid="ignore"):
-        size = float(np.sqrt(np.mean(np.square(errors))))
-    return size if np.isfinite(size) else np.inf
 
 
 def _followed(data: Data, hypothesis: Hypothesis, late: int) -> Hypothesis | None:

@@ -40,7 +40,7 @@ def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | Non
     if misfit(data, nominal) < FAR and _share_after(data, nominal) < MOST:
         return None
     found = as_far_as_followed(data, nominal.simulation, nominal.mechanisms)
-    return found if found is not None and _samples(found[0]) < _samples(data) else None
+    return found if found is not None and found[0].samples < data.samples else None
 
 
 def as_far_as_followed(
@@ -54,10 +54,10 @@ def as_far_as_followed(
     for _ in range(TURNS):
         kept = _followed(data, simulation)
         found = _fitted_to(data, simulation, mechanisms, kept)
-        if found is None or (best is not None and _samples(found[0]) <= _samples(best[0])):
+        if found is None or (best is not None and found[0].samples <= best[0].samples):
             break
         best, simulation = found, found[1].simulation
-    return best if best is not None and _samples(best[0]) >= LEAST_SHARE * _samples(data) else None
+    return best if best is not None and best[0].samples >= LEAST_SHARE * data.samples else None
 
 
 def _share_after(data: Data, nominal: Hypothesis) -> float:
@@ -79,10 +79,6 @@ def _share_after(data: Data, nominal: Hypothesis) -> float:
 def period_of(data: Data, record: FitRecord) -> int:
     """Samples of `record` in a period of the dominant motion."""
     return max(1, round(2.0 * np.pi / (data.scales.rate * record.period_s)))
-
-
-def _samples(data: Data) -> int:
-    return sum(record.samples for record in data.records)
 
 
 def _fitted_to(

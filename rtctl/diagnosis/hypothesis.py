@@ -57,10 +57,15 @@ class Data:
         return replace(self, enough=lambda: budget.spent)
 
     @property
+    def samples(self) -> int:
+        """Of all records."""
+        return sum(record.samples for record in self.records)
+
+    @property
     def glance(self) -> Data:
         """The beginnings of its records, so many samples as a first look at each hypothesis takes."""
         most = self.subject.glance_samples
-        if most is None or sum(record.samples for record in self.records) <= most:
+        if most is None or self.samples <= most:
             return self
         each = max(1, most // len(self.records))
         return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))

@@ -146,7 +146,7 @@ def next_experiment(
     possible = [
         (entry, brought)
         for entry in menu(data, units)
-        if (brought := played(_record(entry, candidates[0], data), candidates, known, nominal, data, noise))
+        if (brought := played(_record(entry, candidates[0], data), candidates, nominal, data, noise))
     ]
     if not possible:
         return None

@@ -61,8 +61,10 @@ def planned(possible: Sequence[Proposal], least: Least) -> Planned:
     """
     plans = [_repeated(one, least) for one in possible]
     if max(scored.separation for scored, _ in possible) >= ALIKE:
+        plans.append(_one_after_the_other(possible, least))
         whole = [one for one in possible if one[0].whole]
-        plans += [_one_after_the_other(ones, least) for ones in (whole, possible) if ones]
+        if whole and len(whole) < len(possible):
+            plans.append(_one_after_the_other(whole, least))
     return chosen(plans)
 
 

@@ -104,13 +104,12 @@ def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) 
 
 
 def played(
-    record: FitRecord, candidates: Sequence[Hypothesis], known: Sequence[FloatArray], nominal: Hypothesis, data: Data,
-    noise: Sequence[NoiseModel],
+    record: FitRecord, candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel]
 ) -> Played | None:  # fmt: skip
     """`record`, of which the input is known, by all candidates; None where the device might be hurt.
 
-    `known`: their `information`. What follows where predictions part, that of `nominal` too, or where one is unsure by
-    as much, does not count: between two motions any difference decides which.
+    What follows where predictions part, that of `nominal` too, does not count: between two motions any difference
+    decides which.
     """
     outputs = candidates[0].sensitivity.outputs
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
@@ -126,8 +125,7 @@ def played(
     free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
     runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
     sizes = np.array([excursion(data, name) for name in outputs])
-    unsure = [uncertainty(table[1 : 1 + len(one)], one) for table, one in zip(tables, known, strict=True)]
-    end = together(np.stack(runs), sizes, period_of(data, record), np.max(unsure, axis=0))
+    end = together(np.stack(runs), sizes, period_of(data, record))
     count = record.samples
     white = []
     for table in tables:
@@ -141,19 +139,8 @@ def played(
     return Played(pairs, end == count)
 
 
-def uncertainty(slopes: FloatArray, known: FloatArray) -> FloatArray:
-    """(outputs, n) Standard deviation of a prediction of these `slopes` (p, outputs, n) by what is `known` (p, p)."""
-    size = np.sqrt(np.maximum(np.diag(known), 1e-300))
-    values, vectors = np.linalg.eigh(known / size[:, None] / size)
-    kept = values > 1e-12
-    along = np.tensordot((vectors[:, kept] / np.sqrt(values[kept])).T / size, slopes, axes=1)
-    made: FloatArray = np.sqrt(np.sum(along**2, axis=0))
-    return made
-
-
-def together(predicted: FloatArray, sizes: FloatArray, period: int, unsure: FloatArray) -> int:
-    """Samples up to where predictions (candidates, outputs, n) part, by their RMS over a period, or may since they are
-    `unsure` (outputs, n).
+def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
+    """Samples up to where predictions (candidates, outputs, n) part, by their RMS over a period.
 
     Against `sizes` (outputs,) of the readings so far or that of the predictions, whichever is larger.
     """
@@ -162,8 +149,8 @@ def together(predicted: FloatArray, sizes: FloatArray, period: int, unsure: Floa
         spread = np.nan_to_num(apart.max(axis=0) - apart.min(axis=0), nan=np.inf, posinf=np.inf)
     moving = predicted[:-1].std(axis=2).max(axis=0)
     reach = [
-        followed(np.maximum(one, maybe), period, PARTED * float(max(size, own)))
-        for one, maybe, size, own in zip(spread, unsure, sizes, moving, strict=True)
+        followed(one, period, PARTED * float(max(size, own)))
+        for one, size, own in zip(spread, sizes, moving, strict=True)
     ]
     return min(reach)
 

@@ -25,7 +25,7 @@ def at_better_starts(data: Data, hypothesis: Hypothesis) -> Hypothesis:
     starts, gained = hypothesis.starts.copy(), 0.0
     for index in range(len(data.records)):
         states = _candidates(data, hypothesis, index)
-        costs = _costs(data, hypothesis, index, states)
+        costs = costs_of(data, hypothesis, index, states)
         best = int(np.argmin(costs))
         starts[index, : hypothesis.states] = states[best]
         gained += costs[0] - costs[best] if np.isfinite(costs[0]) else 0.0
@@ -47,8 +47,10 @@ def _candidates(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
     return np.array([*found, *resting])
 
 
-def _costs(data: Data, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
-    """(starts,) infinite where a run diverges, all of them where no sensible step resolves one."""
+def costs_of(data: Data, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
+    """(starts,) of one record, of which `states` are (starts, states): infinite where a run diverges, all of them where
+    no sensible step resolves one.
+    """
     record = data.records[index]
     values = np.tile(hypothesis.values_of(index), (len(states), 1))
     try:
