@@ -31,6 +31,8 @@ class Sampled(NamedTuple):
     delay_s: float = 0.0
     blend: tuple[tuple[str, float], ...] = ()
     """Other holds and their weights; the rest of the weight is `hold`'s."""
+    onward: FloatArray = np.empty(0)
+    """(m,) after `samples`: a band-limited drive before its last sample depends on what came then."""
 
 
 class Driven(NamedTuple):

@@ -37,7 +37,9 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
         if found is not None and found[0]() is stimulus:
             _kept.move_to_end(key)
             return found[1]
-    made = nodes(drive.samples, drive.hold, substeps, drive.delay_s / drive.period_s)
+    known = np.concatenate((drive.samples, drive.onward))
+    made = nodes(known, drive.hold, substeps, drive.delay_s / drive.period_s)
+    made = made[: (len(drive.samples) - 1) * substeps]
     made.setflags(write=False)
     with _lock:
         for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:

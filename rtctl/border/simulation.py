@@ -29,6 +29,8 @@ class Stimulus:
     """Largest measured magnitude of each output, where it is known: the step is chosen for it."""
     swing: Mapping[str, float] = field(default_factory=dict)
     """Half of the range of each, where it is known: in one of two wells far less than `peak`."""
+    onward: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Of an input, samples (m,) that came after these, where that is known: a band-limited one depends on them."""
 
     @property
     def samples(self) -> int:

@@ -9,7 +9,7 @@ from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.approach import finely, fitted_nominal
 from rtctl.diagnosis.checks import foreign
-from rtctl.diagnosis.horizon import as_far_as_followed, beginnings
+from rtctl.diagnosis.horizon import as_far_as_followed, beginnings, foreseeable
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.stretches import cut_up, remembers
 
@@ -20,6 +20,11 @@ LONG_MEMORY = (
 PARTS = (
     "the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the beginnings of {} "
     "records up to there; the errors on test records are of whole free runs all the same"
+)
+UNFORESEEABLE = (
+    "from some moment on, as where one of two motions only just wins, less than a thousandth of a parameter decides "
+    "what the nominal model does: of {} samples {} were used, the beginnings of {} records up to there; the errors on "
+    "test records are of whole free runs all the same"
 )
 DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
 
@@ -53,8 +58,15 @@ def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Be
             said = foreign(short, nominal.sensitivity.outputs, nominal.cost)
             return Begun(short, nominal, None, [*said, left])
         data = short
+    beyond: list[str] = []
+    if (sure := foreseeable(data, nominal)) is not data:
+        told("the nominal model as far as what it does is foreseeable")
+        again = fitted_nominal(sure, simulation, mechanisms)
+        if again is not None:
+            beyond = [UNFORESEEABLE.format(data.samples, sure.samples, len(sure.records))]
+            data, nominal = sure, again
     whole = data, nominal = finely(data, nominal)
-    said = foreign(data, nominal.sensitivity.outputs, nominal.cost)
+    said = [*foreign(data, nominal.sensitivity.outputs, nominal.cost), *beyond]
     if remembers(data, nominal):
         told("the nominal model within short stretches")
         short = cut_up(data, nominal)

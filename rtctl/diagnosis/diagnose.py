@@ -24,6 +24,7 @@ from rtctl.diagnosis.finer_loops import ID as SHAPE
 from rtctl.diagnosis.finer_loops import loops_cause
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
+from rtctl.diagnosis.horizon import unforeseeable
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
@@ -69,6 +70,10 @@ PUT_RIGHT = (
 BEYOND = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: "
     'something is missing that acts there only; mark one of the test records use = "fit" to have it looked for'
+)
+UNFORESEEN = (
+    "on the test records {:.3g} {} are left, {:.3g} times the noise: in {} of {} records, from some moment on, less "
+    "than a thousandth of a parameter decides what the model does, and none follows such a record to its end"
 )
 UNSEEN = 2.0
 """Times the noise (and what is allowed beside it): less is the parameters' own uncertainty at another amplitude."""
@@ -223,7 +228,7 @@ def _answer(
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     final = gained(fits, output)
     if final is not None and whole is None and verdict in ("adequate", "explained"):
-        warnings += _beyond_the_fit(final, data)
+        warnings += _beyond_the_fit(final, data, tests, fits.after.hypothesis)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
@@ -271,12 +276,18 @@ def _unless_outdone(
     return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)
 
 
-def _beyond_the_fit(found: Gain, data: Data) -> list[str]:
-    """Warning where the test records hold what the fitted ones do not show."""
+def _beyond_the_fit(
+    found: Gain, data: Data, tests: tuple[FitRecord, ...], hypothesis: Hypothesis
+) -> list[str]:
+    """Warning where the test records hold what the fitted ones do not show, or nobody foresees."""
     promised = float(np.hypot(found.noise_floor, np.sqrt(data.allowed.get(found.output, 0.0))))
     if not found.after > UNSEEN * promised:
         return []
-    return [BEYOND.format(found.after, found.unit, found.after / found.noise_floor)]
+    left = found.after, found.unit, found.after / found.noise_floor
+    unseen = replace(data, records=tests)
+    there = fitted(unseen, hypothesis.simulation, hypothesis.mechanisms, iterations=0, still=hypothesis.still)
+    lost = unforeseeable(unseen, there) if there is not None else 0
+    return [UNFORESEEN.format(*left, lost, len(tests)) if lost else BEYOND.format(*left)]
 
 
 def _gained(

@@ -13,6 +13,8 @@ from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.stimulus import stimulus_of
 
 FloatArray = NDArray[np.float64]
+ONWARD = 128
+"""Samples of an input that a beginning knows beyond its end: a band-limited one depends on them before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,7 +43,12 @@ class FitRecord:
     def beginning(self, samples: int) -> FitRecord:
         """The first samples, from the same start."""
         whole = self.stimulus
-        stimulus = replace(whole, inputs={name: values[:samples] for name, values in whole.inputs.items()})
+        inputs = {name: values[:samples] for name, values in whole.inputs.items()}
+        onward = {
+            name: np.concatenate((values[samples:], whole.onward.get(name, np.empty(0))))[:ONWARD]
+            for name, values in whole.inputs.items()
+        }
+        stimulus = replace(whole, inputs=inputs, onward=onward)
         measured = {name: values[:samples] for name, values in self.measured.items()}
         return replace(self, stimulus=stimulus, measured=measured)
 

@@ -11,11 +11,14 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import FAR, fitted_nominal, misfit
+from rtctl.diagnosis.beginning import begun
+from rtctl.diagnosis.diagnose import _beyond_the_fit
+from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.horizon import MOST, _share_after, beginnings
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.horizon import MOST, _share_after, beginnings, foreseeable, unforeseeable
+from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.subjects import SUBJECTS
-from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.fit_record import ONWARD, FitRecord
 from rtctl.identification.scales import scales_of
 
 DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
@@ -24,8 +27,7 @@ WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)
 SAMPLES = 4000
 
 
-def record_of(plant: Simulation, seed: int) -> FitRecord:
-    drive = noise_drive(seed, level=4.0, samples=SAMPLES)
+def record_of(plant: Simulation, seed: int, drive: np.ndarray) -> FitRecord:
     stimulus = Stimulus(
         inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S, initial={"displacement": 7.3}
     )
@@ -38,7 +40,9 @@ def record_of(plant: Simulation, seed: int) -> FitRecord:
 @cache
 def hopping() -> tuple[Data, Hypothesis]:
     """Three records of a device whose drive comes late, and the best that a model without knows of them."""
-    records = tuple(record_of(device(DELAY, **WELLS), seed) for seed in (1, 2, 3))
+    plant = device(DELAY, **WELLS)
+    drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
+    records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
     data = Data(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
@@ -95,8 +99,70 @@ def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: b
     assert (_share_after(replace(short, records=records), more) > MOST) == hops
 
 
-@pytest.mark.parametrize("hold", ["band-limited"])
-def test_a_drive_that_needs_its_future_is_not_cut(hold: str) -> None:
+def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after() -> None:
     data, nominal = hopping()
-    held = tuple(replace(one, stimulus=replace(one.stimulus, holds={"drive": hold})) for one in data.records)
-    assert beginnings(replace(data, records=held), nominal) is None
+    held = tuple(
+        replace(one, stimulus=replace(one.stimulus, holds={"drive": "band-limited"})) for one in data.records
+    )
+    found = beginnings(replace(data, records=held), nominal)
+    assert found is not None
+    for record in found[0].records:
+        whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
+        known = np.concatenate((record.stimulus.inputs["drive"], record.stimulus.onward["drive"]))
+        np.testing.assert_array_equal(known, whole[: len(known)])
+        assert len(known) == min(len(whole), record.samples + ONWARD)
+
+
+@cache
+def rocked_over() -> Data:
+    """A record that is rocked ever more until it gets over the ridge, again and again; one that stays in its well."""
+    plant = device(**WELLS)
+    time_s = PERIOD_S * np.arange(SAMPLES)
+    rocking = np.sin(2.0 * np.pi * 7.0 * time_s)
+    growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
+    records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
+    return Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+
+
+def test_what_next_to_nothing_decides_is_no_judge() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    short = foreseeable(data, truth)
+    assert unforeseeable(data, truth) == 1
+    assert [one.samples < SAMPLES for one in short.records] == [True, False]
+    assert unforeseeable(short, truth) == 0
+    assert foreseeable(short, truth) is short
+    record, kept = data.records[0], short.records[0].samples
+    values = truth.values_of(0)
+    nudged = values.copy()
+    nudged[[one.name for one in truth.simulation.parameters].index("stiffness")] *= 1.0 + 1e-5
+    runs = truth.simulation.predict(
+        record.stimulus, np.stack([values, nudged]), np.tile(truth.start(0), (2, 1))
+    )
+    apart = np.abs(np.diff(runs.outputs["displacement"], axis=0)[0]) / data.size("displacement")
+    assert apart[:kept].max() < 0.05 < 0.5 < apart[kept:].max()
+
+
+def test_a_diagnosis_begins_before_that_and_says_so() -> None:
+    data, heard = rocked_over(), []
+    found = begun(data, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
+    assert "the nominal model as far as what it does is foreseeable" in heard
+    assert found.uncut
+    assert found.data.samples < data.samples
+    assert [f"of {data.samples} samples {found.data.samples} were used" in one for one in found.said] == [
+        True
+    ]
+    assert misfit(found.data, found.nominal) < 0.02
+
+
+def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_something_missing() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
+    told = [_beyond_the_fit(found, data, (record,), truth) for record in data.records]
+    assert ["1 of 1 records" in "".join(one) for one in told] == [True, False]
+    assert ["something is missing" in "".join(one) for one in told] == [False, True]

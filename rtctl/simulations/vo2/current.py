@@ -36,7 +36,8 @@ def _nodes(commanded: Commanded, back: int, begin: float, end: float) -> FloatAr
         first, step = x[np.maximum(index, 0)], x[np.maximum(index + 1, 0)] - x[np.maximum(index, 0)]
         return np.stack([first + fraction * step for fraction in fractions], axis=1)
     if commanded.hold == "band-limited":
-        columns = [_between(x, fraction)[np.maximum(index, 0)] for fraction in fractions]
+        known = np.concatenate((x, commanded.onward))
+        columns = [_between(known, fraction)[np.maximum(index, 0)] for fraction in fractions]
         return np.where((index < 0)[:, None], x[0], np.stack(columns, axis=1))
     raise ValueError(
         f'hold "{commanded.hold}" of the current is not known; known: zero, linear, band-limited'

@@ -37,6 +37,8 @@ class Commanded(NamedTuple):
     period_s: float
     hold: str
     delay_s: float = 0.0
+    onward: FloatArray = np.empty(0)
+    """(m,) after `samples`: a band-limited current before its last sample depends on what came then."""
 
 
 class Pieces(NamedTuple):

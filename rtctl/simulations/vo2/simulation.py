@@ -184,6 +184,7 @@ class Vo2Simulation:
             np.ascontiguousarray(stimulus.inputs["current"], dtype=np.float64),
             stimulus.period_s,
             stimulus.holds.get("current", "linear"),
+            onward=stimulus.onward.get("current", np.empty(0)),
         )
         for mechanism in active:
             if mechanism.command is not None:
