@@ -37,6 +37,8 @@ class Begun(NamedTuple):
     whole: tuple[Data, Hypothesis] | None
     """Whole records and the nominal model fitted to them; None: on one of them it diverges from every start."""
     said: list[str]
+    parted: bool = False
+    """Whether it is the beginnings of whole records, up to where the nominal model parts from them."""
 
     @property
     def uncut(self) -> bool:
@@ -76,10 +78,10 @@ def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Be
         return Begun(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
     if (followed := beginnings(data, nominal)) is not None:
         told("the nominal model as far as it follows the records")
-        short, nominal = followed
+        short, nominal = finely(*followed)
         where = ("part from", ", as between two motions")
         said.append(PARTS.format(*where, short.samples, data.samples, len(short.records)))
-        return Begun(short, nominal, whole, said)
+        return Begun(short, nominal, whole, said, parted=True)
     return Begun(data, nominal, whole, said)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-SECONDS = 70.0
+SECONDS = 66.0
 """Of a diagnosis, so that what is under way then and the answer are done by 90 s."""
 AFTER = 15.0
 """So much later [s] no further comparison goes on, unless it had less than LEAST."""

@@ -16,7 +16,7 @@ from rtctl.diagnosis.answer import (
     causes_of,
     wrong_value_cause,
 )
-from rtctl.diagnosis.beginning import begun
+from rtctl.diagnosis.beginning import Begun, begun
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
 from rtctl.diagnosis.checks import short, split
@@ -77,6 +77,8 @@ UNFORESEEN = (
 )
 UNSEEN = 2.0
 """Times the noise (and what is allowed beside it): less is the parameters' own uncertainty at another amplitude."""
+FOLLOWED = 2.0
+"""Times the cost of a sample of the beginnings: whole records that leave less are followed to their ends."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
 
 
@@ -171,7 +173,7 @@ def diagnose(
         ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
         found, said, stopped = caused(ask, whole=first.uncut)
         warnings += said
-        fits = _over_whole_records(*first.whole, found) if first.whole and not first.uncut else None
+        fits = _over_whole_records(first, data, found)
         answer = _answer(ask, simulation, found, fits, warnings, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer
@@ -316,13 +318,22 @@ def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rat
     )  # fmt: skip
 
 
-def _over_whole_records(whole: Data, nominal: Hypothesis, found: Search) -> Fits | None:
-    """What was chosen within stretches, fitted to free runs; None: it does not fit them, or less well."""
+def _over_whole_records(first: Begun, data: Data, found: Search) -> Fits | None:
+    """What was chosen within `data`, parts of records, fitted to free runs; None: it does not fit them, or less well.
+
+    Nor where it was the beginnings and what follows is not followed as well: that would pull at the parameters.
+    """
+    if first.whole is None or first.uncut:
+        return None
+    whole, nominal = first.whole
     chosen = found.chosen.hypothesis
     again = fitted(whole, chosen.simulation, chosen.mechanisms, still=chosen.still)
     if again is None or again.cost > nominal.cost:
         return None
-    return Fits(examine(nominal, whole, ()), examine(again, whole, ()))
+    if first.parted and again.cost / whole.samples > FOLLOWED * chosen.cost / data.samples:
+        return None
+    after = examine(again, whole, ())
+    return Fits(after if chosen is found.nominal.hypothesis else examine(nominal, whole, ()), after)
 
 
 def _rivals(found: Search, verdict: str) -> list[Hypothesis]:

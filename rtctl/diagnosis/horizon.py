@@ -30,6 +30,10 @@ MOST = 0.5
 """Of the squared error, after the beginnings: then they say more of the model than whole records do, far off or not."""
 TURNS = 3
 """Each fits the beginnings and finds how far that reaches."""
+PARTING = 3.0
+"""Times the RMS of a usual period of the same record."""
+LATE = 0.05
+"""Of its periods, at most, that a beginning ends with and leaves out."""
 UNDECIDED = 1e5
 """Of an output's size, by a parameter that changes by as much as matters: steeper, what follows is not foreseeable. Of
 the blind generator's bistable devices three of twenty have such a record, and all others less than that by far."""
@@ -46,7 +50,12 @@ def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | Non
     if misfit(data, nominal) < FAR and _share_after(data, nominal) < MOST:
         return None
     found = as_far_as_followed(data, nominal.simulation, nominal.mechanisms)
-    return found if found is not None and found[0].samples < data.samples else None
+    if found is None or found[0].samples == data.samples:
+        return None
+    short, followed = found
+    kept = _before_parting(data, short, followed)
+    again = _fitted_to(short, followed.simulation, followed.mechanisms, kept)
+    return found if again is None else again
 
 
 def foreseeable(data: Data, nominal: Hypothesis) -> Data:
@@ -106,6 +115,28 @@ def as_far_as_followed(
             break
         best, simulation = found, found[1].simulation
     return best if best is not None and best[0].samples >= LEAST_SHARE * data.samples else None
+
+
+def _before_parting(data: Data, short: Data, followed: Hypothesis) -> list[int]:
+    """Of each record of `short`, samples; of those that are cut without last periods that leave far more than others
+    of the record: there it parts already.
+    """
+    whole = {record.name: record.samples for record in data.records}
+    found = []
+    for index, record in enumerate(short.records):
+        line = followed.sensitivity.linearise(
+            record, followed.shared, followed.starts[index], data.steps_per_period
+        )
+        period = period_of(data, record)
+        count = (record.samples - record.first) // period
+        late = 0
+        if line is not None and record.samples < whole[record.name]:
+            error = line.residual[:, -count * period :].reshape(-1, count, period)
+            left = np.sqrt(np.mean(error**2, axis=2))
+            usual = (left <= PARTING * np.median(left, axis=1, keepdims=True)).all(axis=0)
+            late = int(np.argmax(usual[::-1]))
+        found.append(record.samples - (late * period if late <= LATE * count else 0))
+    return found
 
 
 def _share_after(data: Data, nominal: Hypothesis) -> float:

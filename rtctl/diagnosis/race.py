@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted, polished
+from rtctl.diagnosis.kinks import past_kinks
 from rtctl.diagnosis.starts import at_better_starts
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +32,8 @@ FURTHER_LAPS = 2
 """Of those near the best that are still on their way: along a narrow, bent valley many steps are short."""
 IN_CONTENTION = 1.5
 """Times the lowest cost."""
+LEADING = 1.1
+"""Times the lowest cost: of these, what has kinks is fitted past them."""
 DONE = 1e-3
 """Of the cost, that one more step would take off it at most."""
 Key = tuple[frozenset[str], str]
@@ -111,6 +114,8 @@ def _to_the_end(
             _to_its_end(data, one) if more and not budget.spent else one
             for one, more in zip(gone, on, strict=True)
         ]
+    near = LEADING * min((one.cost for one in gone), default=0.0)
+    gone = [past_kinks(data, one) if one.cost < near and not budget.spent else one for one in gone]
     return _sorted([*gone, *field[len(last) :]])
 
 

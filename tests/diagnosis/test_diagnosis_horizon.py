@@ -15,7 +15,15 @@ from rtctl.diagnosis.beginning import begun
 from rtctl.diagnosis.diagnose import _beyond_the_fit
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.horizon import MOST, _share_after, beginnings, foreseeable, unforeseeable
+from rtctl.diagnosis.horizon import (
+    MOST,
+    _before_parting,
+    _share_after,
+    beginnings,
+    foreseeable,
+    period_of,
+    unforeseeable,
+)
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import ONWARD, FitRecord
@@ -166,3 +174,21 @@ def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_some
     told = [_beyond_the_fit(found, data, (record,), truth) for record in data.records]
     assert ["1 of 1 records" in "".join(one) for one in told] == [True, False]
     assert ["something is missing" in "".join(one) for one in told] == [False, True]
+
+
+def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_already() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    short = foreseeable(data, truth)
+    period = period_of(data, short.records[0])
+
+    def parting(record: FitRecord) -> FitRecord:
+        reading = record.measured["displacement"].copy()
+        reading[-2 * period :] += np.linspace(0.0, 2.0, 2 * period)
+        return replace(record, measured={"displacement": reading})
+
+    parted = replace(short, records=tuple(parting(record) for record in short.records))
+    first, second = (record.samples for record in short.records)
+    assert _before_parting(data, short, truth) == [first, second]
+    assert _before_parting(data, parted, truth) == [first - 2 * period, second]
