@@ -1,0 +1,69 @@
+"""What an answer leaves beyond the noise that was added, which is what the device's own equation would leave.
+
+`python tests/blind/against_truth.py 3310 3382`: oscillators of the campaign by seed, a line each. Squares in units of
+the noise, whitened: a fit of p numbers leaves p less than the truth does. What leaves no more than that is told from
+the truth by no method, whatever was hidden.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from campaign import overrides_of
+from case import diagnosed
+from generator import generate
+
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import Hypothesis
+
+
+class Left(NamedTuple):
+    """Squares beyond those of the noise itself."""
+
+    names: tuple[str, ...]
+    nominal: float
+    named: float
+    fitted: int
+    """Numbers of the named set, with two of each record's start."""
+    samples: int
+
+
+def left_over_truth(seed: int, **overrides: object) -> Left:
+    """Of an oscillator; the named set is the nominal model where nothing is named."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        truth = generate(seed, folder, plant="oscillator", **overrides)
+        found = diagnosed(folder)
+    data, noise = found.data, found.search.chosen.noise[0]
+    clean = {Path(record.name).stem: record.clean for record in truth.records}
+    added = [
+        (record.measured["displacement"] - clean[Path(record.name).stem][: record.samples])[record.first :]
+        for record in data.records
+    ]
+
+    own = sum(float(np.sum(noise.whiten(error[None]) ** 2)) for error in added)
+
+    def left(one: Hypothesis) -> float:
+        projected = examine(one, data, (), found.search.chosen.noise).projected
+        return float(projected.left[0, 0] * projected.scale[0] ** 2) - own
+
+    named = found.search.chosen.hypothesis
+    return Left(
+        names=tuple(cause.id for cause in found.causes), nominal=left(found.search.nominal.hypothesis),
+        named=left(named), fitted=len(named.shared) + named.states * len(data.records),
+        samples=sum(len(error) for error in added),
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    for seed in map(int, sys.argv[1:]):
+        of = left_over_truth(seed, **overrides_of("main", "oscillator", seed))
+        print(
+            f"{seed}: {', '.join(of.names) or 'nothing'} named; left beyond the noise itself, of {of.samples} samples: "
+            f"nominal {of.nominal:.0f}, named {of.named:.0f} with {of.fitted} fitted numbers",
+            flush=True,
+        )
