@@ -36,7 +36,7 @@ LATE = 0.05
 """Of its periods, at most, that a beginning ends with and leaves out."""
 UNDECIDED = 1e5
 """Of an output's size, by a parameter that changes by as much as matters: steeper, what follows is not foreseeable. Of
-the blind generator's bistable devices three of twenty have such a record, and all others less than that by far."""
+twenty bistable devices of the blind generator three have such records, and of the others the steepest has 8e4."""
 FORESEEN = 1e3
 """The same where a record that gets steeper than `UNDECIDED` is cut."""
 
