@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (an hour and a half on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 3280-3479
-VO2         ?= 51805-51854
-AMBIGUOUS   ?= 90740-90799
+OSCILLATORS ?= 3480-3679
+VO2         ?= 51855-51904
+AMBIGUOUS   ?= 90800-90859
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
