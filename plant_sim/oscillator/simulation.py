@@ -134,8 +134,12 @@ class OscillatorSimulation:
     def _drive(
         self, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray, count: int
     ) -> Driven:
-        sampled = Sampled(stimulus.inputs["drive"], stimulus.period_s, stimulus.holds.get("drive", "linear"))
-        sampled = sampled._replace(onward=stimulus.onward.get("drive", sampled.onward))
+        sampled = Sampled(
+            stimulus.inputs["drive"],
+            stimulus.period_s,
+            stimulus.holds.get("drive", "linear"),
+            onward=stimulus.onward.get("drive", np.empty(0)),
+        )
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.input is not None:
                 sampled = mechanism.input(sampled, self._of(mechanism, values))

@@ -174,7 +174,7 @@ def diagnose(
         found, said, stopped = caused(ask, whole=first.uncut)
         warnings += said
         fits = _over_whole_records(first, data, found)
-        answer = _answer(ask, simulation, found, fits, warnings, stopped=stopped)
+        answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
@@ -193,9 +193,10 @@ def allowing(data: Data, promised: Mapping[str, float]) -> Data:
 
 
 def _answer(
-    ask: Asked, before: Simulation, found: Search, whole: Fits | None, warnings: list[str], *, stopped: bool
-) -> Diagnosis:
-    """From the search to what is told."""
+    ask: Asked, before: Simulation, found: Search, whole: Fits | None, warnings: list[str], *,
+    uncut: bool, stopped: bool,
+) -> Diagnosis:  # fmt: skip
+    """From the search to what is told. `uncut`: it was in whole records, and they show all that acts in them."""
     dataset, model, data, tests = ask.dataset, ask.model, ask.data, ask.tests
     units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), data.subject.output
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, output)
@@ -229,7 +230,7 @@ def _answer(
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     final = gained(fits, output)
-    if final is not None and whole is None and verdict in ("adequate", "explained"):
+    if final is not None and uncut and verdict in ("adequate", "explained"):
         warnings += _beyond_the_fit(final, data, tests, fits.after.hypothesis)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,

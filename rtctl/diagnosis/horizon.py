@@ -122,15 +122,15 @@ def _before_parting(data: Data, short: Data, followed: Hypothesis) -> list[int]:
     of the record: there it parts already.
     """
     whole = {record.name: record.samples for record in data.records}
+    try:
+        lines = followed.linearise(short)
+    except ArithmeticError:
+        return [record.samples for record in short.records]
     found = []
-    for index, record in enumerate(short.records):
-        line = followed.sensitivity.linearise(
-            record, followed.shared, followed.starts[index], data.steps_per_period
-        )
-        period = period_of(data, record)
+    for record, line in zip(short.records, lines, strict=True):
+        period, late = period_of(data, record), 0
         count = (record.samples - record.first) // period
-        late = 0
-        if line is not None and record.samples < whole[record.name]:
+        if record.samples < whole[record.name]:
             error = line.residual[:, -count * period :].reshape(-1, count, period)
             left = np.sqrt(np.mean(error**2, axis=2))
             usual = (left <= PARTING * np.median(left, axis=1, keepdims=True)).all(axis=0)

@@ -6,6 +6,7 @@ From amplitudes a little smaller and larger, fits end in other valleys; the lowe
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 
@@ -13,6 +14,7 @@ FACTORS = (0.8, 0.9, 0.96, 1.04, 1.1, 1.25)
 """Of the kinked amplitudes."""
 HOPS = 4
 LAPS = 12
+"""Of a fit from there."""
 LOWER = 1e-3
 """Of the cost: a valley that is lower by less is as good."""
 
@@ -30,7 +32,7 @@ def past_kinks(data: Data, hypothesis: Hypothesis) -> Hypothesis:
     return hypothesis
 
 
-def _kinked(hypothesis: Hypothesis) -> np.ndarray:
+def _kinked(hypothesis: Hypothesis) -> NDArray[np.bool_]:
     """(parameters,) of the simulation."""
     return np.array([one.declared.kinked and not one.fixed for one in hypothesis.simulation.parameters])
 
