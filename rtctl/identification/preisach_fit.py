@@ -2,7 +2,7 @@
 
     minimise || F a + M mu - y ||^2 + lambda || L (mu / area) ||^2   over mu >= 0, a free
 
-M are the regressors of the Everett function on a grid (`rtctl.hysteresis.preisach`), F the memoryless columns
+M are the regressors of the Everett function on a grid (`rtctl.hysteresis.preisach_corners`), F the memoryless columns
 (1, v, v^2), L second differences of the density between neighbouring cells: a quasi-static staircase visits only some
 minor loops, and where it says nothing the density is continued smoothly. mu >= 0 makes the model monotone. lambda is
 the largest that generalised cross-validation finds worth it: with n samples and d degrees of freedom of the fit the
@@ -17,11 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, qr
-from scipy.linalg.blas import dsyrk
+from scipy.linalg import cho_factor, cho_solve
 
 from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.hysteresis.preisach_regressors import preisach_regressors
+from rtctl.hysteresis.preisach_corners import CornerRows, corner_rows
 from rtctl.identification.nonnegative import nonnegative_least_squares
 
 FloatArray = NDArray[np.float64]
@@ -87,16 +86,15 @@ def fit_preisach(
     """
     if nodes is None:
         nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
-    regressors = preisach_regressors(v, nodes, wanted=scored)
+    rows = corner_rows(v, nodes, scored)
     target, inputs = sign * y[scored], v[scored]
     columns = [np.ones_like(inputs)] + [inputs**k for k, used in zip((1, 2), memoryless, strict=True) if used]
     free = np.stack(columns, axis=1)
-    basis, triangle = qr(free, mode="economic")
-    projected = regressors - basis @ (basis.T @ regressors)
-    remaining = target - basis @ (basis.T @ target)
-    masses = _masses(projected, remaining, roughness(nodes), smoothness, len(columns))
-    free_values = np.linalg.solve(triangle, basis.T @ (target - regressors @ masses))
-    residual = sign * (target - free @ free_values - regressors @ masses)
+    basis, triangle = np.linalg.qr(free)
+    masses = _masses(rows, basis, target, roughness(nodes), smoothness)
+    left = target - rows.of(masses)
+    free_values = np.linalg.solve(triangle, basis.T @ left)
+    residual = sign * (left - free @ free_values)
     terms = iter((sign * free_values[1:]).tolist())
     linear, quadratic = (next(terms) if used else 0.0 for used in memoryless)
     model = PreisachModel(
@@ -106,13 +104,19 @@ def fit_preisach(
 
 
 def _masses(
-    regressors: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None, fitted: int
+    rows: CornerRows, basis: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None
 ) -> FloatArray:
-    """Of the cells; `fitted` other unknowns were found from the same samples."""
-    upper = dsyrk(1.0, np.asfortranarray(regressors.T))
-    gram = upper + upper.T
-    gram[np.diag_indices(len(gram))] *= 0.5
-    right = regressors.T @ target
+    """Of the cells, beside what the orthonormal columns of `basis` (samples, m) explain."""
+
+    def less(series: FloatArray) -> FloatArray:
+        """Without its part along the basis."""
+        found: FloatArray = series - basis @ (basis.T @ series)
+        return found
+
+    along, remaining = rows.against(basis), less(target)
+    gram = rows.gram()
+    gram -= along @ along.T
+    right = rows.against(remaining[:, None])[:, 0]
     scale = float(np.trace(gram)) / len(gram)
     masses, least = None, np.inf
     for weight in SMOOTHNESS if smoothness is None else (smoothness,):
@@ -121,7 +125,7 @@ def _masses(
         found = nonnegative_least_squares(regular, right, masses)
         if smoothness is not None:
             return found
-        error = _predicted_error(gram, regular, found, target - regressors @ found, fitted)
+        error = _predicted_error(gram, regular, found, remaining - less(rows.of(found)), basis.shape[1])
         if masses is not None and not error < WORTH * least:
             break
         masses, least = found, error
@@ -132,7 +136,8 @@ def _masses(
 def _predicted_error(
     gram: FloatArray, regular: FloatArray, masses: FloatArray, residual: FloatArray, fitted: int
 ) -> float:
-    """RMS on samples that took no part, by generalised cross-validation among the cells that are not empty."""
+    """RMS on samples that took no part, by generalised cross-validation among the cells that are not empty; `fitted`
+    other unknowns were found from the same samples."""
     free, count = masses > 0.0, len(residual)
     freedom = float(fitted)
     if free.any():

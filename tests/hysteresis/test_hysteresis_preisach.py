@@ -11,6 +11,7 @@ from hysteresis_oracles import relay_grid
 
 from rtctl.hysteresis.everett import cell_index, everett, everett_table
 from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachModel, preisach_run, preisach_slope, preisach_step
+from rtctl.hysteresis.preisach_corners import corner_rows
 from rtctl.hysteresis.preisach_regressors import preisach_regressors
 from rtctl.interfaces import EstimateStatus
 
@@ -56,6 +57,18 @@ def test_regressors_of_a_few_samples_are_those_rows(model, before, v, data):
     for start in (None, state):
         rows = preisach_regressors(v, model.grid, start, wanted)
         np.testing.assert_array_equal(rows, preisach_regressors(v, model.grid, start)[wanted])
+
+
+@claim
+@given(preisach_models(), histories(), st.data())
+def test_rows_as_weights_of_nodes_are_those_rows(model, v, data):
+    wanted = np.array(data.draw(st.lists(st.booleans(), min_size=len(v), max_size=len(v))))
+    columns = np.random.default_rng(len(v)).normal(size=(int(wanted.sum()), 2))
+    dense, sparse = preisach_regressors(v, model.grid, wanted=wanted), corner_rows(v, model.grid, wanted)
+    close = {"rtol": 0.0, "atol": 1e-12 * max(1.0, float(wanted.sum()))}
+    np.testing.assert_allclose(sparse.of(model.mu), dense @ model.mu, rtol=0.0, atol=1e-12 * scale(model))
+    np.testing.assert_allclose(sparse.against(columns), dense.T @ columns, **close)
+    np.testing.assert_allclose(sparse.gram(), dense.T @ dense, **close)
 
 
 @claim
