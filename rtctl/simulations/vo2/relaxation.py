@@ -68,12 +68,26 @@ def heat_pieces(nodes: FloatArray, durations: FloatArray, substeps: int, tau: fl
     return path
 
 
-@background_kernel
 def lag(values: FloatArray, steps: FloatArray, tau: float) -> FloatArray:
     """y with tau y' = values - y, settled on the first; values linear between instants `steps` (a pattern) apart."""
-    y = np.empty_like(values)
-    y[0] = values[0]
+    return values + behind(values, steps, np.array([tau]), np.ones(1))
+
+
+@background_kernel
+def behind(values: FloatArray, steps: FloatArray, taus: FloatArray, weights: FloatArray) -> FloatArray:
+    """The sum of weights (m,) times what lags of `taus` (m,) miss of `values` (n,), each as `relax` has it.
+
+    d = y - values goes to d e^(-h / tau) - (tau / h) (1 - e^(-h / tau)) x the rise of the values over h.
+    """
+    decays, gains = np.empty((steps.size, taus.size)), np.empty((steps.size, taus.size))
+    for k in range(steps.size):
+        for m in range(taus.size):
+            lost = -math.expm1(-steps[k] / taus[m])
+            decays[k, m], gains[k, m] = 1.0 - lost, taus[m] / steps[k] * lost
+    missed, total = np.zeros(taus.size), np.zeros(values.size)
     for k in range(1, values.size):
-        middle = 0.5 * (values[k - 1] + values[k])
-        y[k] = relax(y[k - 1], values[k - 1], middle, values[k], steps[(k - 1) % steps.size], tau)
-    return y
+        rise, at_step = values[k] - values[k - 1], (k - 1) % steps.size
+        for m in range(taus.size):
+            missed[m] = missed[m] * decays[at_step, m] - gains[at_step, m] * rise
+            total[k] += weights[m] * missed[m]
+    return total

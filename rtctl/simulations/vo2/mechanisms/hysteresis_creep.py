@@ -7,8 +7,10 @@ of relaxations at equal logarithmic distances is Kuhnen and Janocha's creep oper
 
 import math
 
+import numpy as np
+
 from rtctl.simulations.vo2.mechanism import FloatArray, Read, Values, Vo2Mechanism, coefficient, shape
-from rtctl.simulations.vo2.relaxation import lag
+from rtctl.simulations.vo2.relaxation import behind
 
 A_DECADE = 3
 """Relaxations a decade of time."""
@@ -25,15 +27,11 @@ def weights(decades: float) -> list[float]:
 
 def creeping(read: Read, p: Values) -> Read:
     """Both read-outs creep, each with its own relays."""
-    share = weights(math.log10(max(p["end"] / p["onset"], 1.0)))
+    share = np.array(weights(math.log10(max(p["end"] / p["onset"], 1.0))))
+    taus = p["onset"] * 10.0 ** (np.arange(len(share)) / A_DECADE)
 
     def missing(relays: FloatArray) -> FloatArray:
-        late = sum(
-            weight * lag(relays, read.steps_s, p["onset"] * 10.0 ** (j / A_DECADE))
-            for j, weight in enumerate(share)
-        )
-        found: FloatArray = p["rate"] * (late - sum(share) * relays)
-        return found
+        return p["rate"] * behind(relays, read.steps_s, taus, share)
 
     return read._replace(
         reading=read.reading + missing(read.resistance_relays),
