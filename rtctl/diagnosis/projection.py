@@ -45,6 +45,14 @@ class Rows:
 
     def _white(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """[residual, shared, directions] whitened, and an orthonormal basis (outputs n, q) of the own unknowns."""
+        flat = self._all_white(noise)
+        kept = len(flat) - len(self.own)
+        if len(self.own) == 0:
+            return flat, np.zeros((flat.shape[1], 0))
+        return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
+
+    def _all_white(self, noise: Sequence[NoiseModel]) -> FloatArray:
+        """[residual, shared, directions, own] whitened (1 + p + k + q, outputs n)."""
         parts = (self.residual[None], self.shared, self.directions, self.own)
         count = sum(len(part) for part in parts)
         white = np.empty((count, *self.residual.shape))
@@ -53,40 +61,39 @@ class Rows:
             for o, model in enumerate(noise if len(part) else ()):
                 white[begin : begin + len(part), o] = model.whiten(part[:, o])
             begin += len(part)
-        flat = white.reshape(count, -1)
-        kept = count - len(self.own)
-        if len(self.own) == 0:
-            return flat, np.zeros((flat.shape[1], 0))
-        return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
+        return white.reshape(count, -1)
+
+    def combined(self, weights: FloatArray, own: FloatArray, output: int) -> FloatArray:
+        """(m, n) weights (m, 1 + p + k) of [residual, shared, directions] and `own` (m, q) of the own, of an output."""
+        shared, directions = np.split(weights[:, 1:], [len(self.shared)], axis=1)
+        made = shared @ self.shared[:, output]
+        made += weights[:, :1] * self.residual[output]
+        for factors, slopes in ((directions, self.directions), (own, self.own)):
+            if len(slopes):
+                made += factors @ slopes[:, output]
+        return made
 
     def apart(self, noise: Sequence[NoiseModel]) -> Apart:
-        """[residual, shared, directions] less what the own unknowns can follow in the noise's metric."""
-        table = np.concatenate((self.residual[None], self.shared, self.directions))
-        white = _flat(table, noise)
-        if len(self.own) == 0:
-            return Apart(table, white, np.zeros((0, *table.shape[1:])))
-        basis, triangle = np.linalg.qr(_flat(self.own, noise).T)
-        along = white @ basis
+        """What the own unknowns can follow of [residual, shared, directions], in the noise's metric."""
+        white = self._all_white(noise)
+        flat, own = np.split(white, [len(white) - len(self.own)])
+        if len(own) == 0:
+            return Apart(flat @ flat.T, np.zeros((len(flat), 0)), np.zeros((0, 0)))
+        basis, triangle = np.linalg.qr(own.T)
+        along = flat @ basis
         inverse = np.linalg.pinv(triangle)
-        left = table - np.tensordot(along @ inverse.T, self.own, axes=1)
-        return Apart(left, white - along @ basis.T, np.tensordot(inverse.T, self.own, axes=1))
+        return Apart(flat @ flat.T - along @ along.T, along @ inverse.T, inverse.T)
 
 
 class Apart(NamedTuple):
-    """One record without its own unknowns."""
+    """One record and its own unknowns."""
 
-    table: FloatArray
-    """(1 + p + k, outputs, n) as measured."""
-    white: FloatArray
-    """(1 + p + k, outputs n) whitened."""
-    own: FloatArray
-    """(q, outputs, n): of covariance own^T own is what the own unknowns took of the noise."""
-
-
-def _flat(table: FloatArray, noise: Sequence[NoiseModel]) -> FloatArray:
-    """Rows (m, outputs, n) whitened, (m, outputs n)."""
-    white = np.stack([model.whiten(table[:, o]) for o, model in enumerate(noise)], axis=1)
-    return white.reshape(len(table), -1)
+    gram: FloatArray
+    """(1 + p + k, 1 + p + k) of [residual, shared, directions] whitened, without what the own unknowns follow."""
+    followed: FloatArray
+    """(1 + p + k, q): so much of each own slope."""
+    half: FloatArray
+    """(q, q): half^T half is the covariance of the own unknowns."""
 
 
 class Projected:
@@ -225,23 +232,34 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
     for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
-        taken, half = _least_squares(split)
-        models = []
-        for o in range(outputs):
-            series = []
-            for part in split:
-                table = part.table[:, o]
-                left = [table[0] - taken @ table[1:]]
-                if turn > 0:  # the first model's unit is not that of the noise
-                    left += [*(half @ table[1:]), *part.own[:, o]]
-                series.append(np.stack(left))
-            models.append(noise_with_slow_part(series, slow=slow and turn > 0))
+        taken, half = _least_squares(np.sum([part.gram for part in split], axis=0))
+        weights = np.append(1.0, -taken)[None]
+        if turn > 0:  # the first model's unit is not that of the noise
+            weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
+        models = [
+            noise_with_slow_part(
+                [
+                    _known(row, part, weights, o, whole=turn > 0)
+                    for row, part in zip(rows, split, strict=True)
+                ],
+                slow=slow and turn > 0,
+            )
+            for o in range(outputs)
+        ]
     return models
 
 
-def _least_squares(split: Sequence[Apart]) -> tuple[FloatArray, FloatArray]:
+def _known(row: Rows, part: Apart, weights: FloatArray, output: int, *, whole: bool) -> FloatArray:
+    """(m, n) combinations of one output less what the own unknowns follow, and, if `whole`, what these took."""
+    own = -weights @ part.followed
+    if whole:
+        weights = np.vstack((weights, np.zeros((len(part.half), weights.shape[1]))))
+        own = np.vstack((own, part.half))
+    return row.combined(weights, own, output)
+
+
+def _least_squares(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Weights (p + k,) of all directions together, and H (rank, p + k) of which H^T H is their covariance."""
-    gram = np.sum([part.white @ part.white.T for part in split], axis=0)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     normal = gram / scale[:, None] / scale
     values, vectors = np.linalg.eigh(normal[1:, 1:])

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
+from scipy.signal import lfilter
 
-from rtctl.diagnosis.projection import Rows, by_output, leftover, noise_of, project
+from rtctl.diagnosis.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
+from rtctl.identification.residual_noise import NoiseModel, autoregression, order_within
 
 
 @pytest.mark.parametrize("own", [0, 2])
@@ -44,3 +47,33 @@ def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> Non
     found = by_output(project([row], noise), [row], noise)
     assert found == pytest.approx(squares / squares.sum(axis=0), abs=1e-12)
     assert found[0, 0] > 0.95
+
+
+def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> None:
+    draw = np.random.default_rng(3)
+    rows = [
+        Rows(
+            residual=lfilter([1.0], [1.0, -0.8], draw.standard_normal((1, n))),
+            shared=draw.standard_normal((2, 1, n)), own=draw.standard_normal((2, 1, n)),
+            directions=draw.standard_normal((5, 1, n)),
+        )
+        for n in (120, 90)
+    ]  # fmt: skip
+    lengths = [120, 90]
+    shared = np.concatenate([np.concatenate((row.shared, row.directions))[:, 0] for row in rows], axis=1)
+    design = np.vstack((block_diag(*(row.own[:, 0] for row in rows)), shared)).T
+    residual = np.concatenate([row.residual[0] for row in rows])
+    noise = NoiseModel(np.empty(0), 1.0)
+    for turn in range(RESTRICTED_TURNS):
+        whitening = block_diag(*(noise.whiten(np.eye(n)).T for n in lengths))
+        white = whitening @ design
+        covariance = np.linalg.inv(white.T @ white)
+        left = residual - design @ covariance @ white.T @ whitening @ residual
+        products = np.outer(left, left) + (design @ covariance @ design.T if turn else 0.0)
+        highest = order_within(lengths)
+        blocks = (products[:120, :120], products[120:, 120:])
+        correlation = [sum(np.trace(block, lag) for block in blocks) for lag in range(highest + 1)]
+        noise = autoregression(np.array(correlation), sum(lengths))
+    found = noise_of(rows)[0]
+    assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
+    assert found.variance == pytest.approx(noise.variance, rel=1e-9)
