@@ -146,10 +146,10 @@ class _Mended(NamedTuple):
 
     def _closer(self, found: Search) -> Search:
         """A set that passes, since a model may be off by so much: with loops that are off by less, if it still does
-        and test records show that they are.
+        and test records show that they are. Not where others explain as much: all of them have the same loops.
         """
         ask, subject = self.ask, self.ask.data.subject
-        named = found.chosen.hypothesis is not found.nominal.hypothesis
+        named = found.chosen.hypothesis is not found.nominal.hypothesis and not found.equivalent
         if not (named and ask.data.allowed) or subject.relearned is None or ask.budget.spent:
             return found
         if over_noise(found.chosen, ask.tests) < WORTH_PUTTING_RIGHT:

@@ -81,8 +81,12 @@ class FinerLoops(NamedTuple):
         if not learned.is_cause and again.mechanisms == bare.mechanisms:
             return found
         examined = examine(again, data, self.ids)
-        others = (chosen,) if learned.is_cause else (chosen, bare)  # the causes have to help by themselves
-        if not all(_helps(one, examined, data, self.tests) for one in others):
+        closer = (
+            found.passes and not learned.is_cause
+        )  # nothing more is claimed: any gain that is certain will do
+        others = [(chosen, 1.0 if closer else LEAST_GAIN)]
+        others += [] if learned.is_cause else [(bare, LEAST_GAIN)]  # the causes have to help by themselves
+        if not all(_helps(one, examined, data, self.tests, least) for one, least in others):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
@@ -142,8 +146,8 @@ def over_noise(found: Examined, tests: Sequence[FitRecord]) -> float:
     return most
 
 
-def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord]) -> bool:
-    """Whether an output's error on test records beyond the noise falls to one over LEAST_GAIN, and none rises."""
+def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord], least: float) -> bool:
+    """Whether an output's error on test records beyond the noise falls to one over `least`, and none rises."""
     gains, rate = [], data.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
@@ -152,7 +156,7 @@ def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitR
         gains += [one] if one is not None else []
 
     def falls(was: float, now: float, floor: float) -> bool:
-        return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / LEAST_GAIN**2
+        return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / least**2
 
     lower = any(one.ratio_low > 1.0 and falls(one.before, one.after, one.noise_floor) for one in gains)
     return lower and all(one.ratio > WORSE for one in gains)

@@ -11,7 +11,8 @@ from vo2_model_cases import UNITS
 
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis import causes, finer_loops
-from rtctl.diagnosis.causes import LOOPS_STOPPED, NOT_PUT_RIGHT, DiagnosisOptions, Stopped
+from rtctl.diagnosis.budget import Budget
+from rtctl.diagnosis.causes import LOOPS_STOPPED, NOT_PUT_RIGHT, Asked, DiagnosisOptions, Stopped, _Mended
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
 from rtctl.diagnosis.pictures import noise_density, pictures
 from rtctl.measured.dataset import Dataset
@@ -128,6 +129,24 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(mon
     assert PUT_RIGHT in found.warnings
     assert as_they_are.search.learned is None
     assert found.gain.after < 0.6 * as_they_are.gain.after
+
+
+def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(monkeypatch):
+    data = dataset(share=0.0, steps=MORE_LEVELS)
+    case = late(data), identified(data)
+    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
+    found = answer(*case, ids=FEW)
+    monkeypatch.undo()
+    monkeypatch.setattr(finer_loops, "LEAST_GAIN", 5.0)  # more than loops gain, less than the delay does
+    ask = Asked(
+        dataclasses.replace(found.data, executor=None), found.search.nominal.hypothesis, case[1], case[0], found.tests,
+        FEW, DiagnosisOptions(), Budget.of(60.0), lambda text: None,
+    )  # fmt: skip
+    assert _Mended(ask, []).at_last(found.search).learned is not None
+    several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))
+    assert _Mended(ask, []).at_last(several) is several
+    left = found.search._replace(passes=False)
+    assert ask.relearning(found.data.subject.identified(case[1], case[0])).behind(left) is left
 
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
