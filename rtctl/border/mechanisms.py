@@ -53,6 +53,8 @@ class Parameter:
     """Of a shape with a default: it only names the unit of others, and a diagnosis leaves it there."""
     searched: bool = False
     """Of a shape with a default: a search for it does not begin there, but over its range."""
+    also: tuple[float, ...] = ()
+    """Of a shape with a default: where else a search begins."""
     grid: int = 4
     """Of a shape: how many values a search tries, evenly in the logarithm."""
     of_record: bool = False

@@ -26,7 +26,7 @@ class Shapes(NamedTuple):
 
 
 def shape_grid(mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray]) -> Iterator[Shapes]:
-    """Shapes with a default stay there, but for frequencies."""
+    """Shapes with a default stay there, or where else they are looked for, but for frequencies."""
     axes = {}
     for parameter in mechanism.parameters:
         if parameter.is_shape:
@@ -40,7 +40,7 @@ def _axis(parameter: Parameter, data: Data, residuals: Sequence[FloatArray]) -> 
     size = abs(float(parameter.scale(data.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
     if parameter.default is not None and not parameter.searched:
-        found = [(parameter.default, 1)]
+        found = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
         found = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
     if parameter.unit == "Hz":

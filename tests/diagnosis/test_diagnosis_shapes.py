@@ -1,4 +1,4 @@
-"""A tone's frequency is found between two bins, so closely that what is left of it is small beside the noise."""
+"""Shapes that a search begins with: a tone's frequency between two bins, a well's own excursion, a default or not."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rtctl.diagnosis.shapes import shape_grid
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
 from rtctl.wiring import build_simulation
 
 PERIOD_S = 1e-3
@@ -50,3 +51,14 @@ def test_a_spring_that_yields_is_looked_for_within_the_excursion_wherever_the_we
     assert scales.excursion == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
     yields = next(one for one in MECHANISMS["hysteresis.bouc_wen"].parameters if one.name == "displacement")
     assert yields.scale(scales) == scales.excursion
+
+
+def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too() -> None:
+    series = np.arange(float(N))
+    stimulus = Stimulus(inputs={"current": series}, holds={"current": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"deflection": series}),)
+    data = Data(subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current"))
+    for identity, expected in (("sensor.self_heating", [1.0, 0.0]), ("thermal.nonlinear_loss", [1.0])):
+        grid = list(shape_grid(OF_VO2[identity], data, [series[None]]))
+        assert [one.values["known"] for one in grid] == expected
+        assert {one.trials for one in grid} == {1}

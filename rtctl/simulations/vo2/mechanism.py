@@ -166,9 +166,9 @@ def shape(name: str, unit: str, meaning: str, scale: float, **more: Any) -> Para
     )
 
 
-def known() -> Parameter:
+def known(**more: Any) -> Parameter:
     """The share of a steady effect that the identified loops hold already."""
     return shape(
         "known", "dimensionless", "share of its steady effect that the identified loops hold already", 1.0,
-        default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0),
+        default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0), **more,
     )  # fmt: skip

@@ -22,7 +22,7 @@ MECHANISM = Vo2Mechanism(
         coefficient(
             "heat", "mA^2", "of the cold film, as surrogate power", TYPICAL_POWER_MA2, low=0.0, high=1e3
         ),
-        known(),
+        known(also=(0.0,)),  # its heat follows the branch, so that loops over the current cannot hold all of it
     ),
     balance=heating,
 )  # fmt: skip
