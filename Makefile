@@ -47,6 +47,7 @@ figures: $(STAMP)
 benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/estimator_vs_c.py
 	$(BIN)/python benchmarks/oscillator_vs_c.py
+	$(BIN)/python benchmarks/preisach_rows.py
 	$(BIN)/python benchmarks/transactions.py
 	$(BIN)/python benchmarks/realtime.py recording wakeup
 	$(BIN)/python benchmarks/wire_ratios.py

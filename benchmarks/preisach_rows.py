@@ -1,0 +1,66 @@
+"""What the normal equations of Preisach masses cost: from weights of nodes, against dense rows of shares.
+
+Rounds are interleaved, medians given, processor time.
+
+    python benchmarks/preisach_rows.py [--rounds 5] [--cells 80] [--samples 8000]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from rtctl.hysteresis.preisach_corners import corner_rows
+from rtctl.hysteresis.preisach_regressors import preisach_regressors
+
+FloatArray = NDArray[np.float64]
+LEVELS = 300
+SAME = 1e-9
+"""Of the largest product."""
+
+
+def main() -> None:
+    """Print both times and their ratio."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--cells", type=int, default=80)
+    parser.add_argument("--samples", type=int, default=8000)
+    args = parser.parse_args()
+    levels = np.append(0.0, np.random.default_rng(0).uniform(0.0, 10.0, LEVELS))
+    v = np.interp(np.linspace(0.0, LEVELS, args.samples), np.arange(LEVELS + 1), levels)
+    grid, wanted = np.linspace(0.0, 10.0, args.cells + 1), np.ones(args.samples, dtype=bool)
+
+    def dense() -> FloatArray:
+        rows = preisach_regressors(v, grid)
+        return rows.T @ rows
+
+    def sparse() -> FloatArray:
+        return corner_rows(v, grid, wanted).gram()
+
+    with threadpool_limits(1, "blas"):
+        one, other = dense(), sparse()  # compiled, too
+        worst = np.abs(one - other).max() / np.abs(one).max()
+        if worst > SAME:
+            raise SystemExit(f"the two differ by {worst:.2g} of the largest product")
+        rounds = [(_time_s(dense), _time_s(sparse)) for _ in range(args.rounds)]
+    rows, nodes = (median(column) for column in zip(*rounds, strict=True))
+    print(f"{args.samples} samples, {args.cells} cells along each field")
+    print(f"dense rows {rows:.2f} s, weights of nodes {nodes:.2f} s: {rows / nodes:.1f} times")
+
+
+def _time_s(made: Callable[[], FloatArray]) -> float:
+    begin = time.process_time()
+    made()
+    return time.process_time() - begin
+
+
+if __name__ == "__main__":
+    main()
