@@ -81,10 +81,8 @@ class FinerLoops(NamedTuple):
         if not learned.is_cause and again.mechanisms == bare.mechanisms:
             return found
         examined = examine(again, data, self.ids)
-        closer = (
-            found.passes and not learned.is_cause
-        )  # nothing more is claimed: any gain that is certain will do
-        others = [(chosen, 1.0 if closer else LEAST_GAIN)]
+        claimed = learned.is_cause or not found.passes  # else any gain will do that is certain
+        others = [(chosen, LEAST_GAIN if claimed else 1.0)]
         others += [] if learned.is_cause else [(bare, LEAST_GAIN)]  # the causes have to help by themselves
         if not all(_helps(one, examined, data, self.tests, least) for one, least in others):
             return found

@@ -1,7 +1,8 @@
 """The Preisach output as a linear function of its masses: y = c + sign (rows @ mu) + c1 v + c2 v^2.
 
 Row k holds the share of each cell that is on at sample k; with mu >= 0 the identification is a non-negative
-least squares. The stack of extrema is that of `preisach`, with a row of shares in the place of each H_m.
+least squares. The stack of extrema is that of `preisach`, with a row of shares in the place of each H_m. Fits use the
+same rows as weights of nodes, a tenth of the work: `preisach_corners`, of which these are the readable form.
 """
 
 from __future__ import annotations
