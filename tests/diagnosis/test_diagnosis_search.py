@@ -1,4 +1,4 @@
-"""Which set goes first where none passes: one that all but passes before those that the gate refutes."""
+"""Which set goes first where none passes, and which smaller one is asked again behind one that does."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.search import _all_but_passing
+from rtctl.diagnosis.search import _all_but_passing, _had_stopped_short
 
 
 @pytest.mark.parametrize(
@@ -23,3 +23,17 @@ def test_where_none_passes(p_values: tuple[float, ...], first: int | None) -> No
     examined: list[Any] = [SimpleNamespace(p_value=value) for value in p_values]
     found = _all_but_passing(examined)
     assert found is (None if first is None else examined[first])
+
+
+@pytest.mark.parametrize(
+    ("cost", "asked"),
+    [(0.9, True), (0.99995, False), (1.0, False)],
+    ids=["much lower", "a little lower", "no lower"],
+)
+def test_a_smaller_set_is_asked_again_if_it_ends_lower(cost: float, asked: bool) -> None:
+    assert _had_stopped_short(cost, 1.0, 0.5) is asked
+
+
+@pytest.mark.parametrize(("cost", "asked"), [(0.99995, True), (1.0, False)], ids=["lower", "no lower"])
+def test_as_low_as_the_larger_set_a_little_will_do(cost: float, asked: bool) -> None:
+    assert _had_stopped_short(cost, 1.0, 0.9999) is asked
