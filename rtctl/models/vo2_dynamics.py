@@ -113,7 +113,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         return Affine(gain, (1.0 - gain) * about + sign * found[f"{signal}_offset"])
 
     return Vo2Dynamics(
-        balance=balance,
+        balance=balance._replace(zone=0.0),  # the loop's heating current is the whole of it
         current=turned("current", middle(model.current)),
         reading=turned("resistance", middle_reading(model.resistance), -1.0),
         deflection=turned("deflection", middle(model.deflection)),

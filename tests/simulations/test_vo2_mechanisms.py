@@ -77,6 +77,23 @@ def test_heat_is_that_of_the_sentence_in_tiny_steps(identity, values, oracle):
     check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(nominal[0]), 0.02)
 
 
+@pytest.mark.parametrize(
+    ("identity", "values", "oracle"),
+    [
+        ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
+        ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
+        ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
+    ],
+)
+def test_heat_of_the_phase_follows_the_loops_beside_a_current_that_does_not_heat(identity, values, oracle):
+    zone = {"actuation__deadband": {"zone": 2.0}}
+    alone = predict(simulation(**zone), stimulus(CURRENT))
+    resistance, deflection = predict(simulation(**zone, **{identity: values}), stimulus(CURRENT))
+    expected = dense(CURRENT, zone=2.0, **oracle)
+    check_sampled(deflection, expected.deflection[::STEPS], alone[1], 0.02)
+    check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(alone[0]), 0.02)
+
+
 def test_steady_effects_that_the_loops_know_leave_slow_currents_alone():
     slow = np.repeat([4.0, 6.0, 7.5, 8.2, 6.5, 5.0], 60)
     nominal = predict(simulation(), stimulus(slow))[1][59::60]

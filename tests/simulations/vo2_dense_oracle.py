@@ -71,7 +71,8 @@ def dense(
     p = current[0] ** 2
 
     def cold_share(s: float) -> float:
-        return float(np.exp(-Film(model.resistance_preisach).at(np.sqrt(s), np.sqrt(s)))) / R_COLD
+        v = zone + np.sqrt(s)
+        return float(np.exp(-Film(model.resistance_preisach).at(v, v))) / R_COLD
 
     def gained(x: float) -> float:
         extra = (1 - known) * own * cold_share(x) if own and known < 1 else 0.0

@@ -50,6 +50,12 @@ def surrogate_power(T: float, b: Balance) -> float:
 
 
 @kernel
+def loop_current(s: float, b: Balance) -> float:
+    """v [mA] where the identified loops are at s [mA^2]."""
+    return math.sqrt(max(s, 0.0)) + b.zone
+
+
+@kernel
 def steady_temperature(power: float, b: Balance) -> float:
     """T with T (1 + loss T) = power (1 + tcr T)."""
     half = 1.0 - b.tcr * power
@@ -89,9 +95,9 @@ def stored(T: float, phase: float, film: FloatArray, cold: float, b: Balance, r:
     """Heat [mA^2] that the phase holds beyond T, and what of self-heating the loops know already."""
     heat = b.latent * phase
     if b.film_heat != 0.0:
-        heat += b.film_heat * relays_at(film, math.sqrt(max(surrogate_power(T, b), 0.0)), r) / r.nodes[-1, 0]
+        heat += b.film_heat * relays_at(film, loop_current(surrogate_power(T, b), b), r) / r.nodes[-1, 0]
     if b.self_heating_known != 0.0:
-        v = math.sqrt(max(surrogate_power(T, b), 0.0))
+        v = loop_current(surrogate_power(T, b), b)
         heat += b.self_heating_known * resistance_share(film, v, cold, r)
     return heat
 
@@ -101,7 +107,7 @@ def phase_at(T: float, beam: FloatArray, b: Balance, d: PreisachParams) -> float
     """Share of the film, by the deflection's relays; 0 where no heat depends on it."""
     if b.latent == 0.0 and b.sharpness == 0.0:
         return 0.0
-    return float(relays_at(beam, math.sqrt(max(surrogate_power(T, b), 0.0)), d) / d.nodes[-1, 0])
+    return float(relays_at(beam, loop_current(surrogate_power(T, b), b), d) / d.nodes[-1, 0])
 
 
 @kernel
@@ -121,7 +127,7 @@ def extra_heat(T: float, power: float, film: FloatArray, cold: float, b: Balance
     """What heats and cools beyond power - T [mA^2]."""
     extra = (b.tcr * power - b.loss * T) * T
     if b.self_heating != b.self_heating_known:
-        v = math.sqrt(max(surrogate_power(T, b), 0.0))
+        v = loop_current(surrogate_power(T, b), b)
         extra += (b.self_heating - b.self_heating_known) * resistance_share(film, v, cold, r)
     return extra
 
@@ -137,7 +143,7 @@ def cool(state: FloatArray, params: PreisachParams) -> None:
 def settle_film(state: FloatArray, T: float, b: Balance, params: PreisachParams) -> None:
     """`state` as T leaves it after a full cooling."""
     cool(state, params)
-    preisach_step(state, math.sqrt(max(surrogate_power(T, b), 0.0)), params)
+    preisach_step(state, loop_current(surrogate_power(T, b), b), params)
 
 
 @kernel
@@ -232,9 +238,9 @@ def balance_pieces(
         step = advance(step, heater, h, beam, film, cold, b, d, r)
         before, s = s, surrogate_power(step.T, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
-            preisach_step(beam, math.sqrt(max(s, 0.0)), d)
+            preisach_step(beam, loop_current(s, b), d)
         if b.self_heating != 0.0 or b.film_heat != 0.0:
-            preisach_step(film, math.sqrt(max(s, 0.0)), r)
+            preisach_step(film, loop_current(s, b), r)
         power[k] = s
         if b.lag_s == 0.0:
             continue

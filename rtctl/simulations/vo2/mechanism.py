@@ -78,11 +78,13 @@ class Balance(NamedTuple):
     """mA^2, as `latent`, but by the phase that the resistance shows."""
     cooling: float = 0.0
     """By what part cooling takes longer than heating."""
+    zone: float = 0.0
+    """mA of the current that does not heat: the identified loops go over all of it."""
 
     @property
     def is_plain(self) -> bool:
         """Whether the nominal solution, exact for held currents, is enough."""
-        return self == Balance(self.time_constant_s)
+        return self == Balance(self.time_constant_s, zone=self.zone)
 
 
 class Warm(NamedTuple):

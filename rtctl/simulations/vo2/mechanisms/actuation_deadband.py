@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.kernels import FloatArray, background_kernel
 from rtctl.simulations.vo2.mechanism import (
     TYPICAL_CURRENT_MA,
+    Balance,
     Pieces,
     Values,
     Vo2Mechanism,
@@ -42,6 +43,11 @@ def dead(pieces: Pieces, p: Values) -> Pieces:
     if p["width"] > 0.0:
         nodes = held_back(nodes.reshape(-1), p["width"], p["behind"]).reshape(nodes.shape)
     return pieces._replace(nodes=np.maximum(nodes - p["zone"], 0.0))
+
+
+def over_all_of_it(balance: Balance, p: Values) -> Balance:
+    """What the phase does to the heat is read from the loops, which go over all of the current."""
+    return balance._replace(zone=p["zone"])
 
 
 def as_current(warm: Warm, p: Values) -> Warm:
@@ -76,5 +82,6 @@ MECHANISM = Vo2Mechanism(
         ),
     ),
     pieces=dead,
+    balance=over_all_of_it,
     warm=as_current,
 )  # fmt: skip
