@@ -75,6 +75,9 @@ def test_what_is_finer_but_of_no_size_is_not_told(found):
     assert small.share < TOO_COARSE
     assert not small._replace(left=np.full(200, 1.02 * kept), left_finer=np.full(200, 0.6 * kept)).is_coarse
     assert small._replace(left=np.full(200, 4.0 * kept)).is_coarse
+    uneven = np.where(np.arange(200) < 50, 6.0 * kept, kept)  # of a size that matters, in one block of four
+    assert small._replace(left=uneven).misfit[0] > LEAST_MISFIT * size
+    assert not small._replace(left=uneven).is_coarse
 
 
 def test_without_staircases_nothing_is_known(stepped):
