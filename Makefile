@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (an hour and a half on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 3480-3679
-VO2         ?= 51855-51904
-AMBIGUOUS   ?= 90800-90859
+OSCILLATORS ?= 3680-3879
+VO2         ?= 51905-51954
+AMBIGUOUS   ?= 90860-90919
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
