@@ -32,7 +32,7 @@ contracts: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest
 
-# Hundreds of blind cases on all cores (an hour and a half on two; goes on where it was stopped): out/blind/blind.md.
+# Hundreds of blind cases on all cores (over an hour on two; goes on where it was stopped): out/blind/blind.md.
 OSCILLATORS ?= 3680-3879
 VO2         ?= 51905-51954
 AMBIGUOUS   ?= 90860-90919

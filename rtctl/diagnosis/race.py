@@ -85,12 +85,15 @@ def _to_the_end(
     data = data.until(budget)
     glance = data.glance
     first: dict[Key, list[Hypothesis]] = {}
-    known: dict[int, float] = {}
+    parents: dict[int, float] = {}
     for runner in runners:
         if budget.spent:
             break
         told(" + ".join(runner.mechanisms))
-        found = _no_worse(glance, runner, known)
+        parent = runner.parent
+        if id(parent) not in parents:
+            parents[id(parent)] = parent.cost if glance is data else _cost_there(glance, parent)
+        found = _no_worse(glance, runner, parents[id(parent)])
         if found is not None:
             first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
     leaders = {key: min(ones, key=_cost) for key, ones in first.items()}
@@ -124,15 +127,17 @@ def _begun(data: Data, runner: Runner) -> Hypothesis | None:
     return fitted(data, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still)
 
 
-def _no_worse(data: Data, runner: Runner, known: dict[int, float]) -> Hypothesis | None:
-    """Begun with a shorter step, at last with none, where it ended above its parent, whose cost is `known` or noted."""
-    parent = runner.parent
-    if id(parent) not in known:  # it was fitted to more of the records, perhaps
-        same = fitted(data, parent.simulation, parent.mechanisms, parent.starts, 0, still=parent.still)
-        known[id(parent)] = np.inf if same is None else same.cost
+def _cost_there(data: Data, one: Hypothesis) -> float:
+    """Of these records, where it was fitted to more of them; infinite where it diverges."""
+    same = fitted(data, one.simulation, one.mechanisms, one.starts, 0, still=one.still)
+    return np.inf if same is None else same.cost
+
+
+def _no_worse(data: Data, runner: Runner, most: float) -> Hypothesis | None:
+    """Begun with a shorter step, at last with none, where it ended above `most`, its parent's cost."""
     best = _begun(data, runner)
     for step in SHORTER:
-        if best is not None and best.cost <= known[id(parent)]:
+        if best is not None and best.cost <= most:
             break
         again = _begun(data, runner.shorter(step))
         best = min((one for one in (best, again) if one is not None), key=_cost, default=None)

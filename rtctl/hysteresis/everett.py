@@ -17,6 +17,14 @@ import numpy as np
 from rtctl.kernels import FloatArray, kernel
 
 
+def rising_grid(nodes: FloatArray) -> FloatArray:
+    """`nodes` (n + 1,) as the kernels take them. Raises ValueError for fewer than two, or such that do not rise."""
+    grid = np.ascontiguousarray(nodes, dtype=np.float64)
+    if grid.size < 2 or not (np.diff(grid) > 0.0).all():
+        raise ValueError(f"grid needs two nodes or more that rise strictly, got {grid.tolist()}")
+    return grid
+
+
 def cell_index(i: int, j: int) -> int:
     """Where the mass of cell (i, j), i >= j, stands in mu."""
     return i * (i + 1) // 2 + j

@@ -17,7 +17,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.everett import everett, everett_falling_slope, everett_rising_slope, everett_table
+from rtctl.hysteresis.everett import (
+    everett,
+    everett_falling_slope,
+    everett_rising_slope,
+    everett_table,
+    rising_grid,
+)
 from rtctl.hysteresis.status import NOT_FINITE, OK, OUT_OF_RANGE
 from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floats, table_of
 from rtctl.kernels import FloatArray, kernel, uncounted
@@ -148,9 +154,7 @@ class PreisachModel:
 
     def __post_init__(self) -> None:
         own_floats(self, "c", "c1", "c2", "sign")
-        n = own_array(self, "grid").size - 1
-        if n < 1 or not (np.diff(self.grid) > 0.0).all():
-            raise ValueError(f"grid needs two nodes or more that rise strictly, got {self.grid.tolist()}")
+        n = rising_grid(own_array(self, "grid")).size - 1
         if (own_array(self, "mu", n * (n + 1) // 2) < 0.0).any():
             raise ValueError(f"masses mu must be >= 0, got {self.mu.min():g}")
         if self.sign not in (-1.0, 1.0):

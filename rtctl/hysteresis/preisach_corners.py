@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.hysteresis.everett import cell_above, cell_below
+from rtctl.hysteresis.everett import cell_above, cell_below, rising_grid
 from rtctl.hysteresis.preisach import MAX_EXTREMA, cooled_stack, move_input
 from rtctl.hysteresis.tables import inputs
 from rtctl.kernels import FloatArray, IntArray, kernel
@@ -58,7 +58,7 @@ class CornerRows(NamedTuple):
 
 def corner_rows(v: FloatArray, grid: FloatArray, wanted: NDArray[np.bool_]) -> CornerRows:
     """As `preisach_regressors` from a full cooling, of the samples that are `wanted` (samples,)."""
-    grid = np.ascontiguousarray(grid, dtype=np.float64)
+    grid = rising_grid(grid)
     clipped = np.clip(inputs(v), grid[0], grid[-1])
     wanted = np.ascontiguousarray(wanted, dtype=bool)
     begins = _lengths(cooled_stack(grid), clipped, wanted)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.hysteresis.everett import add_shares
+from rtctl.hysteresis.everett import add_shares, rising_grid
 from rtctl.hysteresis.preisach import cooled_stack, move_input
 from rtctl.hysteresis.tables import inputs
 from rtctl.kernels import FloatArray, kernel
@@ -27,10 +27,7 @@ def preisach_regressors(
     From a full cooling, or from the stack of a model's `state`, which is not modified. Inputs are clipped
     to the grid.
     """
-    grid = np.ascontiguousarray(grid, dtype=np.float64)
-    n = grid.size - 1
-    if n < 1 or not (np.diff(grid) > 0.0).all():
-        raise ValueError(f"grid needs two nodes or more that rise strictly, got {grid.tolist()}")
+    grid = rising_grid(grid)
     stack = cooled_stack(grid) if state is None else state.copy()
     v = inputs(v)
     wanted = np.ones(len(v), dtype=bool) if wanted is None else np.ascontiguousarray(wanted, dtype=bool)

@@ -31,8 +31,9 @@ Read = Mapping[str, PreisachModel]
 TOO_COARSE = 0.8
 """Of what the given read-out leaves: one of as many cells elsewhere leaves less."""
 LEAST_MISFIT = 1e-3
-"""Of the output's variation: the RMS that finer loops certainly (95 %) remove. Of twelve devices of the blind generator that have such
-domains 0.16 to 0.79 % of the deflection, of two among 40 others that such a grid suits better 0.09 and 0.10 %."""
+"""Of the output's variation: the RMS that finer loops certainly (95 %) remove. Of twelve devices of the blind generator
+that have such domains 0.16 to 0.79 % of the deflection, of two among 40 others that such a grid suits better 0.09 and
+0.10 %, in the middle of their intervals."""
 REPEATED = 30
 """States that staircases reach more than once: fewer do not say what is lack of fit."""
 LACKS = 2.0

@@ -71,6 +71,13 @@ def test_rows_as_weights_of_nodes_are_those_rows(model, v, data):
     np.testing.assert_allclose(sparse.gram(), dense.T @ dense, **close)
 
 
+@pytest.mark.parametrize("rows", [preisach_regressors, corner_rows])
+@pytest.mark.parametrize("grid", [[1.0], [1.0, 1.0], [2.0, 1.0]])
+def test_a_grid_that_does_not_rise_is_said_for_rows_too(rows, grid):
+    with pytest.raises(ValueError, match="rise strictly"):
+        rows(np.ones(3), np.array(grid), wanted=np.ones(3, dtype=bool))
+
+
 @claim
 @given(preisach_models(), st.data())
 def test_everett_at_nodes_is_a_cumulative_sum_and_bilinear_between(model, data):
