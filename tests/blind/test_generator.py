@@ -301,6 +301,18 @@ def test_noise_has_its_rms_whatever_its_colour(kind: str) -> None:
     assert np.std(noise) == pytest.approx(0.01, rel=0.2 if kind == "one-over-f" else 0.1)
 
 
+def test_one_over_f_of_a_sensor_has_one_density_whatever_the_length_of_a_record() -> None:
+    """Above what the shorter one shows: a longer record adds slow noise and takes nothing from the fast."""
+    rng = np.random.default_rng(5)
+
+    def fast(size: int) -> float:
+        noise = add_noise(rng, np.zeros(size), "one-over-f", 1.0, np.ones(1), like=1000)
+        return float(np.var(np.diff(noise)))
+
+    assert fast(64_000) == pytest.approx(fast(1000), rel=0.15)  # 3 sigma of 1000 samples
+    assert np.mean([fast(1000) for _ in range(50)]) == pytest.approx(fast(64_000), rel=0.03)
+
+
 def test_hum_runs_on_over_slices_of_one_file(tmp_path: Path) -> None:
     """Hum is what is left of reading minus the response: one sine fits all slices, in the file's own time."""
     truth = generate(4, tmp_path, effects=("sensor.hum",), file_format="csv", slices=True, **SMALL)

@@ -83,7 +83,9 @@ def _oscillator(
         )  # fmt: skip
         clean, _ = simulate(plan, record)
         rng = np.random.default_rng([seed, number, NOISE])
-        read = sensor_noise.add_noise(rng, clean, drawn.noise, drawn.noise_rms, drawn.colour)
+        read = sensor_noise.add_noise(
+            rng, clean, drawn.noise, drawn.noise_rms, drawn.colour, like=drawn.clean[0].size
+        )
         yield {"drive": levels, "displacement": read * drawn.device.length}
 
 
@@ -98,7 +100,7 @@ def _vo2(
         )  # fmt: skip
         rng = np.random.default_rng([seed, NUMBER - k, NOISE])
         yield {"current": levels} | measure(
-            rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record)
+            rng, drawn.noises, drawn.colours, simulate_vo2(drawn.plant, record), drawn.fits[0].current.size
         )
 
 

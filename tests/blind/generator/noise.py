@@ -22,25 +22,37 @@ def noise_colour(rng: np.random.Generator, kind: str) -> FloatArray:
 
 
 def add_noise(
-    rng: np.random.Generator, clean: FloatArray, kind: str, rms: float, colour: FloatArray
+    rng: np.random.Generator,
+    clean: FloatArray,
+    kind: str,
+    rms: float,
+    colour: FloatArray,
+    *,
+    like: int | None = None,
 ) -> FloatArray:
-    """The reading with noise of about this rms."""
+    """The reading with noise of about this rms in a record of `like` samples, its own by default: that of 1/f grows
+    with the record.
+    """
     if kind == "quantised":
         white = WHITE_PART_OF_QUANTISED * rms
         step = np.sqrt(12.0 * (rms * rms - white * white))
         return step * np.round((clean + rng.normal(scale=white, size=clean.size)) / step)
     if kind == "one-over-f":
-        return clean + rms * _one_over_f(rng, clean.size)
+        return clean + rms * _one_over_f(rng, clean.size, like or clean.size)
     warm = 500
     impulse = lfilter([1.0], colour, np.eye(1, 4000)[0])
     e = lfilter([1.0], colour, rng.normal(size=clean.size + warm))[warm:]
     return clean + rms * e / np.sqrt(np.sum(impulse * impulse))
 
 
-def _one_over_f(rng: np.random.Generator, size: int) -> FloatArray:
-    """Power as 1/f from one period in the record up, on a white floor; unit variance."""
-    frequency = np.fft.rfftfreq(2 * size)
-    power = np.where(frequency > 0.0, 1.0 / np.maximum(frequency, 1.0 / size), 0.0) + 4.0
+def _one_over_f(rng: np.random.Generator, size: int, like: int) -> FloatArray:
+    """Power as 1/f from one period in the record up, on a white floor; unit variance in a record of `like` samples."""
     white = np.fft.rfft(rng.normal(size=2 * size))
-    coloured = np.fft.irfft(white * np.sqrt(power), 2 * size)[:size]
-    return coloured / np.sqrt(np.mean(power))
+    coloured = np.fft.irfft(white * np.sqrt(_power(size)), 2 * size)[:size]
+    return coloured / np.sqrt(np.mean(_power(like)))
+
+
+def _power(size: int) -> FloatArray:
+    """Of each frequency of twice a record, before it is scaled: the same where two lengths have the same frequency."""
+    frequency = np.fft.rfftfreq(2 * size)
+    return np.where(frequency > 0.0, 1.0 / np.maximum(frequency, 1.0 / size), 0.0) + 4.0

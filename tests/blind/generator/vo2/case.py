@@ -201,11 +201,14 @@ def _draw_noises(rng: np.random.Generator, options: Vo2Options, signal: dict[str
 
 
 def measure(
-    rng: np.random.Generator, noises: dict[str, Noise], colours: dict[str, FloatArray], output: Output
-) -> dict[str, FloatArray]:
-    """Readings of one record with noise."""
+    rng: np.random.Generator, noises: dict[str, Noise], colours: dict[str, FloatArray], output: Output,
+    like: int | None = None,
+) -> dict[str, FloatArray]:  # fmt: skip
+    """Readings of one record with noise; `like` as `add_noise` has it."""
     return {
-        name: sensor_noise.add_noise(rng, getattr(output, name), noise.kind, noise.rms, colours[name])
+        name: sensor_noise.add_noise(
+            rng, getattr(output, name), noise.kind, noise.rms, colours[name], like=like
+        )
         for name, noise in noises.items()
     }
 
