@@ -8,8 +8,6 @@ transition lags the temperature by tau_d, one period cannot move it: the current
 
 from __future__ import annotations
 
-import math
-
 from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
 from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.models.span import Span
@@ -52,8 +50,8 @@ class ExtendedFeedforward:
         target = self._dynamics.deflection.back(upcoming)
         wanted = walk_to(self._path.beam, target, self._path.seen, self._inverse, self._deflection)
         drifted = self._dynamics.drift * self._time_s
-        power = self._power_to(wanted * wanted, self._periods * elapsed_s) - drifted
-        current = min(max(math.sqrt(max(power, 0.0)), self._inverse.low), self._inverse.high)
+        power = self._power_to(self._path.power_of(wanted), self._periods * elapsed_s) - drifted
+        current = min(max(self._path.current_of(power), self._inverse.low), self._inverse.high)
         command = min(max(self._dynamics.current.back(current), self._command.low), self._command.high)
         for heating, duration_s in self._drive.pieces(command, elapsed_s):
             self._path.step(heating, drifted, self._time_s, duration_s)

@@ -55,7 +55,7 @@ class ExtendedObserver:
         """At rest at the applied current, from a full cooling."""
         current = self._drive.start(float(levels[0]))
         self._path.start(current)
-        self._probe.start(math.sqrt(current * current + PROBE_MA2))
+        self._probe.start(self._path.current_of(self._path.power_of(current) + PROBE_MA2))
         self._filter = filter_start(self._params)
         self._time_s, self._before = 0.0, ()
         return self.step(levels, sensed, 0.0)
@@ -74,7 +74,7 @@ class ExtendedObserver:
         status = OUT_OF_RANGE if v < p.low or v > p.high else 0
         status |= self._correct(float(sensed[0]), elapsed_s)
         slope = preisach_slope(self._path.beam, self._deflection)
-        error = abs(slope) * math.sqrt(max(float(x[4]), 0.0)) / (2.0 * max(v, 1e-9))
+        error = abs(slope) * math.sqrt(max(float(x[4]), 0.0)) / (2.0 * max(self._path.heating, 1e-9))
         return Estimate(self._path.deflection, v, math.hypot(error, self._fit_error), status)
 
     def _correct(self, resistance_ohm: float, elapsed_s: float) -> int:

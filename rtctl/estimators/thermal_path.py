@@ -22,6 +22,8 @@ from rtctl.simulations.vo2.heat import (
     Step,
     advance,
     first_temperature,
+    heating_power,
+    loop_current,
     phase_at,
     stored,
     surrogate_power,
@@ -101,10 +103,10 @@ def path_start(
     d: PreisachParams,
 ) -> None:  # fmt: skip
     """At rest at a heating current, from a full cooling: all three in place, the stacks all off before."""
-    power = current * current
+    power = heating_power(current, p.balance)
     T = first_temperature(power, film, p.cold, p.balance, r)
     s = surrogate_power(T, p.balance)
-    v = math.sqrt(max(s, 0.0))
+    v = loop_current(s, p.balance)
     x[0] = x[1] = x[2] = T
     x[3], x[S], x[SEEN] = 1.0, s, s
     reading, bent = preisach_step(film, v, r).y, preisach_step(beam, v, d).y
@@ -122,7 +124,7 @@ def path_step(
     """Hold a heating current [mA] and `heat` [mA^2] beside it for `duration_s`, from `time_s` on; all in place."""
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
-    power = current * current + heat
+    power = heating_power(current, p.balance) + heat
     powers = Powers(power, power, power, power)
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     lag_s = p.balance.lag_s
@@ -132,10 +134,10 @@ def path_step(
         peak = turn(x[SEEN], before, middle, s, h, lag_s)
         seen = relax(x[SEEN], before, middle, s, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
-            preisach_step(film, math.sqrt(max(peak, 0.0)), r)
-            preisach_step(beam, math.sqrt(max(peak, 0.0)), d)
+            preisach_step(film, loop_current(peak, p.balance), r)
+            preisach_step(beam, loop_current(peak, p.balance), d)
         x[S], x[SEEN] = s, seen
-        v, w = math.sqrt(max(s, 0.0)), math.sqrt(max(seen, 0.0))
+        v, w = loop_current(s, p.balance), loop_current(seen, p.balance)
         reversible = v + p.balance.lagging * (w - v)
         ohm = sensed_film(read_at(film, w, reversible, r), v, current, time_s + (k + 1) * h, p)
         x[READ] = relax(x[READ], x[FILM], 0.5 * (x[FILM] + ohm), ohm, h, p.sensor_lag_s)
@@ -185,6 +187,14 @@ class ThermalPath:
             self.x, self.film, self.beam, current, heat, time_s, duration_s, self.params, self._r, self._d
         )
 
+    def power_of(self, current: float) -> float:
+        """Of a heating current [mA], in mA^2."""
+        return float(heating_power(current, self.params.balance))
+
+    def current_of(self, power: float) -> float:
+        """The heating current [mA] of a power [mA^2]."""
+        return float(loop_current(power, self.params.balance))
+
     def reached(self, power: float, duration_s: float) -> float:
         """See the kernel."""
         return reached(self.x, self.film, self.beam, power, duration_s, self.params, self._r, self._d)
@@ -192,12 +202,17 @@ class ThermalPath:
     @property
     def v(self) -> float:
         """The surrogate [mA]."""
-        return math.sqrt(max(float(self.x[S]), 0.0))
+        return float(loop_current(float(self.x[S]), self.params.balance))
+
+    @property
+    def heating(self) -> float:
+        """Of the surrogate, what heats [mA]."""
+        return self.v - self.params.balance.zone
 
     @property
     def seen(self) -> float:
         """The surrogate that the relays see [mA]."""
-        return math.sqrt(max(float(self.x[SEEN]), 0.0))
+        return float(loop_current(float(self.x[SEEN]), self.params.balance))
 
     @property
     def resistance(self) -> float:

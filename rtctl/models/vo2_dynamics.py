@@ -51,7 +51,7 @@ class Vo2Dynamics:
 
     balance: Balance
     current: Affine = UNCHANGED
-    """Commanded to heating current."""
+    """Commanded to heating current, of which `balance.zone` does not heat."""
     reading: Affine = UNCHANGED
     """-ln R of the loops to that of the film."""
     deflection: Affine = UNCHANGED
@@ -113,7 +113,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         return Affine(gain, (1.0 - gain) * about + sign * found[f"{signal}_offset"])
 
     return Vo2Dynamics(
-        balance=balance._replace(zone=0.0),  # the loop's heating current is the whole of it
+        balance=balance,
         current=turned("current", middle(model.current)),
         reading=turned("resistance", middle_reading(model.resistance), -1.0),
         deflection=turned("deflection", middle(model.deflection)),

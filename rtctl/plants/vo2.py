@@ -164,6 +164,9 @@ def _tuned(
 
 def _linear(model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange) -> LinearLoop:
     """Around the middle of the working range, where the film switches."""
-    v = dynamics.current.of(0.5 * (working.current.low + working.current.high))
+    current = dynamics.current.of(0.5 * (working.current.low + working.current.high))
+    heating = max(current - dynamics.balance.zone, 0.0)
     stroke = float(model.deflection_preisach.nodes[-1, 0])
-    return linear_loop(dynamics, v * v, working.steepest_slope / max(2.0 * v * stroke, 1e-9))
+    return linear_loop(
+        dynamics, heating * heating, working.steepest_slope / max(2.0 * heating * stroke, 1e-9)
+    )

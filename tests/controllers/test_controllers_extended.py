@@ -100,6 +100,7 @@ def test_the_margins_are_kept_where_the_plain_gains_lose_them(loop):
     ("identity", "values"),
     [
         ("actuation__delay", {"delay": 2.5e-3}),
+        ("actuation__deadband", {"zone": 3.0}),
         ("thermal__second_time_constant", {"share": 0.3, "time_constant": 9e-3}),
         ("heater__tcr", {"tcr": 0.004}),
         ("thermal__latent_heat", {"heat": 4.0}),

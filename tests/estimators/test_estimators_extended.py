@@ -39,6 +39,8 @@ CASES = {
     "sensor__crosstalk": {"leak": 900.0},
 }
 
+ZONE = {"actuation__deadband": {"zone": 2.5}}
+
 
 def followed(model, current):
     """Resistance and deflection of the loop's own path, one command after the other."""
@@ -65,6 +67,18 @@ def test_the_path_of_the_loop_is_the_simulation(identity):
         assert np.std(own - told) < 0.02 * effect + 1e-9 * np.std(plain)
 
 
+@pytest.mark.parametrize("identity", ["none", *(one for one in CASES if one != "actuation__deadband")])
+def test_beside_a_current_that_does_not_heat_too(identity):
+    """Also where nothing else acts: with loops that go over all of the current, the changes differ."""
+    beside = {identity: CASES[identity]} if identity != "none" else {}
+    made = simulation(**ZONE, **beside)
+    expected = np.array(predict(made, stimulus(CURRENT)))
+    without = np.array(predict(simulation(**beside), stimulus(CURRENT)))
+    for own, told, plain in zip(followed(made.model, CURRENT), expected, without, strict=True):
+        assert np.std(told - plain) > 0.02 * np.std(plain)
+        assert np.std(own - told) < 0.05 * np.std(told - plain)
+
+
 def test_all_of_them_at_once_and_the_corrections_too():
     made = simulation(**CASES)
     corrections = {
@@ -80,10 +94,10 @@ def test_all_of_them_at_once_and_the_corrections_too():
         assert np.std(own - told) < 0.02 * np.std(told)
 
 
-@pytest.mark.parametrize("identity", CASES)
+@pytest.mark.parametrize("identity", [*CASES, "zone"])
 def test_the_observer_knows_the_deflection_of_a_device_with_the_effect(identity):
     """Readings of the extended simulation: the nominal observer misses what the extended one knows."""
-    made = simulation(**{identity: CASES[identity]})
+    made = simulation(**(ZONE if identity == "zone" else {identity: CASES[identity]}))
     resistance, deflection = predict(made, stimulus(CURRENT))
     errors = {}
     for name, model in {"nominal": small_model(), "extended": made.model}.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import string
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -81,17 +82,28 @@ def test_heat_is_that_of_the_sentence_in_tiny_steps(identity, values, oracle):
     ("identity", "values", "oracle"),
     [
         ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
+        ("thermal__ambient_drift", {"rate": 20.0}, {"drift": 20.0}),
         ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
         ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
     ],
 )
-def test_heat_of_the_phase_follows_the_loops_beside_a_current_that_does_not_heat(identity, values, oracle):
+def test_other_heat_is_seen_by_the_loops_beside_a_current_that_does_not_heat(identity, values, oracle):
     zone = {"actuation__deadband": {"zone": 2.0}}
     alone = predict(simulation(**zone), stimulus(CURRENT))
     resistance, deflection = predict(simulation(**zone, **{identity: values}), stimulus(CURRENT))
     expected = dense(CURRENT, zone=2.0, **oracle)
     check_sampled(deflection, expected.deflection[::STEPS], alone[1], 0.02)
     check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(alone[0]), 0.02)
+
+
+def test_the_order_in_which_a_file_has_two_mechanisms_says_nothing():
+    along, sizes = stimulus(CURRENT), {}
+    for names in permutations(MECHANISMS, 2):
+        made = simulation().extended(names)
+        outputs = made.predict(along, of_size(made, 0.5)).outputs
+        sizes[names] = np.concatenate([np.log(outputs["resistance"][0]), outputs["deflection"][0]])
+    for (one, other), found in sizes.items():
+        assert found == pytest.approx(sizes[other, one], rel=1e-9, abs=1e-9), f"{one} and {other}"
 
 
 def test_steady_effects_that_the_loops_know_leave_slow_currents_alone():

@@ -56,6 +56,13 @@ def loop_current(s: float, b: Balance) -> float:
 
 
 @kernel
+def heating_power(current: float, b: Balance) -> float:
+    """Of a current [mA], less what of it does not heat [mA^2]."""
+    heating = max(current - b.zone, 0.0)
+    return heating * heating
+
+
+@kernel
 def steady_temperature(power: float, b: Balance) -> float:
     """T with T (1 + loss T) = power (1 + tcr T)."""
     half = 1.0 - b.tcr * power

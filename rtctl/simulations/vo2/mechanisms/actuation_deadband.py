@@ -84,4 +84,5 @@ MECHANISM = Vo2Mechanism(
     pieces=dead,
     balance=over_all_of_it,
     warm=as_current,
+    stage=1,  # of all that warms the film
 )  # fmt: skip
