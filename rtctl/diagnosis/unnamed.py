@@ -21,16 +21,19 @@ def explaining_more(
     data: Data, nominal: Hypothesis, named: Hypothesis, budget: Budget,
     told: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
-    """The sentence of the subject's law of no name that, alone, leaves clearly less than `named`; "" if none does.
+    """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
 
     Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `told` hears each
     fit, and may raise to stop.
     """
     budget, glance = budget.further(SECONDS), data.glance
     seen = fitted(glance, named.simulation, named.mechanisms, named.starts, FIRST_LAP, still=named.still)
-    for identity in data.subject.unnamed if seen is not None else ():
+    if seen is None:
+        return ""
+    best, said = BETTER * seen.cost, ""
+    for identity in data.subject.unnamed:
         examined = examine(nominal, data, (identity,))
         field = race(glance, runners_of(examined), told, budget)
-        if field and seen is not None and field[0].cost < BETTER * seen.cost:
-            return sentence_of(field[0].simulation, identity)
-    return ""
+        if field and field[0].cost < best:
+            best, said = field[0].cost, sentence_of(field[0].simulation, identity)
+    return said

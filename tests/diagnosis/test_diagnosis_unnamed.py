@@ -80,11 +80,18 @@ def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, s
 @cache
 def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
     """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
-    made = device(FRICTION)
-    if hidden == "root":
-        made = device().extended(("unnamed.dissipation",))
-        own = [200.0 if one.declared.name == "half" else one.value for one in made.parameters]
-        made = made.with_values(np.array(own))
+    made = unnamed("unnamed.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
+    return named_by(of(made), device(), "friction.coulomb")
+
+
+def unnamed(identity: str, **values: float) -> Simulation:
+    """The device with a law of no name."""
+    made = device().extended((identity,))
+    return made.with_values(np.array([values.get(one.declared.name, one.value) for one in made.parameters]))
+
+
+def of(made: Simulation) -> Data:
+    """Two records of it."""
     records = []
     for seed in (1, 2):
         drive = noise_drive(seed)
@@ -94,11 +101,10 @@ def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
                 name=f"r{seed}", stimulus=stimulus, measured={"displacement": measured(made, drive)}, first=1
             )
         )
-    data = Data(
+    return Data(
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
-    return named_by(data, device(), "friction.coulomb")
 
 
 @pytest.mark.parametrize(
@@ -107,6 +113,14 @@ def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
     found = explaining_more(*braked(hidden), Budget.of())
     assert found.startswith(said) if said else not found
+
+
+def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
+    place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
+    data, nominal, named = named_by(
+        of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
+    )
+    assert explaining_more(data, nominal, named, Budget.of()).startswith("The restoring force has a kink")
 
 
 def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None:

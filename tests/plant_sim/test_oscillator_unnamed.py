@@ -53,6 +53,31 @@ def test_a_power_that_has_a_name_is_that(
     assert motion(with_one(unnamed, power, value)) == pytest.approx(known, abs=0.01 * effect)
 
 
+def with_stop(above: float, below: float, place: float) -> Simulation:
+    made = with_one("unnamed.stop", "above", above)
+    own = {"unnamed.stop.below": below, "unnamed.stop.place": place}
+    return made.with_values(np.array([own.get(one.name, one.value) for one in made.parameters]))
+
+
+def test_a_stop_at_the_origin_is_a_stiffer_spring() -> None:
+    stiffer = with_one("unnamed.stop", "above", 0.0)
+    stiffer = stiffer.with_values(
+        np.array([2e4 if one.name == "stiffness" else one.value for one in stiffer.parameters])
+    )
+    assert motion(with_stop(4e3, 4e3, 1e-9)) == pytest.approx(
+        motion(stiffer), abs=1e-6 * float(np.std(motion(stiffer)))
+    )
+
+
+def test_a_stop_acts_beyond_its_place_on_its_side_alone() -> None:
+    free = motion(with_stop(0.0, 0.0, 1.0))
+    reached = float(np.abs(free).max())
+    assert motion(with_stop(1e5, 1e5, 1.01 * reached)) == pytest.approx(free, abs=1e-9 * reached)
+    above, below = motion(with_stop(1e5, 0.0, 0.5 * reached)), motion(with_stop(0.0, 1e5, 0.5 * reached))
+    assert above.max() < -0.9 * above.min()
+    assert -below.min() < 0.9 * below.max()
+
+
 @pytest.mark.parametrize("power", ["quarter", "half"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_power_below_one_takes_energy_or_gives_it(power: str, sign: float) -> None:
