@@ -5,7 +5,7 @@ records. See `separation`, `record_plan`.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -157,17 +157,40 @@ def next_experiment(
     def least(brought: Played) -> float:
         return min(brought.separation(*pair, known) for pair in counted)
 
-    ranking = sorted(
-        ((Scored(entry, least(brought), brought.whole), brought) for entry, brought in possible),
-        key=lambda one: -one[0].separation,
-    )
+    def settled(entry: Input) -> Played | None:
+        record = _record(entry, candidates[0], data)
+        return played(record, candidates, nominal, data, noise, settled=True)
+
+    plan, ranking = _planned(possible, least, settled)
     common = set.intersection(*(set(candidate.mechanisms) for candidate in candidates))
     names = [" + ".join(one for one in found.mechanisms if one not in common) for found in candidates]
     told = dict.fromkeys(names[k] for pair in counted for k in pair)
     return NextExperiment(
-        planned(ranking, least), tuple(told), tuple((names[i], names[j]) for i, j in alike),
-        tuple(scored for scored, _ in ranking),
+        plan, tuple(told), tuple((names[i], names[j]) for i, j in alike), ranking,
     )  # fmt: skip
+
+
+def _planned(
+    possible: Sequence[tuple[Input, Played]], least: Callable[[Played], float],
+    settled: Callable[[Input], Played | None],
+) -> tuple[Planned, tuple[Scored, ...]]:  # fmt: skip
+    """The plan, and all inputs by what one record brings. The plan's are played again until all are `settled`: of
+    records that may begin anywhere slopes at rest promise more than they hold.
+    """
+    known, done = [*possible], list[Input]()
+    while True:
+        made = [(Scored(entry, least(brought), brought.whole), brought) for entry, brought in known]
+        made.sort(key=lambda one: -one[0].separation)
+        plan = planned(made, least)
+        wanted = [scored.input for scored, _ in plan.records]
+        wanted = [entry for entry in wanted if not any(entry is one for one in done)]
+        if not wanted:
+            return plan, tuple(scored for scored, _ in made)
+        done += wanted
+        known = [
+            (entry, (settled(entry) if any(entry is one for one in wanted) else None) or brought)
+            for entry, brought in known
+        ]
 
 
 def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:

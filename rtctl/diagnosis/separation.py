@@ -11,7 +11,7 @@ Reference: Atkinson & Fedorov, The design of experiments for discriminating betw
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,8 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
 FloatArray = NDArray[np.float64]
+TURNS = 3
+"""Of a rival's start, towards the other's prediction."""
 FURTHEST = 1.5
 """Times the largest measured displacement: a device is not sent further on a simulation's word."""
 
@@ -104,39 +106,74 @@ def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) 
 
 
 def played(
-    record: FitRecord, candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel]
+    record: FitRecord, candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel],
+    *, settled: bool = False,
 ) -> Played | None:  # fmt: skip
     """`record`, of which the input is known, by all candidates; None where the device might be hurt.
 
     What follows where predictions part, that of `nominal` too, does not count: between two motions any difference
-    decides which.
+    decides which. `settled`: rivals begin where each comes nearest to the other, which takes some runs; else as near
+    as slopes at rest tell.
     """
     outputs = candidates[0].sensitivity.outputs
     furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
     tables = []
     for candidate in candidates:
-        line = candidate.sensitivity.linearise(
-            record, candidate.shared, np.append(rest(candidate), candidate.starts[0, candidate.states :]),
-            data.steps_per_period,
-        )  # fmt: skip
-        if line is None or any(np.abs(line.residual[o]).max() > furthest[n] for o, n in enumerate(outputs)):
+        table = _table(record, candidate, _own(candidate), data)
+        if table is None or any(np.abs(table[0, o]).max() > furthest[n] for o, n in enumerate(outputs)):
             return None
-        tables.append(np.concatenate((line.residual[None], line.shared, line.own)))
+        tables.append(table)
     free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
     runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
     sizes = np.array([excursion(data, name) for name in outputs])
     end = together(np.stack(runs), sizes, period_of(data, record))
     count = record.samples
-    white = []
-    for table in tables:
+
+    def whitened(table: FloatArray) -> FloatArray:
         used = table[:, :, : end or count]  # apart from the start on: by an offset, which a fit follows
         made = np.stack([model.whiten(used[:, o]) for o, model in enumerate(noise)], axis=1)
-        white.append(made.reshape(len(made), -1))
-    pairs = {
-        (i, j): Pair.of(white[i][0], white[j][0], white[j][1:], len(candidates[j].shared))
-        for i, j in itertools.permutations(range(len(candidates)), 2)
-    }
+        return made.reshape(len(made), -1)
+
+    white, pairs = [whitened(table) for table in tables], {}
+    for i, j in itertools.permutations(range(len(candidates)), 2):
+        rival, shared = white[j], len(candidates[j].shared)
+        if settled:
+            rival = _begun_like(white[i][0], rival, candidates[j], record, data, whitened)
+        pairs[i, j] = Pair.of(white[i][0], rival[0], rival[1:], shared)
     return Played(pairs, end == count)
+
+
+def _own(candidate: Hypothesis) -> FloatArray:
+    """A new record's own unknowns, in units: at rest, the rest as in the first record."""
+    return np.append(rest(candidate), candidate.starts[0, candidate.states :])
+
+
+def _table(record: FitRecord, candidate: Hypothesis, own: FloatArray, data: Data) -> FloatArray | None:
+    """(1 + p + q, outputs, n): what it predicts, and its slopes; None where it diverges."""
+    line = candidate.sensitivity.linearise(record, candidate.shared, own, data.steps_per_period)
+    return None if line is None else np.concatenate((line.residual[None], line.shared, line.own))
+
+
+def _begun_like(
+    true: FloatArray, rival: FloatArray, candidate: Hypothesis, record: FitRecord, data: Data,
+    whitened: Callable[[FloatArray], FloatArray],
+) -> FloatArray:  # fmt: skip
+    """The `rival`'s predictions and slopes (1 + p + q, n) from the own unknowns at which it comes nearest to `true`
+    (n,).
+    """
+    own, shared = _own(candidate), len(candidate.shared)
+    for _ in range(TURNS):
+        along = rival[1 + shared :]
+        if not len(along):
+            break
+        step = np.linalg.lstsq(along.T, true - rival[0], rcond=1e-9)[0]
+        there = own + step * candidate.sensitivity.state_scale
+        made = _table(record, candidate, there, data)
+        moved = whitened(made) if made is not None else None
+        if moved is None or np.sum((true - moved[0]) ** 2) >= np.sum((true - rival[0]) ** 2):
+            break
+        own, rival = there, moved
+    return rival
 
 
 def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnosis_cases import MODEL, PERIOD_S, SAMPLES, UNITS, device, measured, noise_drive
+from scipy.optimize import least_squares
 
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
@@ -18,7 +19,7 @@ from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, drive_range, menu
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.record_plan import ALIKE, DECIDES, MOST_TIMES, Planned, Scored, chosen, planned
-from rtctl.diagnosis.separation import PARTED, Pair, Played, together
+from rtctl.diagnosis.separation import PARTED, Pair, Played, played, together
 from rtctl.diagnosis.subjects import OSCILLATOR
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -287,6 +288,38 @@ def test_a_pair_that_no_input_separates_does_not_hide_the_others() -> None:
     assert proposed.statement.endswith("No input of the menu separates drive.lag from sensor.lag.")
     assert proposed.json["alike"] == [["drive.lag", "sensor.lag"]]
     assert set(proposed.separates) == {"drive.lag", "sensor.lag", "friction.coulomb"}
+
+
+def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_would_have_it() -> None:
+    """A lag of the drive begins as the drive does, one of the sensor as the motion: they part where springs harden."""
+    made = device(stiffness_cubic=(2e5, "1/(mm^2*s^2)"))
+    data, found = ambiguous()[0], []
+    for identity in ("drive.lag", "sensor.lag"):
+        one = made.extended((identity,))
+        own = np.array([0.003 if p.mechanism else p.value for p in one.parameters])
+        found.append(fitted(data, one.with_values(own), (identity,), iterations=0))
+    true, rival = found
+    bare = fitted(data, made, (), iterations=0)
+    assert true is not None
+    assert rival is not None
+    assert bare is not None
+    stimulus = Stimulus(inputs={"drive": np.full(900, 9.0)}, holds={"drive": "linear"}, period_s=PERIOD_S)
+    stimulus.inputs["drive"][450:] = -9.0
+    new = FitRecord(name="next", stimulus=stimulus, measured={"displacement": np.zeros(900)})
+
+    def seen(one: Hypothesis, start: np.ndarray) -> np.ndarray:
+        run = one.simulation.predict(stimulus, one.values_of(0), start[None], data.steps_per_period)
+        return run.outputs["displacement"][0] / NOISE_MM
+
+    nearest = least_squares(
+        lambda start: seen(true, np.zeros(2)) - seen(rival, start), np.zeros(2), x_scale=(0.1, 10.0)
+    )
+    at_rest, settled = (played(new, (true, rival), bare, data, NOISE, settled=one) for one in (False, True))
+    assert at_rest is not None
+    assert settled is not None
+    assert settled.whole
+    assert settled.pairs[0, 1].squares == pytest.approx(2.0 * nearest.cost, rel=0.02)
+    assert abs(at_rest.pairs[0, 1].squares - 2.0 * nearest.cost) > 0.3 * nearest.cost
 
 
 def test_what_follows_where_predictions_part_does_not_count() -> None:
