@@ -32,6 +32,8 @@ FURTHER_LAPS = 2
 """Of those near the best that are still on their way: along a narrow, bent valley many steps are short."""
 IN_CONTENTION = 1.5
 """Times the lowest cost."""
+COULD_WIN = 3.0
+"""The same, of one that a linear step promises to take to the front: a rival that is not at its end would be none."""
 LEADING = 1.1
 """Times the lowest cost: of these, what has kinks is fitted past them."""
 DONE = 1e-3
@@ -110,8 +112,8 @@ def _to_the_end(
         return _sorted(one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None)
     gone = [one if budget.spent else _to_its_end(data, one) for one in last]
     for _ in range(FURTHER_LAPS):
-        near = IN_CONTENTION * min((one.cost for one in gone), default=0.0)
-        on = [one.cost < near and one.promised < (1.0 - DONE) * one.cost for one in gone]
+        least = min((one.cost for one in gone), default=0.0)
+        on = [_in_contention(one, least) and one.promised < (1.0 - DONE) * one.cost for one in gone]
         if not any(on):
             break
         gone = [
@@ -154,6 +156,10 @@ def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
     end = _to_its_end(data.glance, one)
     return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
+
+
+def _in_contention(one: Hypothesis, least: float) -> bool:
+    return one.cost < (COULD_WIN if one.promised < least else IN_CONTENTION) * least
 
 
 def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:

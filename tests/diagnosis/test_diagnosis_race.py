@@ -15,7 +15,7 @@ from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.race import PROMISING, Runner, _promising, _to_the_end, race
+from rtctl.diagnosis.race import PROMISING, Runner, _in_contention, _promising, _to_the_end, race
 from rtctl.diagnosis.search import _second_chance, _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
@@ -62,6 +62,20 @@ def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Da
     assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
     assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
+
+
+def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
+    fitted_case: tuple[Data, Hypothesis],
+) -> None:
+    _, nominal = fitted_case
+
+    def goes_on(cost: float, promised: float) -> bool:
+        return _in_contention(replace(nominal, cost=cost, promised=promised), 1.0)
+
+    assert goes_on(1.4, 1.3)
+    assert not goes_on(1.6, 1.1)
+    assert goes_on(1.6, 0.9)
+    assert not goes_on(4.0, 0.9)
 
 
 def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Data, Hypothesis]) -> None:
