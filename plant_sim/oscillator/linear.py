@@ -62,8 +62,9 @@ def lag(steps: float, degree: int) -> Lag:
     return Lag(np.array(end), moments)
 
 
-def lagging_nodes(nodes: FloatArray, steps: float) -> FloatArray:
-    """`nodes` (steps, 3) of a drive after a lag, settled on the first; each parabola has the first three moments.
+def lagging_nodes(nodes: FloatArray, steps: float, settled: float = 1.0) -> FloatArray:
+    """`nodes` (steps, 3) of a drive after a lag that begins at `settled` times the first; each parabola has the first
+    three moments.
 
     So the impulse of a step is right to the last bits even where the lag is over within it, which its values at three
     instants would not give.
@@ -72,14 +73,16 @@ def lagging_nodes(nodes: FloatArray, steps: float) -> FloatArray:
     of_nodes = PARABOLA_OF_MOMENTS @ made.moments.T @ PARABOLA
     of_state = 1.0 - PARABOLA_OF_MOMENTS @ made.moments[0]
     out = np.empty_like(nodes)
-    _follow(nodes, 1.0 - made.end[0], made.end @ PARABOLA, of_state, of_nodes, out)
+    _follow(nodes, settled * nodes[0, 0], 1.0 - made.end[0], made.end @ PARABOLA, of_state, of_nodes, out)
     return out
 
 
 @compiled
-def _follow(nodes: Any, decay: float, push: Any, of_state: Any, of_nodes: Any, out: Any) -> None:
+def _follow(
+    nodes: Any, begin: float, decay: float, push: Any, of_state: Any, of_nodes: Any, out: Any
+) -> None:
     """x of a lag from step to step, and the three values that stand for it within each."""
-    x = nodes[0, 0]
+    x = begin
     for i in range(nodes.shape[0]):
         u1, u2, u4 = nodes[i, 0], nodes[i, 1], nodes[i, 2]
         for k in range(3):

@@ -165,9 +165,9 @@ ORACLES: dict[str, Oracle] = {
     ),
     "drive.delay": Oracle(values={"delay": 3.3 * PERIOD_S}, delay="delay", tolerance=1e-4, drive_side=True),
     "drive.lag": Oracle(
-        values={"time_constant": 0.006},
+        values={"time_constant": 0.006, "settled": 0.4},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], y[2]), (u - y[2]) / p["time_constant"]],
-        states=lambda first: [first],
+        states=lambda first: [0.4 * first],
         drive_side=True,
     ),
     "drive.offset": Oracle(

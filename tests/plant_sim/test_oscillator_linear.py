@@ -68,6 +68,15 @@ def test_a_constant_drive_passes_a_lag_unchanged() -> None:
         assert lagging_nodes(np.full((50, 3), 1.7), steps) == pytest.approx(1.7, rel=1e-13)
 
 
+@pytest.mark.parametrize("settled", [0.0, 0.4])
+def test_a_lag_may_begin_below_the_first_value(settled: float) -> None:
+    """As one that had followed a smaller drive until then."""
+    drive = np.random.default_rng(3).normal(size=(40, 3)) + 2.0
+    before = np.full((200, 3), settled * drive[0, 0])
+    long = lagging_nodes(np.concatenate((before, drive)), 0.3)[200:]
+    assert lagging_nodes(drive, 0.3, settled) == pytest.approx(long, rel=1e-12, abs=1e-12)
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.01, 0.5, 1.0, 3.0], ids=lambda ratio: f"ratio={ratio}")
 def test_a_mode_is_scipys_solution_at_every_damping(ratio: float) -> None:
     h, substeps, rate = 0.01, 4, 2.0 * math.pi * 7.0

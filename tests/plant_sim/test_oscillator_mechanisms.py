@@ -157,7 +157,7 @@ def test_a_memory_a_term_and_a_lagging_drive() -> None:
         return [y[1], force, relaxation, (u - y[3]) / p["drive.lag.time_constant"]]
 
     samples = multisine()
-    expected = solved(rate, samples, "zero", [Z_0, V_0, 0.0, samples[0]])
+    expected = solved(rate, samples, "zero", [Z_0, V_0, 0.0, p["drive.lag.settled"] * samples[0]])
     z, _ = predicted(samples, "zero", "drive.lag", "stiffness.viscoelastic", "stiffness.quadratic")
     assert off(z, expected[:, 0]) < EXACT
 
@@ -186,7 +186,7 @@ def test_what_acts_on_the_drive_acts_in_the_order_of_its_stages() -> None:
 
     samples = multisine()
     first = dead(samples[0] + p["drive.offset.offset"], p["drive.deadband.width"])
-    expected = solved(rate, samples, "zero", [Z_0, V_0, first])
+    expected = solved(rate, samples, "zero", [Z_0, V_0, p["drive.lag.settled"] * first])
     for order in (
         ("drive.lag", "drive.deadband", "drive.offset"),
         ("drive.offset", "drive.deadband", "drive.lag"),
