@@ -50,7 +50,8 @@ class Parameter:
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Of a shape: where to look for it, in multiples of its scale."""
     redundant: bool = False
-    """Of a shape with a default: it only names the unit of others, and a diagnosis leaves it there."""
+    """Of a shape with a default: a diagnosis leaves it there, or at one of `also`. It only names the unit of others, or
+    tells how a record begins, which is not worth a parameter of the BIC."""
     searched: bool = False
     """Of a shape with a default: a search for it does not begin there, but over its range."""
     also: tuple[float, ...] = ()

@@ -265,7 +265,9 @@ def lagging(*identities: str) -> NextExperiment:
     for identity in identities:
         made = device().extended((identity,))
         sizes = {"drive.lag": 0.02, "sensor.lag": 0.02, "friction.coulomb": 40.0}
-        own = [sizes[identity] if p.mechanism else p.value for p in made.parameters]
+        own = [
+            sizes[identity] if p.mechanism and not p.declared.is_shape else p.value for p in made.parameters
+        ]
         one = fitted(data, made.with_values(np.array(own)), (identity,), iterations=0)
         assert one is not None
         found.append(one)
@@ -296,7 +298,7 @@ def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_woul
     data, found = ambiguous()[0], []
     for identity in ("drive.lag", "sensor.lag"):
         one = made.extended((identity,))
-        own = np.array([0.003 if p.mechanism else p.value for p in one.parameters])
+        own = np.array([0.003 if p.declared.name == "time_constant" else p.value for p in one.parameters])
         found.append(fitted(data, one.with_values(own), (identity,), iterations=0))
     true, rival = found
     bare = fitted(data, made, (), iterations=0)

@@ -16,6 +16,7 @@ from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import PROMISING, Runner, _in_contention, _promising, _to_the_end, race
+from rtctl.diagnosis.runners import runners_of
 from rtctl.diagnosis.search import _second_chance, _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
@@ -76,6 +77,31 @@ def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
     assert not goes_on(1.6, 1.1)
     assert goes_on(1.6, 0.9)
     assert not goes_on(4.0, 0.9)
+
+
+def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
+    """What had been there before a record is no number of the device: one of two is taken, and no third is fitted."""
+    made = device().extended(("drive.lag",))
+    own = {"drive.lag.time_constant": 3e-3, "drive.lag.settled": 0.0}
+    late = made.with_values(np.array([own.get(one.name, one.value) for one in made.parameters]))
+    records = []
+    for seed in (1, 2):
+        drive = 20.0 + noise_drive(seed)
+        stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+        reading = {"displacement": measured(late, drive)}
+        records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=reading, first=1))
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        steps_per_period=64.0,
+    )  # fmt: skip
+    nominal = fitted(data, device(), ())
+    assert nominal is not None
+    found = race(data, runners_of(examine(nominal, data, ("drive.lag",))), lambda text: None)[0]
+    values = {one.name: one.value for one in found.simulation.parameters}
+    assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
+    assert values["drive.lag.settled"] == 0.0
+    assert "drive.lag.settled" in found.still
+    assert examine(found, data, ()).p_value > 0.01
 
 
 def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Data, Hypothesis]) -> None:

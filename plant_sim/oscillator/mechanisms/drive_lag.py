@@ -24,7 +24,7 @@ MECHANISM = OscillatorMechanism(
         coefficient("time_constant", "s", "of the drive behind its samples", lambda s: 1.0 / s.rate, low=0.0),
         shape(
             "settled", "dimensionless", "share of the drive's first value that a record begins with", lambda s: 1.0,
-            default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0),
+            default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0), also=(0.0,), redundant=True,
         ),
     ),
     drive=lagging,
