@@ -57,8 +57,8 @@ def loop_current(s: float, b: Balance) -> float:
 
 @kernel
 def heating_power(current: float, b: Balance) -> float:
-    """Of a current [mA], less what of it does not heat [mA^2]."""
-    heating = max(current - b.zone, 0.0)
+    """Of a current [mA], either way, less what of it does not heat [mA^2]."""
+    heating = max(abs(current) - b.zone, 0.0)
     return heating * heating
 
 
