@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (over an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 3680-3879
-VO2         ?= 51905-51954
-AMBIGUOUS   ?= 90860-90919
+OSCILLATORS ?= 3880-4079
+VO2         ?= 52005-52054
+AMBIGUOUS   ?= 90920-90979
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 
