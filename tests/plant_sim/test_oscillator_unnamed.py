@@ -78,6 +78,32 @@ def test_a_stop_acts_beyond_its_place_on_its_side_alone() -> None:
     assert -below.min() < 0.9 * below.max()
 
 
+def delayed(feedback: float, delay_s: float, parts: int = 50) -> np.ndarray:
+    """A force - feedback z(t - delay), by small steps that look back at what they have made."""
+    drive, period_s = DRIVE.inputs["drive"], DRIVE.period_s
+    h, count = period_s / parts, (len(drive) - 1) * parts
+    u = np.interp(np.arange(count + 1) / parts, np.arange(len(drive)), drive)
+    damping, stiffness, gain = (NOMINAL[name][0] for name in ("damping", "stiffness", "drive_gain"))
+    back, z, v = round(delay_s / h), np.zeros(count + 1), 0.0
+    for k in range(count):
+        before = z[k - back] if k >= back else 0.0
+        v += h * (gain * u[k] - damping * v - stiffness * z[k] - feedback * before)
+        z[k + 1] = z[k] + h * v
+    return z[::parts]
+
+
+def test_a_force_that_comes_late_is_one_that_comes_late() -> None:
+    """Sixteen times the time of a section, as long as that is short beside the motion."""
+    made = with_one("unnamed.feedback", "late", 1.5e3)
+    made = made.with_values(
+        np.array([3e-4 if one.name == "unnamed.feedback.time" else one.value for one in made.parameters])
+    )
+    expected, nominal = delayed(1.5e3, 16 * 3e-4), delayed(0.0, 0.0)
+    effect = float(np.std(expected - nominal))
+    assert effect > 0.1 * np.std(nominal)
+    assert np.std(motion(made) - expected) < 0.05 * effect
+
+
 @pytest.mark.parametrize("power", ["quarter", "half"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_power_below_one_takes_energy_or_gives_it(power: str, sign: float) -> None:
