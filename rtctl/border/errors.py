@@ -57,10 +57,13 @@ class DriverError(RunError):
         self.fault = fault
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """`; did you mean "x"?`, or the list of what is known, to end a message about a misspelt word."""
+def nearest(word: str, known: Iterable[str], *, listed: bool = False) -> str:
+    """`; did you mean "x"?`, or the list of what is known, to end a message about a misspelt word.
+
+    `listed`: the message has the list already.
+    """
     names = sorted(known)
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
     if close:
         return f'; did you mean "{close[0]}"?'
-    return f"; known: {', '.join(names)}" if names else ""
+    return f"; known: {', '.join(names)}" if names and not listed else ""

@@ -20,7 +20,8 @@ Use = Literal["identify", "fit", "test"]
 def _one_of(*choices: str) -> BeforeValidator:
     def chosen(raw: Any) -> Any:
         if raw not in choices:
-            raise ValueError(f"{raw!r} is not one of {', '.join(choices)}{nearest(str(raw), choices)}")
+            meant = nearest(str(raw), choices, listed=True)
+            raise ValueError(f"{raw!r} is not one of {', '.join(choices)}{meant}")
         return raw
 
     return BeforeValidator(chosen)

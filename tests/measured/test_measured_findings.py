@@ -24,6 +24,11 @@ def message_of(path: Path) -> str:
     return text.replace(f"{path}: ", "")
 
 
+def test_what_is_known_is_listed_once(oscillator: Write) -> None:
+    text = message_of(oscillator(('role = "input"', 'role = "input"\nhold = "sideways"')))
+    assert text.endswith("'sideways' is not one of linear, zero, band-limited")
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
