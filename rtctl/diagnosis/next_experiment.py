@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
@@ -17,6 +18,8 @@ from rtctl.diagnosis.record_plan import ALIKE, DECIDES, Planned, Scored, planned
 from rtctl.diagnosis.separation import Played, information, played, rest
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
+
+FloatArray = NDArray[np.float64]
 
 
 class NextExperiment(NamedTuple):
@@ -150,46 +153,60 @@ def next_experiment(
     ]
     if not possible:
         return None
-    pairs = list(itertools.combinations(range(len(candidates)), 2))
-    alike = [pair for pair in pairs if max(one.separation(*pair, known) for _, one in possible) < ALIKE]
-    counted = [pair for pair in pairs if pair not in alike] or pairs
-
-    def least(brought: Played) -> float:
-        return min(brought.separation(*pair, known) for pair in counted)
 
     def settled(entry: Input) -> Played | None:
         record = _record(entry, candidates[0], data)
         return played(record, candidates, nominal, data, noise, settled=True)
 
-    plan, ranking = _planned(possible, least, settled)
+    found = _chosen(possible, known, settled)
     common = set.intersection(*(set(candidate.mechanisms) for candidate in candidates))
-    names = [" + ".join(one for one in found.mechanisms if one not in common) for found in candidates]
-    told = dict.fromkeys(names[k] for pair in counted for k in pair)
+    names = [" + ".join(own for own in one.mechanisms if own not in common) for one in candidates]
+    told = dict.fromkeys(names[k] for pair in found.counted for k in pair)
     return NextExperiment(
-        plan, tuple(told), tuple((names[i], names[j]) for i, j in alike), ranking,
-    )  # fmt: skip
+        found.plan, tuple(told), tuple((names[i], names[j]) for i, j in found.alike), found.menu
+    )
 
 
-def _planned(
-    possible: Sequence[tuple[Input, Played]], least: Callable[[Played], float],
+class _Chosen(NamedTuple):
+    """The plan, all inputs by what one record brings, and the pairs that it sets apart and that none does."""
+
+    plan: Planned
+    menu: tuple[Scored, ...]
+    counted: list[tuple[int, int]]
+    alike: list[tuple[int, int]]
+
+
+def _chosen(
+    possible: Sequence[tuple[Input, Played]], known: Sequence[FloatArray],
     settled: Callable[[Input], Played | None],
-) -> tuple[Planned, tuple[Scored, ...]]:  # fmt: skip
-    """The plan, and all inputs by what one record brings. The plan's are played again until all are `settled`: of
-    records that may begin anywhere slopes at rest promise more than they hold.
+) -> _Chosen:  # fmt: skip
+    """`known` of each candidate: its `information`.
+
+    The plan's inputs are played again until all are `settled`: of records that may begin anywhere slopes at rest
+    promise more than they hold.
     """
-    known, done = [*possible], list[Input]()
+    pairs = list(itertools.combinations(range(len(known)), 2))
+    brought, done = [one for _, one in possible], set[int]()
     while True:
-        made = [(Scored(entry, least(brought), brought.whole), brought) for entry, brought in known]
+        alike = [pair for pair in pairs if max(one.separation(*pair, known) for one in brought) < ALIKE]
+        counted = [pair for pair in pairs if pair not in alike] or pairs
+
+        def least(one: Played, counted: Sequence[tuple[int, int]] = counted) -> float:
+            return min(one.separation(*pair, known) for pair in counted)
+
+        made = [
+            (Scored(entry, least(one), one.whole), one)
+            for (entry, _), one in zip(possible, brought, strict=True)
+        ]
         made.sort(key=lambda one: -one[0].separation)
         plan = planned(made, least)
-        wanted = [scored.input for scored, _ in plan.records]
-        wanted = [entry for entry in wanted if not any(entry is one for one in done)]
+        wanted = {id(scored.input) for scored, _ in plan.records} - done
         if not wanted:
-            return plan, tuple(scored for scored, _ in made)
-        done += wanted
-        known = [
-            (entry, (settled(entry) if any(entry is one for one in wanted) else None) or brought)
-            for entry, brought in known
+            return _Chosen(plan, tuple(scored for scored, _ in made), counted, alike)
+        done |= wanted
+        brought = [
+            (settled(entry) if id(entry) in wanted else None) or one
+            for (entry, _), one in zip(possible, brought, strict=True)
         ]
 
 

@@ -12,7 +12,7 @@ from rtctl.diagnosis.race import FIRST_LAP, race
 from rtctl.diagnosis.runners import runners_of
 
 SECONDS = 15.0
-"""Of processor time, for all laws; a race takes five on records of some seconds."""
+"""Of processor time, for all laws: their race takes ten on records of some seconds."""
 BETTER = 0.8
 """Of the cost: a law of no name that leaves less than this share of what the named causes leave."""
 
@@ -28,7 +28,9 @@ def explaining_more(
     """
     budget, glance = budget.further(SECONDS), data.glance
     seen = fitted(glance, named.simulation, named.mechanisms, named.starts, FIRST_LAP, still=named.still)
+    if seen is None:
+        return ""
     field = race(glance, runners_of(examine(nominal, data, data.subject.unnamed)), told, budget)
-    if seen is None or not field or field[0].cost >= BETTER * seen.cost:
+    if not field or field[0].cost >= BETTER * seen.cost:
         return ""
     return sentence_of(field[0].simulation, field[0].mechanisms[-1])

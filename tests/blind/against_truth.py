@@ -16,9 +16,14 @@ import numpy as np
 from campaign import overrides_of
 from case import diagnosed
 from generator import generate
+from numpy.typing import NDArray
 
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Hypothesis
+from rtctl.diagnosis.own_rows import as_converted
+from rtctl.diagnosis.projection import Projected, Rows
+
+FloatArray = NDArray[np.float64]
 
 
 class Left(NamedTuple):
@@ -45,17 +50,22 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
         for record in data.records
     ]
 
-    own = sum(float(np.sum(noise.whiten(error[None]) ** 2)) for error in added)
+    def true(index: int, error: FloatArray) -> Rows:
+        """The device's own equation, as the gate sees a residual: what a converter rounds follows the motion."""
+        nothing = np.zeros((0, 1, len(error)))
+        alone = Rows(residual=-error[None], shared=nothing, own=nothing, directions=nothing)
+        return as_converted(alone, data, index, ("displacement",))
 
-    def left(one: Hypothesis) -> float:
-        projected = examine(one, data, (), found.search.chosen.noise).projected
-        return float(projected.left[0, 0] * projected.scale[0] ** 2) - own
+    rows = [true(index, error) for index, error in enumerate(added)]
+    own = sum(float(one.gram([noise])[0][0, 0]) for one in rows)
 
-    named = found.search.chosen.hypothesis
+    def projected(one: Hypothesis) -> Projected:
+        return examine(one, data, (), found.search.chosen.noise).projected
+
+    nominal, named = projected(found.search.nominal.hypothesis), projected(found.search.chosen.hypothesis)
     return Left(
-        names=tuple(cause.id for cause in found.causes), nominal=left(found.search.nominal.hypothesis),
-        named=left(named), fitted=len(named.shared) + named.states * len(data.records),
-        samples=sum(len(error) for error in added),
+        names=tuple(cause.id for cause in found.causes), nominal=nominal.residual - own, named=named.residual - own,
+        fitted=named.rank - sum(len(one.own) for one in rows), samples=sum(one.residual.shape[1] for one in rows),
     )  # fmt: skip
 
 

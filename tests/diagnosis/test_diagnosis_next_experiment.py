@@ -17,7 +17,7 @@ from rtctl.diagnosis.files import scenario_text
 from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, drive_range, menu
-from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
+from rtctl.diagnosis.next_experiment import NextExperiment, _chosen, next_experiment
 from rtctl.diagnosis.record_plan import ALIKE, DECIDES, MOST_TIMES, Planned, Scored, chosen, planned
 from rtctl.diagnosis.separation import PARTED, Pair, Played, played, together
 from rtctl.diagnosis.subjects import OSCILLATOR
@@ -322,6 +322,25 @@ def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_woul
     assert settled.whole
     assert settled.pairs[0, 1].squares == pytest.approx(2.0 * nearest.cost, rel=0.02)
     assert abs(at_rest.pairs[0, 1].squares - 2.0 * nearest.cost) > 0.3 * nearest.cost
+
+
+def test_a_pair_that_only_slopes_at_rest_separate_does_not_hide_the_others() -> None:
+    def apart(of_the_first_two: float) -> Played:
+        nothing = np.zeros(1), np.zeros((1, 1))
+        squares = {(0, 1): of_the_first_two**2, (0, 2): 400.0, (1, 2): 400.0}
+        pairs = {pair: Pair(one, *nothing) for pair, one in squares.items()}
+        return Played(pairs | {(j, i): one for (i, j), one in pairs.items()}, True)
+
+    entries = menu(ambiguous()[0], UNITS)[:5]
+    known = [np.eye(1)] * 3
+    found = _chosen(
+        [(entry, apart(0.5 * ALIKE * (k + 1))) for k, entry in enumerate(entries)],
+        known,
+        lambda _: apart(0.0),
+    )
+    assert found.alike == [(0, 1)]
+    assert found.counted == [(0, 2), (1, 2)]
+    assert (found.plan.times, found.plan.separation) == (1, 20.0)
 
 
 def test_what_follows_where_predictions_part_does_not_count() -> None:

@@ -1,7 +1,7 @@
 """`drive.lag`: x with time_constant x' = u - x drives instead of u.
 
 A record begins with x at `settled` times the drive's first value: 1 where that had been there for long, 0 where a bench
-that was off is switched on with it.
+that was off is switched on with it. A device that is served (`streaming`) was off.
 """
 
 from __future__ import annotations

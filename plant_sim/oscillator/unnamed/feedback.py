@@ -39,7 +39,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 MECHANISM = OscillatorMechanism(
     id="unnamed.feedback",
-    statement="A force comes late by some periods of the motion, as of a loop around the device.",
+    statement="A force follows the motion late, as of a loop around the device.",
     parameters=(
         coefficient("early", "1/s^2", "of the force that is half as late", lambda s: s.rate**2, default=0.0),
         coefficient("late", "1/s^2", "of the force that is latest", lambda s: s.rate**2, default=0.0),

@@ -266,7 +266,7 @@ def _measure(
         replace(r, drive=np.zeros(GAP), displaced=0.0, file_start=r.file_start + r.drive.size) for r in inputs
     ]
     at_rest = np.concatenate([simulate(plan, record)[0] for record in resting])
-    return measured, sensor_noise.add_noise(rng, at_rest, kind, rms, colour)
+    return measured, sensor_noise.add_noise(rng, at_rest, kind, rms, colour, like=clean[0].size)
 
 
 def _write(rng: np.random.Generator, folder: Path, name: str, options: Options, drawn: Drawn) -> list[str]:
