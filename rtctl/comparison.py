@@ -225,15 +225,18 @@ def _on_all_cores(
     stop_requested: Callable[[], bool],
     advance: Callable[[int], None],
 ) -> Iterator[dict[str, Any]]:
-    """`work(k)` of every k, in order. Raises what it raises, and KeyboardInterrupt where it is asked to stop."""
+    """`work(k)` of every k, in order. Raises what the first k that fails does; KeyboardInterrupt where stopped."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         futures = [pool.submit(work, k) for k in range(count)]
         pending: set[Future[dict[str, Any]]] = set(futures)
         try:
             while pending:
                 done, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
-                for future in done:
-                    future.result()
+                if any(future.exception() for future in done):
+                    for (
+                        future
+                    ) in futures:  # begun in order: those before one that failed end, and may fail too
+                        future.result()
                 advance(count - len(pending))
                 if stop_requested():
                     raise KeyboardInterrupt

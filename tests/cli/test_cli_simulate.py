@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.integrate import solve_ivp
 
+from rtctl.border.errors import InputError
 from rtctl.cli import main
+from rtctl.comparison import _on_all_cores
 
 RATE_HZ = 500.0
 SAMPLES = 1500
@@ -205,3 +208,19 @@ def test_a_stop_leaves_no_summary(bench: Path, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         compare_dataset(simulation, dataset, tmp_path, lambda: True, done.append, source="model.toml")
     assert not (tmp_path / "summary.json").exists()
+
+
+def test_the_first_record_that_fails_is_named_whichever_core_comes_first() -> None:
+    later_has_failed = threading.Event()
+
+    def work(k: int) -> dict[str, int]:
+        if k == 0:
+            later_has_failed.wait(5.0)
+            threading.Event().wait(0.3)  # for the other's future to be seen
+        later_has_failed.set()
+        raise InputError(f"record {k}")
+
+    for _ in range(3):
+        with pytest.raises(InputError, match="record 0"):
+            _on_all_cores(work, 3, lambda: False, lambda _: None)
+        later_has_failed.clear()
