@@ -251,7 +251,7 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
             most = max(FAR_OFF, FURTHER * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)
         if declared.is_shape:
-            open_ended = declared.default is None or declared.searched
+            open_ended = not declared.default or declared.searched
             scale = declared.scale(scales) if open_ended else declared.default
             size = abs(float(scale)) / sensitivity.scale[k]
             signed = declared.low < 0.0

@@ -27,8 +27,10 @@ from rtctl.simulations.vo2.heat import (
     phase_at,
     stored,
     surrogate_power,
+    temperature_at,
 )
 from rtctl.simulations.vo2.mechanism import Balance
+from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.relaxation import relax, turn
 
 STATES = 12
@@ -41,6 +43,8 @@ class PathParams(NamedTuple):
     """What the kernels need besides the Preisach models; names as in `Vo2Dynamics`."""
 
     balance: Balance
+    phases: Phases
+    expansion: float
     cold: float
     """-ln of the cold film's resistance."""
     substep_s: float
@@ -62,19 +66,11 @@ class PathParams(NamedTuple):
 def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
     """Of a model."""
     return PathParams(
-        dynamics.balance, -math.log(model.resistance.high), dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
+        dynamics.balance, dynamics.phases, dynamics.expansion, -math.log(model.resistance.high),
+        dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
         dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s,
         dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
     )  # fmt: skip
-
-
-@kernel
-def read_at(stack: FloatArray, seen: float, v: float, params: PreisachParams) -> float:
-    """The read-out with its relays at `seen`, the rest of it at v; advances the stack."""
-    y: float = preisach_step(stack, seen, params).y
-    a = min(max(seen, params.grid[0]), params.grid[-1])
-    b = min(max(v, params.grid[0]), params.grid[-1])
-    return float(y + (b - a) * (params.c1 + params.c2 * (a + b)))
 
 
 @kernel
@@ -138,11 +134,15 @@ def path_step(
             preisach_step(beam, loop_current(peak, p.balance), d)
         x[S], x[SEEN] = s, seen
         v, w = loop_current(s, p.balance), loop_current(seen, p.balance)
-        reversible = v + p.balance.lagging * (w - v)
-        ohm = sensed_film(read_at(film, w, reversible, r), v, current, time_s + (k + 1) * h, p)
+        reading, bent = preisach_step(film, w, r).y, preisach_step(beam, w, d).y
+        if lag_s > 0.0:
+            T, late = temperature_at(v, p.balance), temperature_at(w, p.balance)
+            reading = mixed(switched(reading, late, p.phases), T, p.phases)
+            bent -= p.expansion * (T - late)
+        ohm = sensed_film(reading, v, current, time_s + (k + 1) * h, p)
         x[READ] = relax(x[READ], x[FILM], 0.5 * (x[FILM] + ohm), ohm, h, p.sensor_lag_s)
         x[FILM] = ohm
-        bent = p.deflection_gain * read_at(beam, w, v, d) + p.deflection_offset
+        bent = p.deflection_gain * bent + p.deflection_offset
         if p.participation != 0.0:
             swing_step(x, bent, h, p.rate, p.damping_ratio)
         x[BENT] = bent

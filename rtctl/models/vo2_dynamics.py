@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2 import vo2_simulation
+from rtctl.simulations.vo2.heat import phases_of
 from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 from rtctl.simulations.vo2.nominal import middle, middle_reading
+from rtctl.simulations.vo2.phases import Phases
 
 LEFT_OUT = {
     "hysteresis.creep": "slower than the heat that the observer follows",
@@ -50,6 +52,10 @@ class Vo2Dynamics:
     """Between command and readings; times in s, currents mA, powers mA^2, resistances ohm, deflections um."""
 
     balance: Balance
+    phases: Phases
+    """Of the film, with what does not lag where the relays do."""
+    expansion: float = 0.0
+    """um/mA^2"""
     current: Affine = UNCHANGED
     """Commanded to heating current, of which `balance.zone` does not heat."""
     reading: Affine = UNCHANGED
@@ -112,8 +118,12 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         gain = found[f"{signal}_gain"]
         return Affine(gain, (1.0 - gain) * about + sign * found[f"{signal}_offset"])
 
+    late = "hysteresis.rate_dependence"
+    shapes = {name: of(late, name) for name in ("activation", "mixing")}
     return Vo2Dynamics(
         balance=balance,
+        phases=phases_of(model, balance).of(shapes),
+        expansion=of(late, "expansion"),
         current=turned("current", middle(model.current)),
         reading=turned("resistance", middle_reading(model.resistance), -1.0),
         deflection=turned("deflection", middle(model.deflection)),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 from vo2_dense_oracle import STEPS, dense
-from vo2_model_cases import PERIOD_S, predict, simulation, stimulus, telegraph
+from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus, telegraph
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.quantities import convert
@@ -27,6 +27,8 @@ FORMATS = (
     "hysteresis.shape sensor.self_heating sensor.lag sensor.ageing sensor.crosstalk"
 )
 CURRENT = telegraph(120, seed=4)
+PURE = {"activation": 0.03, "expansion": 0.4, "mixing": 0.0}
+"""What the pure phases do at once where the transition is late."""
 
 
 def of_size(made, size):
@@ -63,8 +65,10 @@ def check_sampled(found, expected, nominal, share):
         ("actuation__delay", {"delay": 0.3e-3}, {"late": int(0.3 * STEPS)}),
         ("actuation__delay", {"delay": 2.5e-3}, {"late": int(2.5 * STEPS)}),
         ("actuation__deadband", {"zone": 2.0}, {"zone": 2.0}),
-        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3}, {"lag_s": 0.7e-3, "lagging": 1.0}),
-        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3, "reversible": 0.0}, {"lag_s": 0.7e-3}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3}, {"lag_s": 0.7e-3}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3} | PURE, {"lag_s": 0.7e-3} | PURE),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3} | PURE | {"mixing": -0.5},
+         {"lag_s": 0.7e-3} | PURE | {"mixing": -0.5}),
         ("sensor__self_heating", {"heat": 3.0}, {"own": 3.0}),
         ("sensor__self_heating", {"heat": 3.0, "known": 0.0}, {"own": 3.0, "known": 0.0}),
     ],
@@ -158,22 +162,36 @@ def test_a_sensor_lags_the_resistance():
     check_sampled(predict(made, stimulus(CURRENT))[0], expected, resistance[::STEPS], 0.02)
 
 
+def late_by_creep(share):
+    """0.04 a decade from 0.01 s to 10 s, of what is sampled (n,)."""
+    found = share.copy()
+    for time_constant in 0.01 * 10.0 ** (np.arange(10) / 3.0):
+        along = lsim(([1.0], [time_constant, 1.0]), share - share[0], PERIOD_S * np.arange(len(share)))[1]
+        found += 0.04 / 3.0 * (along + share[0] - share)
+    return found
+
+
+@pytest.mark.parametrize("power", [0.0, 0.4, -0.5], ids=["logarithmic", "parallel", "serial"])
+def test_what_has_switched_creeps_and_the_pure_phases_do_not(power):
+    creep = {"rate": 0.04, "onset": 0.01, "end": 10.0} | PURE | {"mixing": power}
+    resistance, deflection = predict(simulation(hysteresis__creep=creep), stimulus(CURRENT))
+    model, found = small_model(), dense(CURRENT)
+    T = found.v[::STEPS] ** 2
+    of_beam = late_by_creep(found.deflection[::STEPS] + PURE["expansion"] * T) - PURE["expansion"] * T
+    assert deflection == pytest.approx(of_beam, abs=1e-6 * np.ptp(of_beam))
+    cold = np.exp(PURE["activation"] * (T - model.current.low**2)) / model.resistance.high
+    metal, of_film = 1 / model.resistance.low, np.exp(found.reading[::STEPS])
+    if power == 0.0:
+        share = late_by_creep(np.log(of_film / cold) / np.log(metal / cold))
+        expected = np.log(cold) + share * np.log(metal / cold)
+    else:
+        share = late_by_creep((of_film**power - cold**power) / (metal**power - cold**power))
+        expected = np.log(cold**power + share * (metal**power - cold**power)) / power
+    assert -np.log(resistance) == pytest.approx(expected, abs=1e-6 * np.ptp(expected))
+
+
 def test_creep_goes_on_by_its_rate_a_decade():
-    creep = {"rate": 0.04, "onset": 0.01, "end": 10.0}
-    made = simulation(hysteresis__creep=creep)
-    found = dense(CURRENT)
-    for name, value, relays, got in (
-        ("deflection", found.deflection, found.deflection_relays, predict(made, stimulus(CURRENT))[1]),
-        ("reading", found.reading, found.reading_relays, -np.log(predict(made, stimulus(CURRENT))[0])),
-    ):
-        sampled = relays[::STEPS]
-        expected = value[::STEPS].copy()
-        for time_constant in 0.01 * 10.0 ** (np.arange(10) / 3.0):
-            y = lsim(([1.0], [time_constant, 1.0]), sampled - sampled[0], PERIOD_S * np.arange(len(sampled)))[
-                1
-            ]
-            expected += 0.04 / 3.0 * (y + sampled[0] - sampled)
-        assert got == pytest.approx(expected, abs=1e-6 * np.ptp(value)), name
+    made = simulation(hysteresis__creep={"rate": 0.04, "onset": 0.01, "end": 10.0})
     step = np.repeat([4.0, 8.0], [10, 20_000])
     after = predict(made, stimulus(step, period_s=1e-2))[1][10:]
     within = np.diff(after[[8, 26, 80]])  # 0.09 s, 0.27 s, 0.81 s: away from both ends of the creep

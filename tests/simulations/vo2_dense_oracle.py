@@ -22,12 +22,9 @@ class Film:
         self.model, self.state = model, model.initial_state(0.0)
         self.y = self.relays = 0.0
 
-    def at(self, seen: float, v: float) -> float:
-        model = self.model
-        self.relays = (
-            preisach_step(self.state, seen, model.params).y - model.c - seen * (model.c1 + model.c2 * seen)
-        )
-        self.y = model.c + self.relays + v * (model.c1 + model.c2 * v)
+    def at(self, v: float) -> float:
+        self.y = preisach_step(self.state, v, self.model.params).y
+        self.relays = self.y - self.model.c - v * (self.model.c1 + self.model.c2 * v)
         return self.y
 
 
@@ -52,7 +49,9 @@ def dense(
     own: float = 0.0,
     known: float = 1.0,
     lag_s: float = 0.0,
-    lagging: float = 0.0,
+    activation: float = 0.0,
+    expansion: float = 0.0,
+    mixing: float = 0.0,
     drift: float = 0.0,
     late: int = 0,
     zone: float = 0.0,
@@ -72,7 +71,20 @@ def dense(
 
     def cold_share(s: float) -> float:
         v = zone + np.sqrt(s)
-        return float(np.exp(-Film(model.resistance_preisach).at(v, v))) / R_COLD
+        return float(np.exp(-Film(model.resistance_preisach).at(v))) / R_COLD
+
+    def temperature(s: float) -> float:
+        return float(brentq(lambda x: x * (1 + known * loss * x) / (1 + known * tcr * x) - s, 0.0, 500.0))
+
+    def of_the_mixture(y: float, seen: float, T: float) -> float:
+        """-ln R at T of a film whose metal is that of y and `seen`: conductances to the power n, or logarithms, add."""
+        metal, cold = 1 / model.resistance.low, 1 / model.resistance.high
+        then, now = (cold * np.exp(activation * (x - temperature(model.current.low**2))) for x in (seen, T))
+        if mixing == 0.0:
+            share = (y - np.log(then)) / np.log(metal / then)
+            return float((1 - share) * np.log(now) + share * np.log(metal))
+        share = (np.exp(y) ** mixing - then**mixing) / (metal**mixing - then**mixing)
+        return float(np.log((1 - share) * now**mixing + share * metal**mixing) / mixing)
 
     def gained(x: float) -> float:
         extra = (1 - known) * own * cold_share(x) if own and known < 1 else 0.0
@@ -88,9 +100,11 @@ def dense(
         s = T * (1 + known * loss * T) / (1 + known * tcr * T)
         lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
         v, seen = zone + np.sqrt(s + drift * k * dt), zone + np.sqrt(lagged + drift * k * dt)
-        film.at(seen, v + lagging * (seen - v))
-        beam.at(seen, v)
-        rows.append((film.y, beam.y, v, film.relays, beam.relays))
+        film.at(seen)
+        beam.at(seen)
+        ahead = T - temperature(lagged)
+        reading = of_the_mixture(film.y, T - ahead, T)
+        rows.append((reading, beam.y - expansion * ahead, v, film.relays, beam.relays))
         if k == len(held):
             break
         share_of_cold = np.exp(-film.y) / R_COLD

@@ -29,32 +29,25 @@ class ReadOut(NamedTuple):
 
 @background_kernel
 def read_path(
-    state: FloatArray, seen: FloatArray, peaks: FloatArray, v: FloatArray, every: int, params: PreisachParams
+    state: FloatArray, seen: FloatArray, peaks: FloatArray, every: int, params: PreisachParams
 ) -> ReadOut:
-    """Relays follow `seen` by way of `peaks`, the rest of the read-out `v` (all (instants,), v unit).
-
-    Advances `state` in place.
-    """
+    """The read-out at `seen` by way of `peaks` (both (instants,) [mA]). Advances `state` in place."""
     state, params = uncounted(state), uncounted_params(params)
-    count = (v.size - 1) // every + 1
+    count = (seen.size - 1) // every + 1
     y, relays = np.empty(count), np.empty(count)
     top = 1 + MAX_EXTREMA
-    low, high = params.grid[0], params.grid[-1]
-    for k in range(v.size):
+    for k in range(seen.size):
         if peaks[k] != seen[k]:
             preisach_step(state, peaks[k], params)
         if k % every != 0 and (seen[k] - seen[k - 1]) * (seen[k + 1] - seen[k]) >= 0.0:
             continue
         value = preisach_step(state, seen[k], params).y
         if k % every == 0:
-            if seen[k] != v[k]:
-                a, b = min(max(seen[k], low), high), min(max(v[k], low), high)
-                value += (b - a) * (params.c1 + params.c2 * (a + b))
             y[k // every] = value
             relays[k // every] = params.sign * state[top + int(state[0])]
     return ReadOut(y, relays)
 
 
-def follow(seen: FloatArray, peaks: FloatArray, v: FloatArray, every: int, params: PreisachParams) -> ReadOut:
+def follow(seen: FloatArray, peaks: FloatArray, every: int, params: PreisachParams) -> ReadOut:
     """`read_path` from the branch that a full cooling leaves."""
-    return read_path(cooled_stack(params.grid), seen, peaks, v, every, params)
+    return read_path(cooled_stack(params.grid), seen, peaks, every, params)

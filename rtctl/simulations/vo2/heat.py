@@ -12,6 +12,7 @@ from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, preisach_step
 from rtctl.kernels import FloatArray, background_kernel, kernel, uncounted
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.mechanism import Balance, Pieces
+from rtctl.simulations.vo2.phases import Phases
 from rtctl.simulations.vo2.relaxation import at, relax, turn
 
 LEAST_CHANGE = 1e-9  # mA^2, below which a step says nothing of a capacity
@@ -63,10 +64,32 @@ def heating_power(current: float, b: Balance) -> float:
 
 
 @kernel
-def steady_temperature(power: float, b: Balance) -> float:
+def balanced(power: float, tcr: float, loss: float) -> float:
     """T with T (1 + loss T) = power (1 + tcr T)."""
-    half = 1.0 - b.tcr * power
-    return 2.0 * power / (half + math.sqrt(half * half + 4.0 * b.loss * power))
+    half = 1.0 - tcr * power
+    return 2.0 * power / (half + math.sqrt(half * half + 4.0 * loss * power))
+
+
+@kernel
+def steady_temperature(power: float, b: Balance) -> float:
+    """T that a constant power [mA^2] holds, but for self-heating."""
+    return balanced(power, b.tcr, b.loss)
+
+
+@kernel
+def temperature_at(v: float, b: Balance) -> float:
+    """T [mA^2] where the identified loops are at v [mA]; the inverse of `surrogate_power` and `loop_current`."""
+    s = max(v - b.zone, 0.0)
+    return balanced(s * s, b.tcr_known, b.loss_known)
+
+
+@background_kernel
+def temperatures(v: FloatArray, b: Balance) -> FloatArray:
+    """`temperature_at` of each instant (n,)."""
+    found = np.empty(v.size)
+    for k in range(v.size):
+        found[k] = temperature_at(v[k], b)
+    return found
 
 
 @kernel
@@ -267,3 +290,12 @@ def heat_balance(
         -math.log(model.resistance.high), balance, model.deflection_preisach.params, model.resistance_preisach.params,
     )  # fmt: skip
     return (power, lagging, peaks) if balance.lag_s != 0.0 else (power, power, power)
+
+
+def phases_of(model: Vo2Model, balance: Balance) -> Phases:
+    """The film's, as it was identified."""
+    return Phases(
+        -math.log(model.resistance.high),
+        -math.log(model.resistance.low),
+        temperature_at(model.current.low, balance),
+    )

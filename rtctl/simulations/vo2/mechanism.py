@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rtctl.border.mechanisms import Mechanism, Parameter, Scales
 from rtctl.models.span import Span
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S
+from rtctl.simulations.vo2.phases import Phases
 
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -27,6 +28,7 @@ TYPICAL_POWER_MA2 = 40.0
 TYPICAL_TIME_S = NOMINAL_TIME_CONSTANT_S
 TYPICAL_CURRENT_MA = 6.0
 TYPICAL_RESISTANCE_OHM = 5e4
+TYPICAL_EXPANSION_UM = 10.0
 
 
 class Commanded(NamedTuple):
@@ -70,8 +72,6 @@ class Balance(NamedTuple):
     self_heating_known: float = 0.0
     lag_s: float = 0.0
     """Of the relays behind the temperature."""
-    lagging: float = 0.0
-    """Share of what is reversible in the resistance that lags as well."""
     sharpness: float = 0.0
     """mA^4, of a capacity that grows with the square of the phase's change with temperature."""
     film_heat: float = 0.0
@@ -123,6 +123,12 @@ class Read(NamedTuple):
     """From one instant to the next, the pattern of one sample period."""
     span: Span
     """Of the current at identification [mA]."""
+    temperature: FloatArray
+    """Of the film (instants,), in mA^2 of a linear loss."""
+    relays_temperature: FloatArray
+    """And what the relays see of it."""
+    phases: Phases
+    """Of the film, all of whose changes with temperature are late where the relays are."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,3 +180,21 @@ def known(**more: Any) -> Parameter:
         "known", "dimensionless", "share of its steady effect that the identified loops hold already", 1.0,
         default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0), **more,
     )  # fmt: skip
+
+
+PURE_PHASES = (
+    shape(
+        "activation", "1/mA^2", "by which the semiconductor, not yet switched, conducts better at once",
+        1.0 / TYPICAL_POWER_MA2, default=0.0, low=0.0, high=10.0 / TYPICAL_POWER_MA2, shape_range=(0.0, 10.0),
+    ),
+    shape(
+        "expansion", "um/mA^2", "by which the beam bends back at once", TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
+        default=0.0, low=-10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
+        high=10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, shape_range=(-10.0, 10.0),
+    ),
+    shape(
+        "mixing", "dimensionless", "exponent of the film's mixture, 0 a logarithmic one", 1.0, default=0.0, low=-1.0,
+        high=1.0, shape_range=(-1.0, 1.0),
+    ),
+)  # fmt: skip
+"""Shapes of a mechanism by which the transition is late: see `rtctl.simulations.vo2.phases`."""

@@ -14,7 +14,7 @@ from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.current import pieces_of
 from rtctl.simulations.vo2.film import ReadOut, follow
-from rtctl.simulations.vo2.heat import heat_balance
+from rtctl.simulations.vo2.heat import heat_balance, phases_of, temperatures
 from rtctl.simulations.vo2.mechanism import Balance, Commanded, Pieces, Read, Values, Vo2Mechanism, Warm
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 from rtctl.simulations.vo2.nominal import corrected, middle, middle_reading
@@ -34,14 +34,13 @@ class Visited(NamedTuple):
     """What the relays see of them."""
     peaks: FloatArray
     """Where that turned since the instant before; its own value where it did not."""
-    reversible: FloatArray
-    """What the rest of the resistance sees."""
     warm: Warm
     pieces: Pieces
     substeps: int
     steps_s: FloatArray
     between: bool
     """Whether readings are needed between samples."""
+    balance: Balance
 
 
 class LoopPath(NamedTuple):
@@ -137,16 +136,19 @@ class Vo2Simulation:
         """The loops along temperatures."""
         every = 1 if seen.between else len(seen.steps_s)
         before = _just_before(seen.pieces, seen.substeps)
-        film: ReadOut = follow(
-            seen.relays, seen.peaks, seen.reversible, every, self.model.resistance_preisach.params
-        )
-        beam: ReadOut = follow(seen.relays, seen.peaks, seen.v, every, self.model.deflection_preisach.params)
+        model = self.model
+        film: ReadOut = follow(seen.relays, seen.peaks, every, model.resistance_preisach.params)
+        beam: ReadOut = follow(seen.relays, seen.peaks, every, model.deflection_preisach.params)
+        temperature = late = temperatures(np.ascontiguousarray(seen.v[::every]), seen.balance)
+        if seen.relays is not seen.v:
+            late = temperatures(np.ascontiguousarray(seen.relays[::every]), seen.balance)
         return Read(
             reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
             resistance=film.y, surrogate=seen.v[::every], current=before[::every],
             current_after=_just_after(before, seen.pieces, seen.substeps)[::every],
             time_s=seen.warm.time_s[::every],
-            steps_s=seen.steps_s if seen.between else np.array([period_s]), span=self.model.current,
+            steps_s=seen.steps_s if seen.between else np.array([period_s]), span=model.current,
+            temperature=temperature, relays_temperature=late, phases=phases_of(model, seen.balance),
         )  # fmt: skip
 
     def _visited(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Visited:
@@ -158,11 +160,10 @@ class Vo2Simulation:
         warm = self._warm(pieces, substeps, steps_s, active, values)
         v = np.sqrt(np.maximum(warm.power, 0.0))
         seen = peaks = v
-        reversible = v
         if warm.lagging is not warm.power:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
-            reversible = v + self._balance(active, values).lagging * (seen - v)
-        return Visited(v, seen, peaks, reversible, warm, pieces, substeps, steps_s, between)
+        balance = self._balance(active, values)
+        return Visited(v, seen, peaks, warm, pieces, substeps, steps_s, between, balance)
 
     def loop_path(
         self, stimulus: Stimulus, values: FloatArray, steps_per_period: float | None = None

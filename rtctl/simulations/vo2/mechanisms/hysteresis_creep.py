@@ -1,15 +1,25 @@
-"""`hysteresis.creep`: phi + rate sum_j g_j (z_j - phi), t_j z_j' = phi - z_j, phi what the relays make.
+"""`hysteresis.creep`: phi + rate sum_j g_j (z_j - phi), t_j z_j' = phi - z_j, phi the switched share.
 
 After a change of temperature the phase fraction creeps on by `rate` of its change a decade of time, from `onset` until
 `end`. t_j lie a third of a decade apart over that range, weighted so that the sum changes smoothly with both. The sum
-of relaxations at equal logarithmic distances is Kuhnen and Janocha's creep operator of log t type.
+of relaxations at equal logarithmic distances is Kuhnen and Janocha's creep operator of log t type. What the pure phases
+do at once is in `rtctl.simulations.vo2.phases`.
 """
 
 import math
 
 import numpy as np
 
-from rtctl.simulations.vo2.mechanism import FloatArray, Read, Values, Vo2Mechanism, coefficient, shape
+from rtctl.simulations.vo2.mechanism import (
+    PURE_PHASES,
+    FloatArray,
+    Read,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+    shape,
+)
+from rtctl.simulations.vo2.phases import mixed_along, switched_along
 from rtctl.simulations.vo2.relaxation import behind
 
 A_DECADE = 3
@@ -26,16 +36,18 @@ def weights(decades: float) -> list[float]:
 
 
 def creeping(read: Read, p: Values) -> Read:
-    """Both read-outs creep, each with its own relays."""
-    share = np.array(weights(math.log10(max(p["end"] / p["onset"], 1.0))))
-    taus = p["onset"] * 10.0 ** (np.arange(len(share)) / A_DECADE)
+    """Both read-outs creep, each with its own share; the pure phases do not."""
+    weight = np.array(weights(math.log10(max(p["end"] / p["onset"], 1.0))))
+    taus = p["onset"] * 10.0 ** (np.arange(len(weight)) / A_DECADE)
+    film, T = read.phases.of(p), read.temperature
 
-    def missing(relays: FloatArray) -> FloatArray:
-        return p["rate"] * behind(relays, read.steps_s, taus, share)
+    def missing(share: FloatArray) -> FloatArray:
+        return p["rate"] * behind(share, read.steps_s, taus, weight)
 
+    phi = switched_along(read.reading, T, film)
     return read._replace(
-        reading=read.reading + missing(read.resistance_relays),
-        deflection=read.deflection + missing(read.deflection_relays),
+        reading=mixed_along(phi + missing(phi), T, film),
+        deflection=read.deflection + missing(read.deflection + p["expansion"] * T),
     )
 
 
@@ -49,6 +61,8 @@ MECHANISM = Vo2Mechanism(
               shape_range=(0.03, 100.0)),
         shape("end", "s", "of the creep", 1.0, default=10.0, searched=True, low=1e-5, high=1e4,
               shape_range=(0.03, 10.0)),
+        *PURE_PHASES,
     ),
     film=creeping,
+    stage=2,
 )  # fmt: skip

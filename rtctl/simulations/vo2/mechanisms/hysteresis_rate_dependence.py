@@ -1,15 +1,33 @@
-"""`hysteresis.rate_dependence`: the relays follow w with time_constant w' = s - w, what is reversible follows s.
+"""`hysteresis.rate_dependence`: the switched share phi follows w with time_constant w' = s - w, pure phases follow s.
 
-In a film's resistance it does so in part only: loops that were identified as relays and a parabola do not part the
-reversible part of the transition, which lags, from that of the pure phases, which does not.
+Loops that were identified by temperature alone do not part the two, so fast records tell `activation`, `expansion` and
+`mixing`; with all at 0 everything lags. See `rtctl.simulations.vo2.phases`.
 """
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Balance, Values, Vo2Mechanism, coefficient, shape
+from rtctl.simulations.vo2.mechanism import (
+    PURE_PHASES,
+    TYPICAL_TIME_S,
+    Balance,
+    Read,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+)
+from rtctl.simulations.vo2.phases import mixed_along, switched_along
 
 
 def behind(balance: Balance, p: Values) -> Balance:
     """A transition that lags temperature."""
-    return balance._replace(lag_s=p["time_constant"], lagging=p["reversible"])
+    return balance._replace(lag_s=p["time_constant"])
+
+
+def at_once(read: Read, p: Values) -> Read:
+    """What the pure phases do meanwhile."""
+    film, ahead = read.phases.of(p), read.temperature - read.relays_temperature
+    phi = switched_along(read.reading, read.relays_temperature, film)
+    return read._replace(
+        reading=mixed_along(phi, read.temperature, film), deflection=read.deflection - p["expansion"] * ahead
+    )
 
 
 MECHANISM = Vo2Mechanism(
@@ -19,10 +37,9 @@ MECHANISM = Vo2Mechanism(
         coefficient(
             "time_constant", "s", "of the transition behind temperature", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0
         ),
-        shape(
-            "reversible", "dimensionless", "share of what is reversible in the resistance that lags as well", 1.0,
-            default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0),
-        ),
+        *PURE_PHASES,
     ),
     balance=behind,
+    film=at_once,
+    stage=1,
 )  # fmt: skip

@@ -1,0 +1,88 @@
+"""Semiconductor and metal of a film that has changed phase in part, and the beam that both bend.
+
+Identified loops give y = -ln R and the deflection by temperature alone. Where the transition lags or creeps, only the
+switched share phi does: the pure phases follow temperature at once. By Lichtenecker's mixing
+
+    exp(n y) = (1 - phi) exp(n y_s(T)) + phi exp(n y_m),  y_s = y_0 + activation (T - T_0),
+
+n = 0 the logarithmic one; y_0 and y_m are the readings of the highest and the lowest resistance that were identified,
+T_0 is held by the lowest current. The beam bends by -expansion T where nothing switches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.kernels import FloatArray, background_kernel, kernel
+
+LEAST_CONTRAST = 0.2
+"""Of that of the cold film: a semiconductor comes no nearer to its metal."""
+LOGARITHMIC = 1e-6
+"""An exponent below it is none."""
+LEAST = -0.99
+"""Of a logarithm of 1 + x."""
+
+
+class Phases(NamedTuple):
+    """Of the film; T in mA^2 of a linear loss."""
+
+    cold: float
+    """-ln R at `coldest`."""
+    metal: float
+    """-ln R"""
+    coldest: float
+    """mA^2"""
+    activation: float = 0.0
+    """1/mA^2"""
+    mixing: float = 0.0
+
+    def of(self, p: Mapping[str, float]) -> Phases:
+        """With a mechanism's own shapes."""
+        return self._replace(activation=p["activation"], mixing=p["mixing"])
+
+
+@kernel
+def semiconductor(T: float, film: Phases) -> float:
+    """-ln R of the film without any metal."""
+    most = film.metal - LEAST_CONTRAST * (film.metal - film.cold)
+    return min(film.cold + film.activation * (T - film.coldest), most)
+
+
+@kernel
+def switched(reading: float, T: float, film: Phases) -> float:
+    """phi at -ln R and T."""
+    pure = semiconductor(T, film)
+    if abs(film.mixing) < LOGARITHMIC:
+        return (reading - pure) / (film.metal - pure)
+    return math.expm1(film.mixing * (reading - pure)) / math.expm1(film.mixing * (film.metal - pure))
+
+
+@kernel
+def mixed(phi: float, T: float, film: Phases) -> float:
+    """-ln R at phi and T."""
+    pure = semiconductor(T, film)
+    if abs(film.mixing) < LOGARITHMIC:
+        return pure + phi * (film.metal - pure)
+    return pure + math.log1p(max(phi * math.expm1(film.mixing * (film.metal - pure)), LEAST)) / film.mixing
+
+
+@background_kernel
+def switched_along(reading: FloatArray, T: FloatArray, film: Phases) -> FloatArray:
+    """`switched` of each instant (n,)."""
+    found = np.empty(reading.size)
+    for k in range(reading.size):
+        found[k] = switched(reading[k], T[k], film)
+    return found
+
+
+@background_kernel
+def mixed_along(phi: FloatArray, T: FloatArray, film: Phases) -> FloatArray:
+    """`mixed` of each instant (n,)."""
+    found = np.empty(phi.size)
+    for k in range(phi.size):
+        found[k] = mixed(phi[k], T[k], film)
+    return found
