@@ -86,6 +86,8 @@ class Mechanism:
     of_identification: bool = False
     """Corrects what identification made of records in which other effects acted too: beside those, a small one is the
     identification's own error."""
+    slow: bool = False
+    """Grows with the time since a record began, whose first part says little of it."""
 
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):

@@ -109,7 +109,8 @@ def _to_the_end(
     field = _sorted(leaders.values())
     last = _in_reach(field, LAST)
     if glance is not data:  # costs of few samples and of all cannot be compared
-        return _sorted(one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None)
+        finished = [one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None]
+        return _sorted([*finished, *_slow_ones(data, runners, finished)])
     gone = [one if budget.spent else _to_its_end(data, one) for one in last]
     for _ in range(FURTHER_LAPS):
         least = min((one.cost for one in gone), default=0.0)
@@ -156,6 +157,26 @@ def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
     end = _to_its_end(data.glance, one)
     return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
+
+
+def _slow_ones(data: Data, runners: Sequence[Runner], finished: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """What a glance at the records' beginnings does not show: the best parent's set with each slow mechanism, fitted to
+    all samples, to its end where it is near the best.
+    """
+    slow: list[tuple[str, Runner]] = []
+    for runner in runners:
+        added = [one for one in runner.simulation.mechanisms if one.id not in runner.parent.mechanisms]
+        if len(added) == 1 and added[0].slow:
+            slow.append((added[0].id, runner))
+    least = min((runner.parent.cost for _, runner in slow), default=0.0)
+    first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
+    begun = [one for one in (_no_worse(data, each, least) for each in first.values()) if one is not None]
+    least = min((one.cost for one in (*finished, *begun)), default=0.0)
+    near = [one.cost < IN_CONTENTION * least for one in begun]
+    return [
+        _better(one, polished(data, one, SECOND_LAP)) if on else one
+        for one, on in zip(begun, near, strict=True)
+    ]
 
 
 def _in_contention(one: Hypothesis, least: float) -> bool:

@@ -36,6 +36,8 @@ from rtctl.simulations.vo2.relaxation import relax, turn
 STATES = 12
 NO_SHARPNESS = 0.0
 """The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
+NO_DRIFT = 0.0
+"""That of the room is heat beside the current's here."""
 S, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
 
 
@@ -125,7 +127,7 @@ def path_step(
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     lag_s = p.balance.lag_s
     for k in range(count):
-        step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)
+        step = advance(step, powers, NO_DRIFT, h, beam, film, p.cold, p.balance, d, r)
         before, middle, s = x[S], surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
         peak = turn(x[SEEN], before, middle, s, h, lag_s)
         seen = relax(x[SEEN], before, middle, s, h, lag_s)
@@ -136,7 +138,7 @@ def path_step(
         v, w = loop_current(s, p.balance), loop_current(seen, p.balance)
         reading, bent = preisach_step(film, w, r).y, preisach_step(beam, w, d).y
         if lag_s > 0.0:
-            T, late = temperature_at(v, p.balance), temperature_at(w, p.balance)
+            T, late = temperature_at(v * v, p.balance), temperature_at(w * w, p.balance)
             reading = mixed(switched(reading, late, p.phases), T, p.phases)
             bent -= p.expansion * (T - late)
         ohm = sensed_film(reading, v, current, time_s + (k + 1) * h, p)
@@ -161,7 +163,7 @@ def reached(
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     s, seen = float(x[S]), float(x[SEEN])
     for _ in range(count):
-        step = advance(step, powers, h, beam, film, p.cold, p.balance, d, r)
+        step = advance(step, powers, NO_DRIFT, h, beam, film, p.cold, p.balance, d, r)
         before, middle, s = s, surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
         seen = relax(seen, before, middle, s, h, p.balance.lag_s)
     return seen

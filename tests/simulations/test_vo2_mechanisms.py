@@ -100,6 +100,27 @@ def test_other_heat_is_seen_by_the_loops_beside_a_current_that_does_not_heat(ide
     check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(alone[0]), 0.02)
 
 
+@pytest.mark.parametrize(
+    ("identity", "values", "oracle"),
+    [
+        ("thermal__nonlinear_loss", {"loss": 0.02}, {"loss": 0.02}),
+        ("heater__tcr", {"tcr": 0.006}, {"tcr": 0.006}),
+        ("sensor__self_heating", {"heat": 8.0}, {"own": 8.0}),
+        ("sensor__self_heating", {"heat": 8.0, "known": 0.0}, {"own": 8.0, "known": 0.0}),
+        ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
+        ("hysteresis__rate_dependence", {"time_constant": 0.7e-3} | PURE, {"lag_s": 0.7e-3} | PURE),
+    ],
+)
+def test_the_room_drifts_beside_what_depends_on_temperature(identity, values, oracle):
+    beside = {identity: values}
+    alone = predict(simulation(**beside), stimulus(CURRENT))
+    made = simulation(**beside, thermal__ambient_drift={"rate": 60.0})
+    resistance, deflection = predict(made, stimulus(CURRENT))
+    expected = dense(CURRENT, drift=60.0, **oracle)
+    check_sampled(deflection, expected.deflection[::STEPS], alone[1], 0.02)
+    check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(alone[0]), 0.02)
+
+
 def test_the_order_in_which_a_file_has_two_mechanisms_says_nothing():
     along, sizes = stimulus(CURRENT), {}
     for names in permutations(MECHANISMS, 2):

@@ -97,13 +97,14 @@ def dense(
     before, phase_before, capacity = T, 0.0, 1.0
     slow = np.exp(-dt / slow_s)
     for k in range(len(held) + 1):
-        s = T * (1 + known * loss * T) / (1 + known * tcr * T)
+        warm = T + drift * k * dt
+        s = warm * (1 + known * loss * warm) / (1 + known * tcr * warm)
         lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
-        v, seen = zone + np.sqrt(s + drift * k * dt), zone + np.sqrt(lagged + drift * k * dt)
+        v, seen = zone + np.sqrt(s), zone + np.sqrt(lagged)
         film.at(seen)
         beam.at(seen)
-        ahead = T - temperature(lagged)
-        reading = of_the_mixture(film.y, T - ahead, T)
+        ahead = warm - temperature(lagged)
+        reading = of_the_mixture(film.y, warm - ahead, warm)
         rows.append((reading, beam.y - expansion * ahead, v, film.relays, beam.relays))
         if k == len(held):
             break

@@ -77,18 +77,19 @@ def steady_temperature(power: float, b: Balance) -> float:
 
 
 @kernel
-def temperature_at(v: float, b: Balance) -> float:
-    """T [mA^2] where the identified loops are at v [mA]; the inverse of `surrogate_power` and `loop_current`."""
-    s = max(v - b.zone, 0.0)
-    return balanced(s * s, b.tcr_known, b.loss_known)
+def temperature_at(power: float, b: Balance) -> float:
+    """T [mA^2] where the identified loops are at the square of a current [mA^2]; below 0 in a room that cools."""
+    beyond = math.sqrt(max(power, 0.0)) - b.zone
+    s = beyond * beyond if beyond > 0.0 else power - b.zone * b.zone
+    return balanced(s, b.tcr_known, b.loss_known)
 
 
 @background_kernel
-def temperatures(v: FloatArray, b: Balance) -> FloatArray:
+def temperatures(power: FloatArray, b: Balance) -> FloatArray:
     """`temperature_at` of each instant (n,)."""
-    found = np.empty(v.size)
-    for k in range(v.size):
-        found[k] = temperature_at(v[k], b)
+    found = np.empty(power.size)
+    for k in range(power.size):
+        found[k] = temperature_at(power[k], b)
     return found
 
 
@@ -153,11 +154,13 @@ def stores(b: Balance) -> bool:
 
 
 @kernel
-def extra_heat(T: float, power: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
-    """What heats and cools beyond power - T [mA^2]."""
+def extra_heat(
+    T: float, power: float, drift: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams
+) -> float:
+    """What heats and cools beyond power - T [mA^2], of a film at T + drift."""
     extra = (b.tcr * power - b.loss * T) * T
     if b.self_heating != b.self_heating_known:
-        v = loop_current(surrogate_power(T, b), b)
+        v = loop_current(surrogate_power(T + drift, b), b)
         extra += (b.self_heating - b.self_heating_known) * resistance_share(film, v, cold, r)
     return extra
 
@@ -186,7 +189,7 @@ def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r
     for _ in range(BISECTIONS):
         T = 0.5 * (low + high)
         settle_film(film, T, b, r)
-        if power + extra_heat(T, power, film, cold, b, r) > T:
+        if power + extra_heat(T, power, 0.0, film, cold, b, r) > T:
             low = T
         else:
             high = T
@@ -196,12 +199,12 @@ def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r
 
 @kernel
 def advance(
-    step: Step, power: Powers, h: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance,
+    step: Step, power: Powers, drift: float, h: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> Step:  # fmt: skip
-    """One substep of h [s]; moves no relays."""
+    """One substep of h [s] in a room that is warmer by `drift` [mA^2], as is the film then; moves no relays."""
     p0, pq, pm, p1 = power
-    e = extra_heat(step.T, p0, film, cold, b, r)
+    e = extra_heat(step.T, p0, drift, film, cold, b, r)
     base = b.time_constant_s * (1.0 + b.cooling if pm + e < step.T else 1.0)
     kept, tau, slow = 1.0 - b.share, base * step.capacity, b.second_time_constant_s
     half = step.T
@@ -209,7 +212,7 @@ def advance(
         half = kept * relax(step.main, p0 + e, pq + e, pm + e, 0.5 * h, tau)
         if b.share != 0.0:
             half += b.share * relax(step.second, p0 + e, pq + e, pm + e, 0.5 * h, slow)
-        e = extra_heat(half, pm, film, cold, b, r)
+        e = extra_heat(half, pm, drift, film, cold, b, r)
     main, second = relax(step.main, p0 + e, pm + e, p1 + e, h, tau), step.second
     if b.share != 0.0:
         second = relax(step.second, p0 + e, pm + e, p1 + e, h, slow)
@@ -217,8 +220,8 @@ def advance(
     if not stores(b):
         return Step(main, second, T, half, step.capacity, step.stored, step.phase)
     capacity = step.capacity
-    phase = phase_at(T, beam, b, d)
-    heat = stored(T, phase, film, cold, b, r)
+    phase = phase_at(T + drift, beam, b, d)
+    heat = stored(T + drift, phase, film, cold, b, r)
     for _ in range(ITERATIONS):
         before, change = capacity, main - step.main
         if abs(change) > LEAST_CHANGE:
@@ -228,8 +231,8 @@ def advance(
             break
         main = relax(step.main, p0 + e, pm + e, p1 + e, h, base * capacity)
         T = kept * main + b.share * second
-        phase = phase_at(T, beam, b, d)
-        heat = stored(T, phase, film, cold, b, r)
+        phase = phase_at(T + drift, beam, b, d)
+        heat = stored(T + drift, phase, film, cold, b, r)
     return Step(main, second, T, half, capacity, heat, phase)
 
 
@@ -258,6 +261,7 @@ def balance_pieces(
     power = np.empty(size)
     lagging, peaks = (np.empty(size), np.empty(size)) if b.lag_s != 0.0 else (power, power)
     power[0] = lagging[0] = peaks[0] = s
+    drift = 0.0
     for k in range(1, size):
         row, x, dx = (k - 1) // substeps, ((k - 1) % substeps) / substeps, 1.0 / substeps
         h = durations[row % durations.size] / substeps
@@ -265,8 +269,9 @@ def balance_pieces(
             at(nodes, row, x) ** 2, at(nodes, row, x + 0.25 * dx) ** 2,
             at(nodes, row, x + 0.5 * dx) ** 2, at(nodes, row, x + dx) ** 2,
         )  # fmt: skip
-        step = advance(step, heater, h, beam, film, cold, b, d, r)
-        before, s = s, surrogate_power(step.T, b)
+        drift += b.drift * h
+        step = advance(step, heater, drift, h, beam, film, cold, b, d, r)
+        before, s = s, surrogate_power(step.T + drift, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, loop_current(s, b), d)
         if b.self_heating != 0.0 or b.film_heat != 0.0:
@@ -274,7 +279,7 @@ def balance_pieces(
         power[k] = s
         if b.lag_s == 0.0:
             continue
-        middle = surrogate_power(step.half, b)
+        middle = surrogate_power(step.half + drift - 0.5 * b.drift * h, b)
         peak = turn(lagged, before, middle, s, h, b.lag_s)
         lagged = relax(lagged, before, middle, s, h, b.lag_s)
         lagging[k], peaks[k] = lagged, lagged if math.isnan(peak) else peak
@@ -297,5 +302,6 @@ def phases_of(model: Vo2Model, balance: Balance) -> Phases:
     return Phases(
         -math.log(model.resistance.high),
         -math.log(model.resistance.low),
-        temperature_at(model.current.low, balance),
+        temperature_at(model.current.low**2, balance),
+        temperature_at(model.current.high**2, balance),
     )

@@ -80,11 +80,13 @@ class Balance(NamedTuple):
     """By what part cooling takes longer than heating."""
     zone: float = 0.0
     """mA of the current that does not heat: the identified loops go over all of it."""
+    drift: float = 0.0
+    """mA^2/s, of the room from a record's start: the film is warmer by so much than its heat makes it."""
 
     @property
     def is_plain(self) -> bool:
         """Whether the nominal solution, exact for held currents, is enough."""
-        return self == Balance(self.time_constant_s, zone=self.zone)
+        return self == Balance(self.time_constant_s, zone=self.zone, drift=self.drift)
 
 
 class Warm(NamedTuple):
@@ -182,19 +184,18 @@ def known(**more: Any) -> Parameter:
     )  # fmt: skip
 
 
-PURE_PHASES = (
-    shape(
-        "activation", "1/mA^2", "by which the semiconductor, not yet switched, conducts better at once",
-        1.0 / TYPICAL_POWER_MA2, default=0.0, low=0.0, high=10.0 / TYPICAL_POWER_MA2, shape_range=(0.0, 10.0),
-    ),
-    shape(
-        "expansion", "um/mA^2", "by which the beam bends back at once", TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
-        default=0.0, low=-10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
-        high=10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, shape_range=(-10.0, 10.0),
-    ),
-    shape(
-        "mixing", "dimensionless", "exponent of the film's mixture, 0 a logarithmic one", 1.0, default=0.0, low=-1.0,
-        high=1.0, shape_range=(-1.0, 1.0),
-    ),
+ACTIVATION = shape(
+    "activation", "1/mA^2", "by which the semiconductor, not switched, conducts better with temperature",
+    1.0 / TYPICAL_POWER_MA2, default=0.0, low=0.0, high=10.0 / TYPICAL_POWER_MA2, shape_range=(0.0, 10.0),
 )  # fmt: skip
+EXPANSION = shape(
+    "expansion", "um/mA^2", "by which the beam, not switched, bends back with temperature",
+    TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, default=0.0, low=-10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
+    high=10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, shape_range=(-10.0, 10.0),
+)  # fmt: skip
+MIXING = shape(
+    "mixing", "dimensionless", "exponent of the film's mixture, 0 a logarithmic one", 1.0, default=0.0, low=-1.0,
+    high=1.0, shape_range=(-1.0, 1.0),
+)  # fmt: skip
+PURE_PHASES = (ACTIVATION, EXPANSION, MIXING)
 """Shapes of a mechanism by which the transition is late: see `rtctl.simulations.vo2.phases`."""

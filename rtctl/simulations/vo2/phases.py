@@ -36,6 +36,8 @@ class Phases(NamedTuple):
     """-ln R"""
     coldest: float
     """mA^2"""
+    hottest: float
+    """mA^2, that was identified; above it, and below `coldest`, nothing switches."""
     activation: float = 0.0
     """1/mA^2"""
     mixing: float = 0.0

@@ -139,14 +139,15 @@ class Vo2Simulation:
         model = self.model
         film: ReadOut = follow(seen.relays, seen.peaks, every, model.resistance_preisach.params)
         beam: ReadOut = follow(seen.relays, seen.peaks, every, model.deflection_preisach.params)
-        temperature = late = temperatures(np.ascontiguousarray(seen.v[::every]), seen.balance)
-        if seen.relays is not seen.v:
-            late = temperatures(np.ascontiguousarray(seen.relays[::every]), seen.balance)
+        warm = seen.warm
+        temperature = late = temperatures(np.ascontiguousarray(warm.power[::every]), seen.balance)
+        if warm.lagging is not warm.power:
+            late = temperatures(np.ascontiguousarray(warm.lagging[::every]), seen.balance)
         return Read(
             reading=film.y, deflection=beam.y, resistance_relays=film.relays, deflection_relays=beam.relays,
             resistance=film.y, surrogate=seen.v[::every], current=before[::every],
             current_after=_just_after(before, seen.pieces, seen.substeps)[::every],
-            time_s=seen.warm.time_s[::every],
+            time_s=warm.time_s[::every],
             steps_s=seen.steps_s if seen.between else np.array([period_s]), span=model.current,
             temperature=temperature, relays_temperature=late, phases=phases_of(model, seen.balance),
         )  # fmt: skip
@@ -208,13 +209,14 @@ class Vo2Simulation:
         balance = self._balance(active, values)
         if balance.is_plain:
             power = heat_pieces(pieces.nodes, pieces.durations_s, substeps, balance.time_constant_s)
-            lagging = peaks = power
         else:
             power, lagging, peaks = heat_balance(pieces, substeps, balance, self.model)
         within = np.concatenate(([0.0], np.cumsum(steps_s)[:-1]))
         periods = (len(power) - 1) // len(steps_s)
         starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)
         time_s = (starts[:, None] + within).reshape(-1)[: len(power)]
+        if balance.is_plain:
+            lagging = peaks = power = power + balance.drift * time_s
         warm = Warm(power, lagging, peaks, np.asarray(time_s, np.float64))
         for mechanism in active:
             if mechanism.warm is not None:

@@ -55,7 +55,7 @@ def as_current(warm: Warm, p: Values) -> Warm:
 
     def held(power: FloatArray) -> FloatArray:
         current: FloatArray = np.sqrt(np.maximum(power, 0.0)) + p["zone"]
-        return current**2
+        return current**2 + np.minimum(power, 0.0)
 
     if p["zone"] == 0.0:
         return warm

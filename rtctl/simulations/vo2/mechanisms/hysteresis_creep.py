@@ -65,4 +65,5 @@ MECHANISM = Vo2Mechanism(
     ),
     film=creeping,
     stage=2,
+    slow=True,
 )  # fmt: skip

@@ -26,4 +26,5 @@ MECHANISM = Vo2Mechanism(
     ),
     instrument=ageing,
     stage=1,
+    slow=True,
 )

@@ -1,15 +1,36 @@
-"""`thermal.ambient_drift`: the surrogate's power is i^2 + rate t, t since the record's first sample."""
+"""`thermal.ambient_drift`: the film is at T + rate t, t since the record's first sample, T by its heat alone.
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_POWER_MA2, Values, Vo2Mechanism, Warm, coefficient
+A room that cools takes it below all that was identified, one that warms above. Nothing switches there: the
+semiconductor conducts less by `activation`, the beam bends by -`expansion`.
+"""
+
+import numpy as np
+
+from rtctl.simulations.vo2.mechanism import (
+    ACTIVATION,
+    EXPANSION,
+    TYPICAL_POWER_MA2,
+    Balance,
+    Read,
+    Values,
+    Vo2Mechanism,
+    coefficient,
+)
 
 
-def drifting(warm: Warm, p: Values) -> Warm:
-    """The ambient warms or cools; relays that lag see it at once, as it is slow."""
-    drift = p["rate"] * warm.time_s
-    power = warm.power + drift
-    if warm.lagging is warm.power:
-        return warm._replace(power=power, lagging=power, peaks=power)
-    return warm._replace(power=power, lagging=warm.lagging + drift, peaks=warm.peaks + drift)
+def drifting(balance: Balance, p: Values) -> Balance:
+    """The ambient warms or cools."""
+    return balance._replace(drift=p["rate"])
+
+
+def beyond_the_loops(read: Read, p: Values) -> Read:
+    """Below and above what was identified."""
+    below = np.minimum(read.temperature - read.phases.coldest, 0.0)
+    above = np.maximum(read.temperature - read.phases.hottest, 0.0)
+    return read._replace(
+        reading=read.reading + p["activation"] * below,
+        deflection=read.deflection - p["expansion"] * (below + above),
+    )
 
 
 MECHANISM = Vo2Mechanism(
@@ -20,6 +41,10 @@ MECHANISM = Vo2Mechanism(
             "rate", "mA^2/s", "of the surrogate's power, from each record's start",
             lambda s: 0.1 * TYPICAL_POWER_MA2 / s.duration,
         ),
+        ACTIVATION,
+        EXPANSION,
     ),
-    warm=drifting,
+    balance=drifting,
+    film=beyond_the_loops,
+    slow=True,
 )  # fmt: skip
