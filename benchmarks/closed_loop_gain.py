@@ -57,6 +57,10 @@ CASES = (
         hidden='sensor_lag = "4 ms"', tells="resistance reading lags by 4 ms",
     ),
     Case(
+        name="vo2-rate-dependence", plant="vo2", scenario="multisine_1_10hz",
+        hidden='domain_lag = "4 ms"', tells="transition lags the temperature by 4 ms",
+    ),
+    Case(
         name="me-delay", plant="me", scenario="me_amplitude",
         hidden='id = "drive.delay"\nparameters = { delay = { value = 20.0, unit = "us" } }',
         tells="current acts 20 us late",

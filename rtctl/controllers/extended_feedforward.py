@@ -18,6 +18,8 @@ MOST_PERIODS = 8
 SECANTS = 3
 APART_MA2 = 1.0
 """Between the two powers from which a secant starts."""
+NO_HEAT = 0.0
+"""mA^2 beside the current's."""
 
 
 class ExtendedFeedforward:
@@ -49,21 +51,20 @@ class ExtendedFeedforward:
         """The command [mA] for the next period; `upcoming` [um] is the setpoint `preview_s` beyond its end."""
         target = self._dynamics.deflection.back(upcoming)
         wanted = walk_to(self._path.beam, target, self._path.seen, self._inverse, self._deflection)
-        drifted = self._dynamics.drift * self._time_s
-        power = self._power_to(self._path.power_of(wanted), self._periods * elapsed_s) - drifted
+        power = self._power_to(self._path.power_of(wanted), self._periods * elapsed_s)
         current = min(max(self._path.current_of(power), self._inverse.low), self._inverse.high)
         command = min(max(self._dynamics.current.back(current), self._command.low), self._command.high)
         for heating, duration_s in self._drive.pieces(command, elapsed_s):
-            self._path.step(heating, drifted, self._time_s, duration_s)
+            self._path.step(heating, NO_HEAT, self._time_s, duration_s)
         self._time_s += elapsed_s
         return command
 
     def _power_to(self, seen: float, duration_s: float) -> float:
         """The constant power [mA^2] that brings what the relays see to `seen` [mA^2] within `duration_s`."""
         first, second = seen, seen + APART_MA2
-        reached = self._path.reached(first, duration_s)
+        reached = self._path.reached(first, self._time_s, duration_s)
         for _ in range(SECANTS):
-            there = self._path.reached(second, duration_s)
+            there = self._path.reached(second, self._time_s, duration_s)
             if there == reached:
                 break
             following = second + (seen - there) * (second - first) / (there - reached)

@@ -42,7 +42,6 @@ class ExtendedObserver:
         self._params = observer_params(model)
         self._deflection = model.deflection_preisach.params
         self._fit_error = model.deflection_error
-        self._drift = dynamics.drift
         self._drive = Drive(dynamics)
         params = path_params(model, dynamics)
         self._path, self._probe = ThermalPath(model, params), ThermalPath(model, params)
@@ -65,9 +64,8 @@ class ExtendedObserver:
         p, x, before = self._params, self._filter, self._path.v
         heat = believed(float(x[2]), p.heat_faked)
         for current, duration_s in self._drive.pieces(float(levels[0]), elapsed_s):
-            drifted = heat + self._drift * (self._time_s + 0.5 * duration_s)
-            self._path.step(current, drifted, self._time_s, duration_s)
-            self._probe.step(current, drifted + PROBE_MA2, self._time_s, duration_s)
+            self._path.step(current, heat, self._time_s, duration_s)
+            self._probe.step(current, heat + PROBE_MA2, self._time_s, duration_s)
             self._time_s += duration_s
         v = self._path.v
         propagate(x, abs(v - before), elapsed_s, p)

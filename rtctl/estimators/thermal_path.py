@@ -36,8 +36,6 @@ from rtctl.simulations.vo2.relaxation import relax, turn
 STATES = 12
 NO_SHARPNESS = 0.0
 """The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
-NO_DRIFT = 0.0
-"""That of the room is heat beside the current's here."""
 S, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
 
 
@@ -127,8 +125,10 @@ def path_step(
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     lag_s = p.balance.lag_s
     for k in range(count):
-        step = advance(step, powers, NO_DRIFT, h, beam, film, p.cold, p.balance, d, r)
-        before, middle, s = x[S], surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
+        drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
+        step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
+        before, s = x[S], surrogate_power(step.T + drift, p.balance)
+        middle = surrogate_power(step.half + drift - rise, p.balance)
         peak = turn(x[SEEN], before, middle, s, h, lag_s)
         seen = relax(x[SEEN], before, middle, s, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
@@ -153,18 +153,20 @@ def path_step(
 
 @kernel
 def reached(
-    x: FloatArray, film: FloatArray, beam: FloatArray, power: float, duration_s: float, p: PathParams,
+    x: FloatArray, film: FloatArray, beam: FloatArray, power: float, time_s: float, duration_s: float, p: PathParams,
     r: PreisachParams, d: PreisachParams,
 ) -> float:  # fmt: skip
-    """What the relays would see [mA^2] at the end of `duration_s` of a constant power; moves nothing."""
+    """What the relays would see [mA^2] at the end of `duration_s` from `time_s` on, at a constant power; moves nothing."""
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
     powers = Powers(power, power, power, power)
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
     s, seen = float(x[S]), float(x[SEEN])
-    for _ in range(count):
-        step = advance(step, powers, NO_DRIFT, h, beam, film, p.cold, p.balance, d, r)
-        before, middle, s = s, surrogate_power(step.half, p.balance), surrogate_power(step.T, p.balance)
+    for k in range(count):
+        drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
+        step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
+        before, s = s, surrogate_power(step.T + drift, p.balance)
+        middle = surrogate_power(step.half + drift - rise, p.balance)
         seen = relax(seen, before, middle, s, h, p.balance.lag_s)
     return seen
 
@@ -197,9 +199,9 @@ class ThermalPath:
         """The heating current [mA] of a power [mA^2]."""
         return float(loop_current(power, self.params.balance))
 
-    def reached(self, power: float, duration_s: float) -> float:
+    def reached(self, power: float, time_s: float, duration_s: float) -> float:
         """See the kernel."""
-        return reached(self.x, self.film, self.beam, power, duration_s, self.params, self._r, self._d)
+        return reached(self.x, self.film, self.beam, power, time_s, duration_s, self.params, self._r, self._d)
 
     @property
     def v(self) -> float:

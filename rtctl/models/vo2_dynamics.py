@@ -23,7 +23,6 @@ LEFT_OUT = {
 }
 """Mechanisms without a place in the loop, and why."""
 NOT_TRUSTED = {
-    "hysteresis.rate_dependence": "in the observer only: identified loops do not part what lags from what does not",
     "structure.resonance": "in the observer only: the margins that it asks for cost more than the swing",
 }
 """Mechanisms with which tuning and feedforward made the loop track worse than without, and why."""
@@ -64,8 +63,6 @@ class Vo2Dynamics:
     delay_s: float = 0.0
     deadband_mA: float = 0.0
     behind: float = 1.0
-    drift: float = 0.0
-    """mA^2/s"""
     ageing: float = 0.0
     """1/s"""
     ageing_bend: float = 0.0
@@ -130,7 +127,6 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         delay_s=of("actuation.delay", "delay"),
         deadband_mA=of("actuation.deadband", "width"),
         behind=of("actuation.deadband", "behind", 1.0),
-        drift=of("thermal.ambient_drift", "rate"),
         ageing=of("sensor.ageing", "rate"),
         ageing_bend=of("sensor.ageing", "bend"),
         leak=of("sensor.crosstalk", "leak"),

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
+from vo2_model_cases import PERIOD_S as VO2_PERIOD_S
+from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.approach import fitted_nominal
@@ -19,9 +21,12 @@ from rtctl.diagnosis.race import PROMISING, Runner, _in_contention, _promising, 
 from rtctl.diagnosis.runners import runners_of
 from rtctl.diagnosis.search import _second_chance, _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
+
+DRIFT = "thermal.ambient_drift"
 
 
 @pytest.fixture(scope="module")
@@ -187,3 +192,35 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
+
+
+def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
+    """A room that warms by 2 % of the heat within a record, beside a heater that is far from the model's."""
+    true = simulation(heater__tcr={"tcr": 0.012}, thermal__ambient_drift={"rate": 0.03})
+    draw, records = np.random.default_rng(1), []
+    for seed in range(2):
+        along = Stimulus(
+            inputs={"current": telegraph(30_000, seed)}, holds={"current": "zero"}, period_s=VO2_PERIOD_S
+        )
+        resistance, deflection = predict(true, along)
+        readings = {
+            LOG_RESISTANCE: np.log(resistance) + 0.002 * draw.normal(size=along.samples),
+            "deflection": deflection + 0.05 * draw.normal(size=along.samples),
+        }
+        records.append(FitRecord(name=f"r{seed}", stimulus=along, measured=readings))
+    data = Data(
+        subject=SUBJECTS["vo2"], records=tuple(records), scales=scales_of(records, "deflection", "current"),
+        steps_per_period=8.0,
+    )  # fmt: skip
+    nominal = fitted(data, simulation(), ())
+    assert nominal is not None
+    assert data.glance is not data
+    ids = (
+        "heater.tcr",
+        "thermal.nonlinear_loss",
+        "sensor.self_heating",
+        "thermal.second_time_constant",
+        DRIFT,
+    )
+    field = race(data, runners_of(examine(nominal, data, ids)), lambda text: None)
+    assert (DRIFT,) in [one.mechanisms for one in field]

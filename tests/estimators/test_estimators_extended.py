@@ -32,7 +32,12 @@ CASES = {
     "actuation__delay": {"delay": 2.3e-3},
     "actuation__deadband": {"width": 0.3},
     "structure__resonance": {"participation": 1.0, "frequency": 90.0, "damping_ratio": 0.05},
-    "hysteresis__rate_dependence": {"time_constant": 3e-3},
+    "hysteresis__rate_dependence": {
+        "time_constant": 3e-3,
+        "activation": 0.03,
+        "expansion": 0.4,
+        "mixing": 0.3,
+    },
     "sensor__self_heating": {"heat": 4.0},
     "sensor__lag": {"time_constant": 2e-3},
     "sensor__ageing": {"rate": 0.5},
@@ -50,7 +55,7 @@ def followed(model, current):
     rows, time_s = [(path.resistance, path.deflection)], 0.0
     for command in current[:-1]:
         for heating, duration_s in drive.pieces(command, PERIOD_S):
-            path.step(heating, dynamics.drift * (time_s + duration_s), time_s, duration_s)
+            path.step(heating, 0.0, time_s, duration_s)
             time_s += duration_s
         rows.append((path.resistance, path.deflection))
     return np.array(rows).T

@@ -121,6 +121,22 @@ def test_the_room_drifts_beside_what_depends_on_temperature(identity, values, or
     check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(alone[0]), 0.02)
 
 
+@pytest.mark.parametrize(("rate", "held"), [(-30.0, 3.7), (60.0, 8.5)], ids=["below", "above"])
+def test_where_a_drift_leaves_the_loops_only_pure_phases_follow(rate, held):
+    """The small model's loops go on a little below what its identification saw."""
+    shapes = {"activation": 0.03, "expansion": 0.4}
+    along = stimulus(np.full(400, held))
+    loops = predict(simulation(thermal__ambient_drift={"rate": rate}), along)
+    found = predict(simulation(thermal__ambient_drift={"rate": rate} | shapes), along)
+    beyond = rate * PERIOD_S * np.arange(400)
+    assert found[1] - loops[1] == pytest.approx(-0.4 * beyond, abs=1e-9)
+    assert np.log(loops[0] / found[0]) == pytest.approx(0.03 * np.minimum(beyond, 0.0), abs=1e-9)
+    within = predict(simulation(thermal__ambient_drift={"rate": -rate} | shapes), along)[1]
+    assert within[1:] == pytest.approx(
+        predict(simulation(thermal__ambient_drift={"rate": -rate}), along)[1][1:]
+    )
+
+
 def test_the_order_in_which_a_file_has_two_mechanisms_says_nothing():
     along, sizes = stimulus(CURRENT), {}
     for names in permutations(MECHANISMS, 2):
