@@ -156,7 +156,7 @@ def reached(
     x: FloatArray, film: FloatArray, beam: FloatArray, power: float, time_s: float, duration_s: float, p: PathParams,
     r: PreisachParams, d: PreisachParams,
 ) -> float:  # fmt: skip
-    """What the relays would see [mA^2] at the end of `duration_s` from `time_s` on, at a constant power; moves nothing."""
+    """What the relays would see [mA^2] `duration_s` after `time_s`, at a constant power; moves nothing."""
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
     powers = Powers(power, power, power, power)
