@@ -27,6 +27,8 @@ class Scales(NamedTuple):
     """Between samples [s]."""
     excursion: float
     """Of the displacement about each record's mean: in one of two wells it is much less."""
+    sensed: float = 1.0
+    """Of what is read in place of the displacement: a film's resistance [ohm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -39,7 +39,6 @@ from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.output_error import threads
-from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
 RIVALS = 5
@@ -162,7 +161,7 @@ def diagnose(
     )
     with threads(options.threads) as executor:
         data = Data(
-            subject=subject, records=fit, scales=scales_of(fit, subject.output, subject.drive),
+            subject=subject, records=fit, scales=subject.scales(fit),
             executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period,
         )  # fmt: skip

@@ -1,9 +1,9 @@
 """An extended model one held current after the other: heat, film, beam and their readings.
 
 The heat balance, the relays and their order are those of `rtctl.simulations.vo2`; here they keep their state from one
-sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; s, what the relays see of it [mA^2]; R as it
-reaches the sensor, R as it is read [ohm]; D of the beam without mass, q [um], q' [um/s]. Beside it the stacks of -ln R
-and of deflection.
+sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; the film's T in a room that drifts, what the
+relays see of it [mA^2]; R as it reaches the sensor, R as it is read [ohm]; D of the beam without mass, q [um],
+q' [um/s]. Beside it the stacks of -ln R and of deflection.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from rtctl.simulations.vo2.heat import (
     phase_at,
     stored,
     surrogate_power,
-    temperature_at,
 )
 from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
@@ -36,7 +35,7 @@ from rtctl.simulations.vo2.relaxation import relax, turn
 STATES = 12
 NO_SHARPNESS = 0.0
 """The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
-S, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
+WARM, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
 
 
 class PathParams(NamedTuple):
@@ -104,7 +103,7 @@ def path_start(
     s = surrogate_power(T, p.balance)
     v = loop_current(s, p.balance)
     x[0] = x[1] = x[2] = T
-    x[3], x[S], x[SEEN] = 1.0, s, s
+    x[3], x[WARM], x[SEEN] = 1.0, T, T
     reading, bent = preisach_step(film, v, r).y, preisach_step(beam, v, d).y
     x[4] = stored(T, phase_at(T, beam, p.balance, d), film, p.cold, p.balance, r)
     x[FILM] = x[READ] = sensed_film(reading, v, current, 0.0, p)
@@ -127,20 +126,20 @@ def path_step(
     for k in range(count):
         drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
         step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
-        before, s = x[S], surrogate_power(step.T + drift, p.balance)
-        middle = surrogate_power(step.half + drift - rise, p.balance)
-        peak = turn(x[SEEN], before, middle, s, h, lag_s)
-        seen = relax(x[SEEN], before, middle, s, h, lag_s)
+        before, middle, warm = x[WARM], step.half + drift - rise, step.T + drift
+        peak = turn(x[SEEN], before, middle, warm, h, lag_s)
+        seen = relax(x[SEEN], before, middle, warm, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
-            preisach_step(film, loop_current(peak, p.balance), r)
-            preisach_step(beam, loop_current(peak, p.balance), d)
-        x[S], x[SEEN] = s, seen
-        v, w = loop_current(s, p.balance), loop_current(seen, p.balance)
+            at_peak = loop_current(surrogate_power(peak, p.balance), p.balance)
+            preisach_step(film, at_peak, r)
+            preisach_step(beam, at_peak, d)
+        x[WARM], x[SEEN] = warm, seen
+        v = loop_current(surrogate_power(warm, p.balance), p.balance)
+        w = loop_current(surrogate_power(seen, p.balance), p.balance)
         reading, bent = preisach_step(film, w, r).y, preisach_step(beam, w, d).y
         if lag_s > 0.0:
-            T, late = temperature_at(v * v, p.balance), temperature_at(w * w, p.balance)
-            reading = mixed(switched(reading, late, p.phases), T, p.phases)
-            bent -= p.expansion * (T - late)
+            reading = mixed(switched(reading, seen, p.phases), warm, p.phases)
+            bent -= p.expansion * (warm - seen)
         ohm = sensed_film(reading, v, current, time_s + (k + 1) * h, p)
         x[READ] = relax(x[READ], x[FILM], 0.5 * (x[FILM] + ohm), ohm, h, p.sensor_lag_s)
         x[FILM] = ohm
@@ -161,14 +160,13 @@ def reached(
     h = duration_s / count
     powers = Powers(power, power, power, power)
     step = Step(x[0], x[1], x[2], x[2], x[3], x[4], NO_SHARPNESS)
-    s, seen = float(x[S]), float(x[SEEN])
+    warm, seen = float(x[WARM]), float(x[SEEN])
     for k in range(count):
         drift, rise = p.balance.drift * (time_s + (k + 1) * h), 0.5 * p.balance.drift * h
         step = advance(step, powers, drift, h, beam, film, p.cold, p.balance, d, r)
-        before, s = s, surrogate_power(step.T + drift, p.balance)
-        middle = surrogate_power(step.half + drift - rise, p.balance)
-        seen = relax(seen, before, middle, s, h, p.balance.lag_s)
-    return seen
+        before, middle, warm = warm, step.half + drift - rise, step.T + drift
+        seen = relax(seen, before, middle, warm, h, p.balance.lag_s)
+    return surrogate_power(seen, p.balance)
 
 
 class ThermalPath:
@@ -206,7 +204,7 @@ class ThermalPath:
     @property
     def v(self) -> float:
         """The surrogate [mA]."""
-        return float(loop_current(float(self.x[S]), self.params.balance))
+        return self._current_at(float(self.x[WARM]))
 
     @property
     def heating(self) -> float:
@@ -216,7 +214,10 @@ class ThermalPath:
     @property
     def seen(self) -> float:
         """The surrogate that the relays see [mA]."""
-        return float(loop_current(float(self.x[SEEN]), self.params.balance))
+        return self._current_at(float(self.x[SEEN]))
+
+    def _current_at(self, T: float) -> float:
+        return float(loop_current(surrogate_power(T, self.params.balance), self.params.balance))
 
     @property
     def resistance(self) -> float:

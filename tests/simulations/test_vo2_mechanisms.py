@@ -19,7 +19,7 @@ from rtctl.wiring import mechanism_ids
 
 SIZES = Scales(
     displacement=30.0, velocity=600.0, acceleration=1e4, drive=6.0, rate=20.0, duration=0.6, period=1e-3,
-    excursion=30.0,
+    excursion=30.0, sensed=5e4,
 )  # fmt: skip
 FORMATS = (
     "thermal.second_time_constant thermal.nonlinear_loss thermal.latent_heat thermal.ambient_drift heater.tcr "

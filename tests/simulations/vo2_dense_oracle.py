@@ -98,12 +98,11 @@ def dense(
     slow = np.exp(-dt / slow_s)
     for k in range(len(held) + 1):
         warm = T + drift * k * dt
-        s = warm * (1 + known * loss * warm) / (1 + known * tcr * warm)
-        lagged = s if lagged is None else (s + (lagged - s) * np.exp(-dt / lag_s) if lag_s else s)
-        v, seen = zone + np.sqrt(s), zone + np.sqrt(lagged)
+        lagged = warm if lagged is None else (warm + (lagged - warm) * np.exp(-dt / lag_s) if lag_s else warm)
+        v, seen = (zone + np.sqrt(x * (1 + known * loss * x) / (1 + known * tcr * x)) for x in (warm, lagged))
         film.at(seen)
         beam.at(seen)
-        ahead = warm - temperature(lagged)
+        ahead = warm - lagged
         reading = of_the_mixture(film.y, warm - ahead, warm)
         rows.append((reading, beam.y - expansion * ahead, v, film.relays, beam.relays))
         if k == len(held):

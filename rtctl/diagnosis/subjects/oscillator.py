@@ -140,6 +140,7 @@ OSCILLATOR = Subject(
     forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
     slopes=slopes,
     unnamed=("unnamed.spring", "unnamed.stop", "unnamed.dissipation", "unnamed.feedback"),
+    sensed=lambda records: 1.0,
     lag_s=_quarter_period,
     grows_with_motion=True,
     allowed_share=0.0,

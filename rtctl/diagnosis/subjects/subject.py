@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
 if TYPE_CHECKING:
@@ -65,6 +66,8 @@ class Subject:
     """(forces, outputs, n) of a record: what each force does to the outputs."""
     unnamed: tuple[str, ...]
     """Mechanisms in no catalogue: a set of causes that leaves something is not told if one of these leaves less."""
+    sensed: Callable[[Records], float]
+    """RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]
     """Between two looks at the past of motion and drive."""
     grows_with_motion: bool
@@ -100,6 +103,10 @@ class Subject:
     """The model of a file with the values and mechanisms of a fitted hypothesis."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """To a file, with its provenance."""
+
+    def scales(self, records: Records) -> Scales:
+        """Sizes of what these records show."""
+        return scales_of(records, self.output, self.drive)._replace(sensed=self.sensed(records))
 
     @property
     def rest(self) -> str:

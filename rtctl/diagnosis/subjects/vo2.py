@@ -6,6 +6,7 @@ slow averages, time. Errors of the resistance are taken in its logarithm.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -284,6 +285,17 @@ def _with_loops(
     return model
 
 
+def _resistance_rms(records: Records) -> float:
+    """ohm, of records that may be read as logarithms."""
+    square = count = 0.0
+    for record in records:
+        readings = record.measured
+        ohm = np.exp(readings[LOG_RESISTANCE]) if LOG_RESISTANCE in readings else readings.get("resistance")
+        if ohm is not None:
+            square, count = square + float(ohm @ ohm), count + len(ohm)
+    return math.sqrt(square / count) if count else 1.0
+
+
 def _heating_time(scales: Scales) -> float:
     return NOMINAL_TIME_CONSTANT_S
 
@@ -298,6 +310,7 @@ VO2 = Subject(
     forces=FORCES,
     slopes=slopes,
     unnamed=tuple(UNNAMED),
+    sensed=_resistance_rms,
     lag_s=_heating_time,
     grows_with_motion=False,
     allowed_share=0.005,

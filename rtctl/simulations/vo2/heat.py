@@ -256,11 +256,11 @@ def balance_pieces(
     settle_film(film, T, b, r)
     phase = phase_at(T, beam, b, d)
     step = Step(T, T, T, T, 1.0, stored(T, phase, film, cold, b, r), phase)
-    s = lagged = surrogate_power(T, b)
+    warm = lagged = T
     size = nodes.shape[0] * substeps + 1
     power = np.empty(size)
     lagging, peaks = (np.empty(size), np.empty(size)) if b.lag_s != 0.0 else (power, power)
-    power[0] = lagging[0] = peaks[0] = s
+    power[0] = lagging[0] = peaks[0] = surrogate_power(T, b)
     drift = 0.0
     for k in range(1, size):
         row, x, dx = (k - 1) // substeps, ((k - 1) % substeps) / substeps, 1.0 / substeps
@@ -271,7 +271,8 @@ def balance_pieces(
         )  # fmt: skip
         drift += b.drift * h
         step = advance(step, heater, drift, h, beam, film, cold, b, d, r)
-        before, s = s, surrogate_power(step.T + drift, b)
+        before, warm = warm, step.T + drift
+        s = surrogate_power(warm, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, loop_current(s, b), d)
         if b.self_heating != 0.0 or b.film_heat != 0.0:
@@ -279,10 +280,12 @@ def balance_pieces(
         power[k] = s
         if b.lag_s == 0.0:
             continue
-        middle = surrogate_power(step.half + drift - 0.5 * b.drift * h, b)
-        peak = turn(lagged, before, middle, s, h, b.lag_s)
-        lagged = relax(lagged, before, middle, s, h, b.lag_s)
-        lagging[k], peaks[k] = lagged, lagged if math.isnan(peak) else peak
+        middle = step.half + drift - 0.5 * b.drift * h
+        peak = turn(lagged, before, middle, warm, h, b.lag_s)
+        lagged = relax(lagged, before, middle, warm, h, b.lag_s)
+        lagging[k] = peaks[k] = surrogate_power(lagged, b)
+        if not math.isnan(peak):
+            peaks[k] = surrogate_power(peak, b)
     return power, lagging, peaks
 
 

@@ -8,6 +8,7 @@ says how much of it they hold, all of it unless the data say otherwise.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -23,12 +24,7 @@ from rtctl.simulations.vo2.phases import Phases
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 """Of one mechanism, by parameter name."""
-TYPICAL_POWER_MA2 = 40.0
-"""The square of a current in the middle of a transition: what heat is compared with."""
 TYPICAL_TIME_S = NOMINAL_TIME_CONSTANT_S
-TYPICAL_CURRENT_MA = 6.0
-TYPICAL_RESISTANCE_OHM = 5e4
-TYPICAL_EXPANSION_UM = 10.0
 
 
 class Commanded(NamedTuple):
@@ -156,6 +152,11 @@ class Vo2Mechanism(Mechanism):
         return any(act is not None for act in (self.command, self.pieces, self.balance, self.warm))
 
 
+def power_of(s: Scales) -> float:
+    """mA^2 that heat is compared with: of a current in the middle of a transition."""
+    return s.drive**2
+
+
 def coefficient(
     name: str, unit: str, meaning: str, scale: float | Callable[[Scales], float], **more: Any
 ) -> Parameter:
@@ -164,16 +165,14 @@ def coefficient(
     return Parameter(name=name, unit=unit, meaning=meaning, scale=of_records, neutral=0.0, **more)
 
 
-def shape(name: str, unit: str, meaning: str, scale: float, **more: Any) -> Parameter:
+def shape(
+    name: str, unit: str, meaning: str, scale: float | Callable[[Scales], float], **more: Any
+) -> Parameter:
     """A parameter that says how a mechanism acts."""
+    of_records = scale if callable(scale) else lambda s: scale
     return Parameter(
-        name=name,
-        unit=unit,
-        meaning=meaning,
-        scale=lambda s: scale,
-        neutral=None,
-        **{"low": 1e-9, **more},
-    )
+        name=name, unit=unit, meaning=meaning, scale=of_records, neutral=None, **{"low": 1e-9, **more}
+    )  # fmt: skip
 
 
 def known(**more: Any) -> Parameter:
@@ -186,12 +185,11 @@ def known(**more: Any) -> Parameter:
 
 ACTIVATION = shape(
     "activation", "1/mA^2", "by which the semiconductor, not switched, conducts better with temperature",
-    1.0 / TYPICAL_POWER_MA2, default=0.0, low=0.0, high=10.0 / TYPICAL_POWER_MA2, shape_range=(0.0, 10.0),
+    lambda s: 1.0 / power_of(s), default=0.0, low=0.0, shape_range=(0.0, 10.0),
 )  # fmt: skip
 EXPANSION = shape(
     "expansion", "um/mA^2", "by which the beam, not switched, bends back with temperature",
-    TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, default=0.0, low=-10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2,
-    high=10.0 * TYPICAL_EXPANSION_UM / TYPICAL_POWER_MA2, shape_range=(-10.0, 10.0),
+    lambda s: s.excursion / power_of(s), default=0.0, low=-math.inf, shape_range=(-10.0, 10.0),
 )  # fmt: skip
 MIXING = shape(
     "mixing", "dimensionless", "exponent of the film's mixture, 0 a logarithmic one", 1.0, default=0.0, low=-1.0,

@@ -11,7 +11,6 @@ import numpy as np
 
 from rtctl.kernels import FloatArray, background_kernel
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_CURRENT_MA,
     Balance,
     Pieces,
     Values,
@@ -70,11 +69,10 @@ MECHANISM = Vo2Mechanism(
     statement="Changes of the current by less than {width} have no effect, nor have the first {zone} of it.",
     parameters=(
         coefficient(
-            "width", "mA", "half of the dead band", 0.1 * TYPICAL_CURRENT_MA, default=0.0, low=0.0, high=10.0
+            "width", "mA", "half of the dead band", lambda s: 0.1 * s.drive, default=0.0, low=0.0
         ),
         coefficient(
-            "zone", "mA", "of the current, that does not heat", 0.3 * TYPICAL_CURRENT_MA,
-            default=0.0, low=0.0, high=10.0,
+            "zone", "mA", "of the current, that does not heat", lambda s: 0.3 * s.drive, default=0.0, low=0.0,
         ),
         shape(
             "behind", "dimensionless", "share of the width by which the current stays behind a larger change", 1.0,

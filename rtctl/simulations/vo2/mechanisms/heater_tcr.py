@@ -4,12 +4,12 @@ With all of its steady effect known to the loops it makes hot films slower: tau 
 """
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_POWER_MA2,
     Balance,
     Values,
     Vo2Mechanism,
     coefficient,
     known,
+    power_of,
 )
 
 
@@ -23,7 +23,7 @@ MECHANISM = Vo2Mechanism(
     statement="The heater's resistance grows with temperature, by {tcr}: hot, the same current heats more.",
     parameters=(
         coefficient(
-            "tcr", "1/mA^2", "relative growth with the surrogate's power", 0.3 / TYPICAL_POWER_MA2, low=0.0, high=0.2
+            "tcr", "1/mA^2", "relative growth with the surrogate's power", lambda s: 0.3 / power_of(s), low=0.0
         ),
         known(),
     ),

@@ -1,4 +1,4 @@
-"""`hysteresis.rate_dependence`: the switched share phi follows w with time_constant w' = s - w, pure phases follow s.
+"""`hysteresis.rate_dependence`: what has switched follows T_h, time_constant T_h' = T - T_h, the pure phases T.
 
 Loops that were identified by temperature alone do not part the two, so fast records tell `activation`, `expansion` and
 `mixing`; with all at 0 everything lags. See `rtctl.simulations.vo2.phases`.

@@ -7,10 +7,11 @@ of that range after a reversal. Corrections are smooth and vanish at both ends, 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from rtctl.border.mechanisms import Parameter
+from rtctl.border.mechanisms import Parameter, Scales
 from rtctl.kernels import FloatArray, background_kernel
 from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient
 
@@ -44,7 +45,9 @@ def refined(read: Read, p: Values) -> Read:
     )
 
 
-def _parameters(of: str, unit: str, what: str, scale: float) -> tuple[Parameter, ...]:
+def _parameters(
+    of: str, unit: str, what: str, scale: float | Callable[[Scales], float]
+) -> tuple[Parameter, ...]:
     terms = {
         "first": "in the middle of the range", "second": "below the middle, and against it above",
         "side": "of heating, against it of cooling", "side_second": "of heating, below the middle",
@@ -62,7 +65,7 @@ MECHANISM = Vo2Mechanism(
     "(heating) of the deflection, {resistance_first} and {resistance_side} of the logarithm of the resistance.",
     parameters=(
         *_parameters("resistance", "dimensionless", "logarithm of the resistance", 0.3),
-        *_parameters("deflection", "um", "deflection", 5.0),
+        *_parameters("deflection", "um", "deflection", lambda s: 0.3 * s.excursion),
     ),
     film=refined,
 )

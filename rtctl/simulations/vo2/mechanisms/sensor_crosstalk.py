@@ -5,8 +5,6 @@ sample's instant, no manifest says whether the reading is taken before or after:
 """
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_CURRENT_MA,
-    TYPICAL_RESISTANCE_OHM,
     Read,
     Values,
     Vo2Mechanism,
@@ -29,7 +27,7 @@ MECHANISM = Vo2Mechanism(
     parameters=(
         coefficient(
             "leak", "ohm/mA", "of the reading, on the heater's current",
-            0.5 * TYPICAL_RESISTANCE_OHM / TYPICAL_CURRENT_MA,
+            lambda s: 0.5 * s.sensed / s.drive,
         ),
         known(),
         shape(

@@ -1,12 +1,12 @@
 """`sensor.self_heating`: the sensing current heats the film by heat R / R_cold, beside the heater."""
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_POWER_MA2,
     Balance,
     Values,
     Vo2Mechanism,
     coefficient,
     known,
+    power_of,
 )
 
 
@@ -20,7 +20,7 @@ MECHANISM = Vo2Mechanism(
     statement="The sensing current heats the film, by {heat} while it is cold and less as its resistance falls.",
     parameters=(
         coefficient(
-            "heat", "mA^2", "of the cold film, as surrogate power", TYPICAL_POWER_MA2, low=0.0, high=1e3
+            "heat", "mA^2", "of the cold film, as surrogate power", power_of, low=0.0
         ),
         known(also=(0.0,)),  # its heat follows the branch, so that loops over the current cannot hold all of it
     ),

@@ -9,12 +9,12 @@ import numpy as np
 from rtctl.simulations.vo2.mechanism import (
     ACTIVATION,
     EXPANSION,
-    TYPICAL_POWER_MA2,
     Balance,
     Read,
     Values,
     Vo2Mechanism,
     coefficient,
+    power_of,
 )
 
 
@@ -39,7 +39,7 @@ MECHANISM = Vo2Mechanism(
     parameters=(
         coefficient(
             "rate", "mA^2/s", "of the surrogate's power, from each record's start",
-            lambda s: 0.1 * TYPICAL_POWER_MA2 / s.duration,
+            lambda s: 0.1 * power_of(s) / s.duration,
         ),
         ACTIVATION,
         EXPANSION,

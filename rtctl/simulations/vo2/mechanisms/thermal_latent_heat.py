@@ -1,6 +1,6 @@
 """`thermal.latent_heat`: tau (T + heat phi)' = P - T, phi the phase fraction, that of the deflection's relays."""
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_POWER_MA2, Balance, Values, Vo2Mechanism, coefficient
+from rtctl.simulations.vo2.mechanism import Balance, Values, Vo2Mechanism, coefficient, power_of
 
 
 def held(balance: Balance, p: Values) -> Balance:
@@ -13,7 +13,7 @@ MECHANISM = Vo2Mechanism(
     statement="The transition takes up latent heat of {heat}: the film is slower while its phase changes.",
     parameters=(
         coefficient(
-            "heat", "mA^2", "of the whole transition, as surrogate power", TYPICAL_POWER_MA2, low=0.0, high=1e3
+            "heat", "mA^2", "of the whole transition, as surrogate power", power_of, low=0.0
         ),
     ),
     balance=held,

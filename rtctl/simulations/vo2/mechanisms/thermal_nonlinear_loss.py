@@ -4,12 +4,12 @@ With all of its steady effect known to the loops it makes hot films faster: tau 
 """
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_POWER_MA2,
     Balance,
     Values,
     Vo2Mechanism,
     coefficient,
     known,
+    power_of,
 )
 
 
@@ -23,7 +23,7 @@ MECHANISM = Vo2Mechanism(
     statement="The thermal conductance grows with temperature, by {loss} (radiation, air).",
     parameters=(
         coefficient(
-            "loss", "1/mA^2", "relative growth with the surrogate's power", 1.0 / TYPICAL_POWER_MA2, low=0.0, high=1.0
+            "loss", "1/mA^2", "relative growth with the surrogate's power", lambda s: 1.0 / power_of(s), low=0.0
         ),
         known(),
     ),

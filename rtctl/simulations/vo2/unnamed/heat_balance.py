@@ -6,11 +6,11 @@ and not where it comes to rest, which the identified loops hold.
 """
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_POWER_MA2,
     Balance,
     Values,
     Vo2Mechanism,
     coefficient,
+    power_of,
 )
 
 
@@ -26,14 +26,10 @@ MECHANISM = Vo2Mechanism(
     statement="The time constant depends on direction ({cooling}) and on the change of phase ({heat}, {film}, "
     "{sharpness}).",
     parameters=(
-        coefficient(
-            "heat", "mA^2", "held by the phase of the deflection", TYPICAL_POWER_MA2, low=-1e3, high=1e3
-        ),
-        coefficient(
-            "film", "mA^2", "held by the phase of the resistance", TYPICAL_POWER_MA2, low=-1e3, high=1e3
-        ),
+        coefficient("heat", "mA^2", "held by the phase of the deflection", power_of),
+        coefficient("film", "mA^2", "held by the phase of the resistance", power_of),
         coefficient("cooling", "dimensionless", "longer than heating", 1.0, low=-0.5, high=20.0),
-        coefficient("sharpness", "mA^4", "of the capacity", TYPICAL_POWER_MA2**2, low=-1e5, high=1e5),
+        coefficient("sharpness", "mA^4", "of the capacity", lambda s: power_of(s) ** 2),
     ),
     balance=slowed,
 )
