@@ -49,6 +49,8 @@ class Parameter:
     """Where a file leaves it out; None: it must be given."""
     low: float = -math.inf
     high: float = math.inf
+    reach: float = 1.0
+    """Of an amplitude that matters as much as the rest only at many scales: times the usual range of a search."""
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Of a shape: where to look for it, in multiples of its scale."""
     redundant: bool = False

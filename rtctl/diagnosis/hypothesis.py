@@ -246,7 +246,8 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
         declared = sensitivity.simulation.parameters[index].declared
         parameter = sensitivity.simulation.parameters[index]
         if parameter.mechanism and not declared.is_shape:
-            low[k], high[k] = max(low[k], -MOST_SCALES), min(high[k], MOST_SCALES)
+            most = MOST_SCALES * declared.reach
+            low[k], high[k] = max(low[k], -most), min(high[k], most)
         if not parameter.mechanism:
             most = max(FAR_OFF, FURTHER * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)

@@ -18,12 +18,16 @@ def growing(balance: Balance, p: Values) -> Balance:
     return balance._replace(loss=p["loss"], loss_known=p["known"] * p["loss"])
 
 
+STRONG = 40.0
+"""A conductance that grows by a factor of 1 + a has a loss of a (1 + a) / P at a power P: a = 14 is at 200 scales."""
+
 MECHANISM = Vo2Mechanism(
     id="thermal.nonlinear_loss",
     statement="The thermal conductance grows with temperature, by {loss} (radiation, air).",
     parameters=(
         coefficient(
-            "loss", "1/mA^2", "relative growth with the surrogate's power", lambda s: 1.0 / power_of(s), low=0.0
+            "loss", "1/mA^2", "relative growth with the surrogate's power", lambda s: 1.0 / power_of(s), low=0.0,
+            reach=STRONG,
         ),
         known(),
     ),
