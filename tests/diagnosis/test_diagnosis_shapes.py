@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from vo2_model_cases import simulation
 
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.hypothesis import Data, bounds, sensitivity_of
 from rtctl.diagnosis.shapes import shape_grid
 from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
@@ -62,3 +64,39 @@ def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too(
         grid = list(shape_grid(OF_VO2[identity], data, [series[None]]))
         assert [one.values["known"] for one in grid] == expected
         assert {one.trials for one in grid} == {1}
+
+
+def vo2_data(current_mA: float, resistance_ohm: float) -> Data:
+    """Of a current, a deflection and a resistance of that size."""
+    series = np.ones(N)
+    stimulus = Stimulus(inputs={"current": current_mA * series}, holds={"current": "zero"}, period_s=PERIOD_S)
+    measured = {LOG_RESISTANCE: np.log(resistance_ohm * series), "deflection": np.arange(float(N))}
+    records = (FitRecord(name="r", stimulus=stimulus, measured=measured),)
+    return Data(subject=SUBJECTS["vo2"], records=records, scales=SUBJECTS["vo2"].scales(records))
+
+
+def test_a_shape_that_is_zero_in_most_devices_is_looked_for_in_multiples_of_its_scale() -> None:
+    """Ten times of nothing is nothing: a pure phase that expands was never found."""
+    data = vo2_data(8.0, 5e4)
+    made = simulation().extended(("hysteresis.rate_dependence",))
+    sensitivity = sensitivity_of(data, made, frozenset())
+    low, high = bounds(sensitivity, data.scales)
+    names = [sensitivity.simulation.parameters[i].name for i in sensitivity.free]
+    for name, scale, signed in (
+        ("activation", 1.0 / 64.0, False),
+        ("expansion", data.scales.excursion / 64.0, True),
+    ):
+        k = names.index(f"hysteresis.rate_dependence.{name}")
+        assert high[k] * sensitivity.scale[k] == pytest.approx(10.0 * scale)
+        assert low[k] * sensitivity.scale[k] == pytest.approx(-10.0 * scale if signed else 0.0)
+
+
+def test_what_causes_are_compared_with_is_of_the_records() -> None:
+    """A device that takes ten times the current, of a hundredth of the resistance, has other coefficients."""
+    small, large = vo2_data(8.0, 5e4).scales, vo2_data(80.0, 5e2).scales
+    assert small.sensed == pytest.approx(5e4)
+    for identity, name, power in (
+        ("thermal.latent_heat", "heat", 100.0), ("heater.tcr", "tcr", 0.01), ("sensor.crosstalk", "leak", 1e-3),
+    ):  # fmt: skip
+        (declared,) = (one for one in OF_VO2[identity].parameters if one.name == name)
+        assert declared.scale(large) == pytest.approx(power * declared.scale(small))
