@@ -355,3 +355,11 @@ def test_the_frequencies_that_a_resonance_is_looked_for_at_lie_in_reach_of_a_fit
     frequency = next(one for one in MECHANISMS["structure.resonance"].parameters if one.name == "frequency")
     low, high = frequency.shape_range
     assert (high / low) ** (1.0 / (frequency.grid - 1)) < 1.3
+
+
+def test_heat_that_runs_away_is_told_and_not_warned_of():
+    """A heater that feeds itself, and a creep that takes its temperature times a slope of zero."""
+    made = simulation(heater__tcr={"tcr": 0.065}, hysteresis__creep={"rate": 0.05})
+    current = np.repeat([3.7, 8.5], [10, 600])
+    found = made.predict(stimulus(current), np.array([one.value for one in made.parameters]))
+    assert found.diverged_at[0] > 10

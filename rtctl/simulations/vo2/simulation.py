@@ -82,10 +82,11 @@ class Vo2Simulation:
         shape = (len(values), stimulus.samples)
         resistance, deflection = np.empty(shape), np.empty(shape)
         steps = steps_per_period or STEPS_PER_TIME_CONSTANT
-        for lanes in self._sharing_a_temperature(values, stimulus.period_s, steps, refine):
-            history = self._history(stimulus, values[lanes[0]], steps, refine)
-            for lane in lanes:
-                resistance[lane], deflection[lane] = self._readings(history, values[lane])
+        with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told below
+            for lanes in self._sharing_a_temperature(values, stimulus.period_s, steps, refine):
+                history = self._history(stimulus, values[lanes[0]], steps, refine)
+                for lane in lanes:
+                    resistance[lane], deflection[lane] = self._readings(history, values[lane])
         bad = ~(np.isfinite(resistance) & np.isfinite(deflection))
         diverged = np.where(bad.any(axis=1), bad.argmax(axis=1), -1).astype(np.int64)
         return Prediction({"resistance": resistance, "deflection": deflection}, diverged)
