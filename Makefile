@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (over an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 3880-4079
-VO2         ?= 52005-52054
-AMBIGUOUS   ?= 90920-90979
+OSCILLATORS ?= 4080-4279
+VO2         ?= 52155-52254
+AMBIGUOUS   ?= 90980-91039
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 

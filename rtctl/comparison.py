@@ -233,9 +233,7 @@ def _on_all_cores(
             while pending:
                 done, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
                 if any(future.exception() for future in done):
-                    for (
-                        future
-                    ) in futures:  # begun in order: those before one that failed end, and may fail too
+                    for future in futures:  # begun in order: those before it end, and may fail too
                         future.result()
                 advance(count - len(pending))
                 if stop_requested():
