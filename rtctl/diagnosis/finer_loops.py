@@ -20,6 +20,7 @@ from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.subjects.subject import Placed
 from rtctl.diagnosis.verdict import LEAST_GAIN
 from rtctl.identification.coarse_loops import UNITS, left_by
 from rtctl.identification.fit_record import FitRecord
@@ -31,6 +32,9 @@ STATEMENT = (
 )
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
+AS_IDENTIFIED = 3.0
+"""Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
+more, however far off the loops are between their levels."""
 
 
 def _silent(text: str) -> None:
@@ -68,13 +72,13 @@ class FinerLoops(NamedTuple):
         """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
         data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
         known = _without_its_correction(data, nominal, chosen)
-        assert data.subject.relearned is not None
-        placed = data.subject.relearned(self.coarse, known, data, self.told)
-        bare, again = (
-            fitted(data, placed(one.simulation), one.mechanisms, one.starts, still=one.still)
-            for one in (nominal, known)
+        placed, again = self._learned(known)
+        if placed is None:
+            return found
+        bare = fitted(
+            data, placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
         )
-        if bare is None or again is None or not again.cost < known.cost:
+        if bare is None:
             return found
         again = _less_what_they_replace(data, bare, again)
         learned = Learned(self.coarse, placed.loops, known)
@@ -90,6 +94,28 @@ class FinerLoops(NamedTuple):
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
             without=without_each(data, bare, again), learned=learned,
         )  # fmt: skip
+
+    def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
+        """Loops behind `known`, and `known` fitted with them; None where they leave no less.
+
+        Twice: with the first loops the causes are nearer to the truth.
+        """
+        beginnings = [one for one in (_as_identified(self.data, known), known) if one is not None]
+        learned, after = min(
+            (self._once(one, known.still) for one in beginnings), key=lambda one: one[1].cost
+        )
+        if not after.cost < known.cost:
+            return None, known
+        again, then = self._once(after, known.still)
+        return (again, then) if then.cost < after.cost else (learned, after)
+
+    def _once(self, behind: Hypothesis, still: frozenset[str]) -> tuple[Placed, Hypothesis]:
+        """Loops behind `behind`, and that fitted with them, or as it was where that diverges."""
+        data = self.data
+        assert data.subject.relearned is not None
+        placed = data.subject.relearned(self.coarse, behind, data, self.told)
+        again = fitted(data, placed(behind.simulation), behind.mechanisms, behind.starts, still=still)
+        return placed, again or behind
 
 
 def loops_cause(found: Search, noise_cost: float) -> Cause | None:
@@ -108,6 +134,18 @@ def loops_cause(found: Search, noise_cost: float) -> Cause | None:
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
         indistinguishable_from=(),
     )  # fmt: skip
+
+
+def _as_identified(data: Data, known: Hypothesis) -> Hypothesis | None:
+    """`known` with the gains and offsets that the loops were identified with; None where the records need others.
+
+    Left free they make up for what the loops are off by, and then the causes are off that these are learned behind.
+    """
+    settled = data.subject.corrections
+    values = np.array([settled.get(one.name, one.value) for one in known.simulation.parameters])
+    there = known.simulation.with_values(values)
+    found = fitted(data, there, known.mechanisms, known.starts, still=known.still | frozenset(settled))
+    return found if found is not None and found.cost < AS_IDENTIFIED * known.cost else None
 
 
 def _without_its_correction(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:

@@ -25,6 +25,7 @@ LATE = 4
 FEW_LEVELS = 17
 MORE_LEVELS = 27
 """So many that the gate lets pass what the loops are off by between them."""
+ZONE_MA = 8.0
 FEW = ("actuation.delay", "sensor.lag")
 """Names, so that a search is short."""
 
@@ -114,6 +115,28 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
+
+
+def beyond(data: Dataset, zone_mA: float) -> Dataset:
+    """The same film behind a current of which so much does not heat."""
+    records = []
+    for one in data.records:
+        records.append(
+            dataclasses.replace(one, signals={**one.signals, "current": one.signals["current"] + zone_mA})
+        )
+    return dataclasses.replace(data, records=tuple(records))
+
+
+def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
+    """Else the current's makes up for loops that are off, and what heats is off for ever after."""
+    data = beyond(dataset(share=0.0, steps=FEW_LEVELS), ZONE_MA)
+    found = answer(data, identified(data), ids=("actuation.deadband", "sensor.lag"))
+    assert [cause.id for cause in found.causes] == ["actuation.deadband"]
+    assert found.search.learned is not None
+    told = {one.name: one.value for one in found.search.chosen.hypothesis.simulation.parameters}
+    assert told["actuation.deadband.zone"] == pytest.approx(ZONE_MA, rel=1e-3)
+    assert told["current_gain"] == pytest.approx(1.0, abs=5e-4)
+    assert told["current_offset"] == pytest.approx(0.0, abs=5e-4)
 
 
 def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(monkeypatch):

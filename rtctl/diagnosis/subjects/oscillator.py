@@ -153,6 +153,7 @@ OSCILLATOR = Subject(
     coarse=lambda model, dataset: {},
     identified=lambda model, dataset: {},
     relearned=None,
+    corrections={},
     read_model=read_oscillator_model,
     spreads=_spreads,
     extended_model=extended_model,

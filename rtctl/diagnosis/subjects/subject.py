@@ -96,6 +96,8 @@ class Subject:
     relearned: Callable[[Mapping[str, Any], Hypothesis, Data, Callable[[str], None]], Placed] | None
     """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
     raise to stop. None where there are none."""
+    corrections: Mapping[str, float]
+    """Nominal parameters by which a session may differ from the identification's, and their values there."""
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""

@@ -28,6 +28,7 @@ from rtctl.identification.vo2 import quality_of
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
+from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.simulation import Vo2Simulation
 from rtctl.simulations.vo2.unnamed import UNNAMED
 
@@ -323,6 +324,7 @@ VO2 = Subject(
     coarse=coarse_loops,
     identified=identified_loops,
     relearned=_relearned,
+    corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     read_model=read_model,
     spreads=lambda model: {},
     extended_model=extended_model,
