@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 
@@ -56,6 +57,22 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
                 for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
                     made.append(_runner(parent, group, factor))
     return made
+
+
+def in_turn(groups: Sequence[Sequence[Runner]]) -> list[Runner]:
+    """All of several parents' runners: of each set the first one, the best sets of every parent before any second best,
+    then further ones. Where time runs out, no set goes without a fit for another's second start.
+    """
+    order = []
+    for group in groups:
+        place: dict[tuple[tuple[str, ...], str], int] = {}
+        again = Counter[tuple[tuple[str, ...], str]]()
+        for runner in group:
+            key = (runner.mechanisms, runner.form)
+            rank = place.setdefault(key, len(place))
+            order.append((again[key], rank, runner))
+            again[key] += 1
+    return [runner for _, _, runner in sorted(order, key=lambda one: one[:2])]
 
 
 def pairs_of(parent: Examined) -> list[Runner]:

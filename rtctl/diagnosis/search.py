@@ -22,7 +22,7 @@ from rtctl.diagnosis.noise_floor import left_over_noise
 from rtctl.diagnosis.pruning import fitted_without, pruned, without_each
 from rtctl.diagnosis.race import each_once, race
 from rtctl.diagnosis.ranking import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
-from rtctl.diagnosis.runners import GROWN, pairs_of, runners_of
+from rtctl.diagnosis.runners import GROWN, in_turn, pairs_of, runners_of
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.finer_loops import Learned
@@ -142,10 +142,10 @@ def _grown(
     parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
-        runners = [runner for parent in parents for runner in runners_of(parent)]
+        groups = [runners_of(parent) for parent in parents]
         if size == 2:
-            runners = [*pairs_of(at_nominal), *runners]
-        field = race(data, runners, told, budget)
+            groups = [pairs_of(at_nominal), *groups]
+        field = race(data, in_turn(groups), told, budget)
         if not field:
             break
         lower = _unstuck(data, nominal, field[0]) if size == 1 else None

@@ -21,6 +21,7 @@ from rtctl.diagnosis.runners import (
     MOST_PAIRS,
     _given_way,
     _longest,
+    in_turn,
     pairs_of,
     runners_of,
 )
@@ -127,3 +128,13 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
 
 def _shown(runner: Runner) -> list[tuple[str, float]]:
     return [(one.declared.name, one.value) for one in runner.simulation.parameters if one.mechanism]
+
+
+def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start() -> None:
+    def one(name: str, start: int) -> Any:
+        return SimpleNamespace(mechanisms=(name,), form="", start=start)
+
+    first, other = [one("a", 0), one("a", 1), one("b", 0)], [one("c", 0), one("c", 1), one("d", 0)]
+    turns = [(*runner.mechanisms, runner.start) for runner in in_turn([first, other])]
+    assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
+    assert in_turn([first]) == [first[0], first[2], first[1]]
