@@ -51,6 +51,12 @@ def split(
                 ]
             )
         )
+    if subject.is_at_rest_undriven and not any(record.signals[subject.drive].any() for record in fit):
+        raise InputError(
+            f"{dataset.path}: the {subject.drive} of every record to fit is 0 {dataset.units[subject.drive]}: nothing "
+            f"acts on the device, and nothing can be diagnosed. Is the {subject.drive} in the right column? If so, "
+            "record with one that changes"
+        )
     if not tests and len(fit) > 1:
         tests = [fit.pop()]
         warnings.append(

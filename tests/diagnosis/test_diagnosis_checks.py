@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from coarse_cases import dataset
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
 from rtctl.diagnosis.checks import foreign, short, split
 from rtctl.diagnosis.hypothesis import Data
-from rtctl.diagnosis.subjects import OSCILLATOR
+from rtctl.diagnosis.subjects import OSCILLATOR, VO2
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
@@ -49,6 +51,15 @@ def test_one_record_alone_is_fitted_and_has_no_gain(tmp_path: Path) -> None:
 def test_a_short_record_is_left_out_by_name(tmp_path: Path) -> None:
     (warning,) = warnings_of(tmp_path, record(1), record(2, samples=150), record(3, "test"))
     assert "r1 has 150 scored samples" in warning
+
+
+def test_a_heater_without_any_current_is_bad_input() -> None:
+    data = dataset(share=0.0, steps=17)
+    off = [
+        replace(one, signals={**one.signals, "current": 0.0 * one.signals["current"]}) for one in data.records
+    ]
+    with pytest.raises(InputError, match="current of every record to fit is 0 mA"):
+        split(replace(data, records=tuple(off)), VO2)
 
 
 def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None:

@@ -142,6 +142,7 @@ OSCILLATOR = Subject(
     unnamed=("unnamed.spring", "unnamed.stop", "unnamed.dissipation", "unnamed.feedback"),
     sensed=lambda records: 1.0,
     lag_s=_quarter_period,
+    is_at_rest_undriven=False,
     grows_with_motion=True,
     allowed_share=0.0,
     promised=lambda model, dataset: {},

@@ -70,6 +70,8 @@ class Subject:
     """RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]
     """Between two looks at the past of motion and drive."""
+    is_at_rest_undriven: bool
+    """Whether a record without any input says nothing; else it may ring down."""
     grows_with_motion: bool
     """Whether a residual that grows with the motion cannot be noise."""
     allowed_share: float
