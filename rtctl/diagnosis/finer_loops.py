@@ -21,6 +21,7 @@ from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.subjects.subject import Placed
+from rtctl.diagnosis.support import SMALL
 from rtctl.diagnosis.verdict import LEAST_GAIN
 from rtctl.identification.coarse_loops import UNITS, left_by
 from rtctl.identification.fit_record import FitRecord
@@ -70,8 +71,17 @@ class FinerLoops(NamedTuple):
 
     def behind(self, found: Search) -> Search:
         """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
+        nominal = found.nominal.hypothesis
+        known = _without_its_correction(self.data, nominal, found.chosen.hypothesis)
+        fewer = _less_what_is_small(self.data, nominal, known)
+        if fewer is not known:  # what is small beside the causes may be the error of the loops
+            alone = self._behind(found, fewer)
+            if alone is not found and alone.passes:
+                return alone
+        return self._behind(found, known)
+
+    def _behind(self, found: Search, known: Hypothesis) -> Search:
         data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
-        known = _without_its_correction(data, nominal, chosen)
         placed, again = self._learned(known)
         if placed is None:
             return found
@@ -156,6 +166,18 @@ def _without_its_correction(data: Data, nominal: Hypothesis, chosen: Hypothesis)
     if rest == nominal.mechanisms:
         return nominal
     return fitted_without(data, nominal, chosen, rest) or chosen
+
+
+def _less_what_is_small(data: Data, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
+    """Without the causes that remove little of what the set does."""
+    removed = nominal.cost - known.cost
+    fewer = known
+    while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
+        rest = min(without_each(data, nominal, fewer), key=lambda one: one.cost, default=None)
+        if rest is None or rest.cost - known.cost > SMALL * removed:
+            break
+        fewer = rest
+    return fewer
 
 
 def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> Hypothesis:

@@ -14,7 +14,10 @@ from rtctl.diagnosis import causes, finer_loops
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.causes import LOOPS_STOPPED, NOT_PUT_RIGHT, Asked, DiagnosisOptions, Stopped, _Mended
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
+from rtctl.diagnosis.gate import examine
+from rtctl.diagnosis.hypothesis import fitted
 from rtctl.diagnosis.pictures import noise_density, pictures
+from rtctl.diagnosis.search import level_of
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -115,6 +118,25 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
+
+
+def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_levels, monkeypatch):
+    """It would matter beside loops that are learned behind it, whose errors are smaller than what it is taken for."""
+    monkeypatch.setattr(finer_loops, "NEGLIGIBLE", 0.0)
+    data, model = few_levels
+    found = answer(data, model, ids=FEW)
+    delayed, clean = found.search.learned.before, dataclasses.replace(found.data, executor=None)
+    more = delayed.simulation.extended(("sensor.ageing",))
+    both = fitted(clean, more, (*delayed.mechanisms, "sensor.ageing"), delayed.starts)
+    assert both is not None
+    assert both.cost < 0.995 * delayed.cost
+    search = found.search._replace(chosen=examine(both, clean, FEW), passes=False, learned=None, without=())
+    loops = finer_loops.FinerLoops(
+        found.data.subject.identified(model, data), clean, found.tests, FEW, level_of(0.05)
+    )
+    after = loops.behind(search)
+    assert after.passes
+    assert after.chosen.hypothesis.mechanisms == ("actuation.delay",)
 
 
 def beyond(data: Dataset, zone_mA: float) -> Dataset:
