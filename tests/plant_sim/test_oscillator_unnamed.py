@@ -93,12 +93,12 @@ def delayed(feedback: float, delay_s: float, parts: int = 50) -> np.ndarray:
 
 
 def test_a_force_that_comes_late_is_one_that_comes_late() -> None:
-    """Sixteen times the time of a section, as long as that is short beside the motion."""
+    """48 times the time of a section, as long as that is short beside the motion."""
     made = with_one("unnamed.feedback", "late", 1.5e3)
     made = made.with_values(
-        np.array([3e-4 if one.name == "unnamed.feedback.time" else one.value for one in made.parameters])
+        np.array([1e-4 if one.name == "unnamed.feedback.time" else one.value for one in made.parameters])
     )
-    expected, nominal = delayed(1.5e3, 16 * 3e-4), delayed(0.0, 0.0)
+    expected, nominal = delayed(1.5e3, 48 * 1e-4), delayed(0.0, 0.0)
     effect = float(np.std(expected - nominal))
     assert effect > 0.1 * np.std(nominal)
     assert np.std(motion(made) - expected) < 0.05 * effect
