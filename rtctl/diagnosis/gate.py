@@ -35,6 +35,7 @@ from rtctl.diagnosis.projection import (
     noise_of,
     project,
 )
+from rtctl.diagnosis.uneven import Uneven, uneven
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
 
@@ -49,6 +50,10 @@ BY_SIZE = (1.0 / 4.0, 1.0)
 """The same by plain squares, where the twelve had 0.11 and 0.56 at most."""
 NOTHING = 1e-6
 """Of what is allowed: so much less is certain to be exceeded, to 0.1 %."""
+BARELY = 1.5
+"""Times the noise (squares): a residual below it may be noise that is not as large everywhere."""
+DOUBTFUL = 0.1
+"""P-value below which that is asked."""
 REPEATS = "something that repeats"
 LAGS = 6
 """Of motion and drive, a quarter of a period apart."""
@@ -66,7 +71,7 @@ class Test(NamedTuple):
 class Metric(NamedTuple):
     """Residual and directions in units of some noise, and what of a misfit is no gap: noncentralities."""
 
-    projected: Projected
+    projected: Projected | Uneven
     along: FloatArray
     """(k,) of each direction alone."""
     together: float
@@ -118,6 +123,9 @@ def examine(
         tests = _beyond_what_is_allowed(directions, of_noise, rows, models, allowed)
     else:
         tests = _tests(directions, of_noise)
+        excess = projected.residual / max(projected.samples - projected.rank, 1)
+        if excess < BARELY and min(test.p_value for test in tests) < DOUBTFUL:
+            tests = _tests(directions, of_noise, of_noise._replace(projected=uneven(rows, models, projected)))
     stepped = any(
         data.step(name) > 0.0 for name in outputs
     )  # a converter's noise follows the motion, and repeats
@@ -250,31 +258,52 @@ def _chance(statistic: float, freedom: int, allowance: float) -> float:
 
 
 def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:
-    """Whether the leftover's variance goes with the motion's: log variance of blocks on log amplitude, rank-based.
+    """Whether the leftover's variance goes with the motion's within records: log variance of blocks on log amplitude,
+    rank-based, both about their means in each record, since a bench may have been noisier on one day than on another.
 
     The simulated motion's: where a ring-down has died away, the size of a reading is that of its own noise.
     """
     from scipy.stats import spearmanr
 
     block = max(16, round(4.0 * np.pi / data.scales.rate / data.records[0].period_s))
-    sizes, amplitudes = [], []
-    for index, left in enumerate(leftover(rows, noise)):
+    sizes, amplitudes = list[FloatArray](), list[FloatArray]()
+    for index, left in enumerate(leftover(_as_noisy(rows, noise), noise)):
         record = data.records[index]
         motion = record.measured[data.subject.output][record.first :] + rows[index].residual[0]
         count = len(motion) // block
         if count < 4:
             continue
         white = noise[0].whiten(left[0])[: count * block].reshape(count, block)
-        sizes.append(np.log(np.mean(white**2, axis=1) + 1e-12))
         pieces = motion[: count * block].reshape(count, block)
-        amplitudes.append(np.log(np.std(pieces, axis=1) + 1e-300))
+        for found, of_blocks in (
+            (sizes, np.log(np.mean(white**2, axis=1) + 1e-12)),
+            (amplitudes, np.log(np.std(pieces, axis=1) + 1e-300)),
+        ):
+            found.append(of_blocks - of_blocks.mean())
     if not sizes:
         return Test("residual grows with the motion", 0.0, 0, 1.0)
-    found = spearmanr(np.concatenate(amplitudes), np.concatenate(sizes), alternative="greater")
-    p_value = float(found.pvalue)
-    return Test(
-        "residual grows with the motion", float(found.statistic), 1, p_value if np.isfinite(p_value) else 1.0
-    )
+    x, y = np.concatenate(amplitudes), np.concatenate(sizes)
+    if not (np.ptp(x) > 0.0 and np.ptp(y) > 0.0):
+        return Test("residual grows with the motion", 0.0, 0, 1.0)
+    ranked = spearmanr(x, y, alternative="greater")
+    return Test("residual grows with the motion", float(ranked.statistic), 1, float(ranked.pvalue))
+
+
+def _as_noisy(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[Rows]:
+    """Each record in units of its own noise: what a loud one makes parameters err by is no gap of a quiet one."""
+    found = []
+    for row, left in zip(rows, leftover(rows, noise), strict=True):
+        sizes = [float(model.whiten(one).std()) or 1.0 for model, one in zip(noise, left, strict=True)]
+        own = 1.0 / np.array(sizes)[:, None]
+        found.append(
+            Rows(
+                residual=row.residual * own,
+                shared=row.shared * own,
+                own=row.own * own,
+                directions=row.directions * own,
+            )
+        )
+    return found
 
 
 def beyond_repeats(

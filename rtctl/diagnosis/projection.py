@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from rtctl.identification.residual_noise import NoiseModel, noise_with_slow_part
 
 FloatArray = NDArray[np.float64]
-LEAST_VISIBLE = 1e-5
+LEAST_VISIBLE = 1e-9
 """Squared share of a direction that must remain: below it, it is a combination of others."""
+ROUND_OFF = 1e-10
+"""Squared share of a row beyond a record's own unknowns that is none."""
 RESTRICTED_TURNS = 3
 """Of the noise's estimate; the second knows its size, the third its colour; one more its slow part."""
 
@@ -40,8 +42,7 @@ class Rows:
     def gram(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, int, int]:
         """Of `whitened`, (1 + p + k, 1 + p + k), without making it; samples; how many own unknowns were taken off."""
         flat, basis = self._white(noise)
-        along = flat @ basis
-        return flat @ flat.T - along @ along.T, flat.shape[1], basis.shape[1]
+        return _left(flat, flat @ basis), flat.shape[1], basis.shape[1]
 
     def _white(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """[residual, shared, directions] whitened, and an orthonormal basis (outputs n, q) of the own unknowns."""
@@ -82,7 +83,27 @@ class Rows:
         basis, triangle = np.linalg.qr(own.T)
         along = flat @ basis
         inverse = np.linalg.pinv(triangle)
-        return Apart(flat @ flat.T - along @ along.T, along @ inverse.T, inverse.T)
+        return Apart(_left(flat, along), along @ inverse.T, inverse.T)
+
+
+def _left(flat: FloatArray, along: FloatArray) -> FloatArray:
+    """Gram matrix (m, m) of the rows of `flat` (m, n) without their parts `along` (m, q) an orthonormal basis.
+
+    What the own unknowns follow to round-off (a sensor's offset, of a mass that nothing holds) is zero, else round-off
+    would be a direction.
+    """
+    whole = flat @ flat.T
+    left: FloatArray = whole - along @ along.T
+    followed = np.diag(left) <= ROUND_OFF * np.diag(whole)
+    left[followed] = 0.0
+    left[:, followed] = 0.0
+    return left
+
+
+def _sizes(gram: FloatArray) -> FloatArray:
+    """Roots of the diagonal; 1 where nothing is left."""
+    squares = np.diag(gram)
+    return np.sqrt(np.where(squares > 0.0, squares, 1.0))
 
 
 class Apart(NamedTuple):
@@ -100,8 +121,10 @@ class Projected:
     """Residual and directions beyond `shared`, in units of the noise."""
 
     def __init__(self, gram: FloatArray, shared: int, samples: int, own: int) -> None:
-        scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+        scale = _sizes(gram)
         normal = gram / scale[:, None] / scale
+        self.gram = gram
+        """Of residual, shared slopes and directions beyond each record's own unknowns."""
         self.scale = scale
         keep = [0, *range(1 + shared, len(gram))]
         inner = normal[1 : 1 + shared, 1 : 1 + shared]
@@ -132,15 +155,8 @@ class Projected:
     def block(self, chosen: NDArray[np.intp]) -> tuple[float, int]:
         """Sum of squares that the chosen directions remove together, and their rank."""
         chosen = chosen[self.usable[chosen]]
-        if len(chosen) == 0:
-            return 0.0, 0
-        size = np.sqrt(self.visible[chosen])
-        matrix = self.left[np.ix_(1 + chosen, 1 + chosen)] / size[:, None] / size
-        right = self.left[1 + chosen, 0] / size
-        values, vectors = np.linalg.eigh(matrix)
-        good = values > 1e-9 * values[-1]
-        along = vectors[:, good].T @ right
-        return float(self.scale[0] ** 2 * np.sum(along**2 / values[good])), int(good.sum())
+        removed, rank = strength(self.left[np.ix_(1 + chosen, 1 + chosen)], self.left[1 + chosen, 0])
+        return float(self.scale[0] ** 2 * removed), rank
 
     def single(self) -> FloatArray:
         """(k,) sum of squares that each direction alone removes; 0 where it is not usable."""
@@ -157,6 +173,17 @@ class Projected:
         size = self.scale[1 + shared :]
         steps[usable] = -self.left[1:, 0][usable] / self.visible[usable] * self.scale[0] / size[usable]
         return steps
+
+
+def strength(covariance: FloatArray, score: FloatArray) -> tuple[float, int]:
+    """score^T covariance^-1 score (m,), (m, m), and the rank that it is taken in."""
+    if len(score) == 0:
+        return 0.0, 0
+    size = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / size[:, None] / size)
+    good = values > 1e-9 * values[-1]
+    along = vectors[:, good].T @ (score / size)
+    return float(np.sum(along**2 / values[good])), int(good.sum())
 
 
 def project(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> Projected:
@@ -192,7 +219,7 @@ def leftover(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[FloatArr
     """(outputs, n) of each record: residual that neither own unknowns, shared ones nor any direction can follow."""
     gram, _, _ = _total(rows, noise)
     count = len(gram)
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scale = _sizes(gram)
     normal = gram / scale[:, None] / scale
     solved = np.linalg.pinv(normal[1:, 1:], rcond=1e-10, hermitian=True) @ normal[1:, 0]
     weights = solved * scale[0] / scale[1:] if count > 1 else np.zeros(0)
@@ -232,7 +259,7 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
     for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
-        taken, half = _least_squares(np.sum([part.gram for part in split], axis=0))
+        taken, half = least_squares(np.sum([part.gram for part in split], axis=0))
         weights = np.append(1.0, -taken)[None]
         if turn > 0:  # the first model's unit is not that of the noise
             weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
@@ -258,9 +285,9 @@ def _known(row: Rows, part: Apart, weights: FloatArray, output: int, *, whole: b
     return row.combined(weights, own, output)
 
 
-def _least_squares(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
+def least_squares(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Weights (p + k,) of all directions together, and H (rank, p + k) of which H^T H is their covariance."""
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scale = _sizes(gram)
     normal = gram / scale[:, None] / scale
     values, vectors = np.linalg.eigh(normal[1:, 1:])
     good = values > 1e-10 * values[-1] if len(values) else np.zeros(0, bool)

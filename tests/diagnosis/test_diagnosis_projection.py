@@ -77,3 +77,23 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
     found = noise_of(rows)[0]
     assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
     assert found.variance == pytest.approx(noise.variance, rel=1e-9)
+
+
+@pytest.mark.parametrize("round_off", [0.0, 1e-9])
+def test_what_a_records_own_unknowns_follow_is_no_direction_and_leaves_the_noise_as_it_is(
+    round_off: float,
+) -> None:
+    """A sensor's offset, of a mass that nothing holds: its start follows it."""
+    draw = np.random.default_rng(4)
+    own = draw.standard_normal((2, 1, 400))
+    rows = Rows(
+        residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), own=own,
+        directions=np.concatenate(
+            (own[:1] + round_off * draw.standard_normal((1, 1, 400)), draw.standard_normal((2, 1, 400)))
+        ),
+    )  # fmt: skip
+    noise = noise_of([rows], slow=True)
+    assert noise[0].mean_square == pytest.approx(1.0, rel=0.3)
+    projected = project([rows], noise)
+    assert projected.usable.tolist() == [False, True, True]
+    assert projected.single()[0] == 0.0
