@@ -34,6 +34,9 @@ IN_CONTENTION = 1.5
 """Times the lowest cost."""
 COULD_WIN = 3.0
 """The same, of one that a linear step promises to take to the front: a rival that is not at its end would be none."""
+FORMS = 2
+OTHER_FORM = 10.0
+"""Times the lowest cost, of another form of a set that goes to the end: so many of them go with it."""
 LEADING = 1.1
 """Times the lowest cost: of these, what has kinks is fitted past them."""
 DONE = 1e-3
@@ -108,6 +111,7 @@ def _to_the_end(
             leaders[key] = min(leaders[key], _further(glance, one, SECOND_LAP), key=_cost)
     field = _sorted(leaders.values())
     last = _in_reach(field, LAST)
+    last += _in_another_form(field, last)
     if glance is not data:  # costs of few samples and of all cannot be compared
         finished = [one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None]
         return _sorted([*finished, *_slow_ones(data, runners, finished)])
@@ -123,7 +127,7 @@ def _to_the_end(
         ]
     near = LEADING * min((one.cost for one in gone), default=0.0)
     gone = [past_kinks(data, one) if one.cost < near and not budget.spent else one for one in gone]
-    return _sorted([*gone, *field[len(last) :]])
+    return _sorted([*gone, *(one for one in field if not _among(one, last))])
 
 
 def _begun(data: Data, runner: Runner) -> Hypothesis | None:
@@ -155,7 +159,7 @@ def _to_its_end(data: Data, one: Hypothesis) -> Hypothesis:
 
 def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
-    end = _to_its_end(data.glance, one)
+    end = past_kinks(data.glance, _to_its_end(data.glance, one))
     return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
 
 
@@ -185,6 +189,15 @@ def _in_contention(one: Hypothesis, least: float) -> bool:
 
 def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
     return [one for one in field[:most] if one.cost <= HOPELESS * field[0].cost]
+
+
+def _in_another_form(field: Sequence[Hypothesis], last: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Further ones of `field` of the same sets as `last`: what acts in another way may need a shape that is still at
+    its default, and is far behind until it moves.
+    """
+    sets = [frozenset(one.mechanisms) for one in last]
+    others = (one for one in field if not _among(one, last) and frozenset(one.mechanisms) in sets)
+    return [one for one in others if one.cost < OTHER_FORM * last[0].cost][:FORMS]
 
 
 def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:

@@ -17,7 +17,15 @@ from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.race import PROMISING, Runner, _in_contention, _promising, _to_the_end, race
+from rtctl.diagnosis.race import (
+    PROMISING,
+    Runner,
+    _in_another_form,
+    _in_contention,
+    _promising,
+    _to_the_end,
+    race,
+)
 from rtctl.diagnosis.runners import runners_of
 from rtctl.diagnosis.search import _second_chance, _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
@@ -224,3 +232,19 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
     )
     field = race(data, runners_of(examine(nominal, data, ids)), lambda text: None)
     assert (DRIFT,) in [one.mechanisms for one in field]
+
+
+def test_another_form_of_a_set_that_goes_to_the_end_goes_with_it(
+    fitted_case: tuple[Data, Hypothesis],
+) -> None:
+    """A driven second mode beside a delay (three times the cost, its damping still at the default) against a mass."""
+    _, nominal = fitted_case
+
+    def one(mechanisms: str, cost: float) -> Hypothesis:
+        return replace(nominal, mechanisms=tuple(mechanisms.split()), cost=cost)
+
+    first, second = one("mode.second drive.delay", 1.0), one("mode.second sensor.lag", 1.1)
+    driven, hopeless = one("mode.second drive.delay", 3.0), one("sensor.lag mode.second", 40.0)
+    field = [first, second, one("damping.quadratic", 1.2), driven, hopeless]
+    found = _in_another_form(field, [first, second])
+    assert [each is driven for each in found] == [True]
