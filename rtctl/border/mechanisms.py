@@ -64,6 +64,8 @@ class Parameter:
     """Of a shape: how many values a search tries, evenly in the logarithm."""
     of_record: bool = False
     """Each record may have its own, as the phase of something that runs on between records."""
+    of_form: str = ""
+    """Of a shape: the only form that it is one of; "" of all."""
     kinked: bool = False
     """A fit has many valleys along it, as where dry friction stops a motion: one for each cycle in which it may."""
 

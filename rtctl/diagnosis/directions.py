@@ -8,7 +8,6 @@ which coordinate it lives.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.shapes import shape_grid
-from rtctl.diagnosis.subjects.steps import STEPS, tame
+from rtctl.diagnosis.subjects.steps import moves
 
 FloatArray = NDArray[np.float64]
 
@@ -55,9 +54,9 @@ def catalogue_directions(
         extended = simulation.extended((identity,))
         mechanism = extended.mechanisms[-1]
         units = parameters_of(extended, identity)
-        grid = list(shape_grid(mechanism, data, residuals))
         forms = dict.fromkeys(mechanism.form_of(amplitude.name) for amplitude in mechanism.amplitudes)
-        for form, (shapes, trials) in product(forms, grid):
+        grid = [(form, one) for form in forms for one in shape_grid(mechanism, data, residuals, form)]
+        for form, (shapes, trials) in grid:
             for amplitude in mechanism.amplitudes:
                 if mechanism.form_of(amplitude.name) != form:
                     continue
@@ -109,7 +108,7 @@ def mechanism_slopes(
     outputs = hypothesis.sensitivity.outputs
     slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
-    for step in STEPS if left else ():
+    for step in data.subject.steps.sizes if left else ():
         lanes = np.tile(base, (1 + len(left), 1))
         for lane, k in enumerate(left, 1):
             for name, value in directions[k].shapes.items():
@@ -124,9 +123,9 @@ def mechanism_slopes(
             continue
         moved = np.stack([run.outputs[name][:, record.first :] for name in outputs], axis=1)
         moved = moved[1:] - moved[0]
-        good = tame(moved, data, outputs)
-        slopes[[k for k, one in zip(left, good, strict=True) if one]] = moved[good] / step
-        left = [k for k, one in zip(left, good, strict=True) if not one]
+        far = moves(moved, data, outputs)
+        slopes[[k for k, usable in zip(left, far.usable, strict=True) if usable]] = moved[far.usable] / step
+        left = [k for k, small in zip(left, far.small, strict=True) if not small]
         if not left:
             break
     return slopes

@@ -25,11 +25,13 @@ class Shapes(NamedTuple):
     trials: int
 
 
-def shape_grid(mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray]) -> Iterator[Shapes]:
-    """Shapes with a default stay there, or where else they are looked for, but for frequencies."""
+def shape_grid(
+    mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray], form: str = ""
+) -> Iterator[Shapes]:
+    """Of one form. Shapes with a default stay there, or where else they are looked for, but for frequencies."""
     axes = {}
     for parameter in mechanism.parameters:
-        if parameter.is_shape:
+        if parameter.is_shape and parameter.of_form in ("", form):
             axes[parameter.name] = _axis(parameter, data, residuals)
     for choice in itertools.product(*axes.values()):
         values = {name: value for name, (value, _) in zip(axes, choice, strict=True)}

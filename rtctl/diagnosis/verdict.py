@@ -43,6 +43,7 @@ def confirmed(
     gains: Sequence[Gain | None],
     *,
     doubted: bool = False,
+    correction: bool = False,
     allowed: Mapping[str, float] | None = None,
 ) -> str:
     """`verdict`, once the test records were simulated: a part that is explained, or a whole that is `doubted`, must be
@@ -50,7 +51,8 @@ def confirmed(
 
     Nor is a part explained by two laws of dissipation that leave something: together they imitate a third. Where
     what is doubted is no gain, and the nominal model misses the test records by noise and what is `allowed` (mean
-    square, by output), nothing is wrong that they show.
+    square, by output), nothing is wrong that they show; nor where it is a `correction` of what was identified alone,
+    which left that much.
     """
     if verdict != "partly_explained" and not (verdict == "explained" and doubted):
         return verdict
@@ -59,7 +61,8 @@ def confirmed(
     imitated = verdict == "partly_explained" and len(DISSIPATION & set(causes)) > 1
     if held and not imitated:
         return verdict
-    return "adequate" if doubted and all(_quiet(one, allowed or {}) for one in measured) else "unexplained"
+    nothing = correction or all(_quiet(one, allowed or {}) for one in measured)
+    return "adequate" if doubted and nothing else "unexplained"
 
 
 def _quiet(one: Gain, allowed: Mapping[str, float]) -> bool:

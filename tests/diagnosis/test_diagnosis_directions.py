@@ -14,6 +14,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.directions import catalogue_directions, mechanism_slopes
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.subjects.steps import slope
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.wiring import build_simulation
@@ -68,3 +69,20 @@ def test_a_direction_that_no_step_resolves_is_none(monkeypatch: pytest.MonkeyPat
     directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), data, residual)
     monkeypatch.setattr(type(nominal.simulation), "predict", refused)
     assert not mechanism_slopes(nominal, directions, data, 0).any()
+
+
+def test_a_step_that_moves_the_motion_far_is_taken_again_shorter() -> None:
+    """Near a barrier the bend of a slope would look like a direction of its own."""
+    data, _ = in_micrometres()
+    size, along = data.size("displacement"), np.ones((1, data.records[0].samples))
+
+    def bent(step: float) -> np.ndarray:
+        return size * along * (3e4 * step + 1e10 * step**2)
+
+    found = slope(bent, data, ["displacement"], 0.0)
+    assert np.all(np.abs(found / size / 3e4 - 1.0) < 0.001)
+
+    def escaping(step: float) -> np.ndarray:
+        return size * along * (1e10 * step)
+
+    assert slope(escaping, data, ["displacement"], 0.0) == 0.0

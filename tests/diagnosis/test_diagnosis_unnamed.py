@@ -20,7 +20,7 @@ from rtctl.diagnosis.race import race
 from rtctl.diagnosis.runners import runners_of
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.subjects import SUBJECTS
-from rtctl.diagnosis.unnamed import explaining_more
+from rtctl.diagnosis.unnamed import SUSPECT, explaining_more, explaining_the_past, past_in
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.simulations.vo2 import Vo2Simulation
@@ -121,6 +121,53 @@ def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_leas
         of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
     assert explaining_more(data, nominal, named, Budget.of()).startswith("The restoring force has a kink")
+
+
+RELAXING = {"level": 900.0, "order": 0.5, "time": 8e-3}
+
+
+@pytest.mark.parametrize(
+    ("hidden", "said"),
+    [("many", "A part of the stiffness relaxes with many time constants"), ("one", "")],
+)
+def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise(
+    hidden: str, said: str
+) -> None:
+    """What one leaves is less than a fifth of the noise: the cost as a whole would not tell."""
+    single = {
+        "id": "stiffness.viscoelastic",
+        "parameters": {
+            "stiffness": {"value": 2e3, "unit": "1/s^2"},
+            "time_constant": {"value": 8e-3, "unit": "s"},
+        },
+    }
+    made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
+    data, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
+    found = explaining_more(data, nominal, named, Budget.of())
+    assert found.startswith(said) if said else not found
+
+
+def late_by(radians: float, share: float) -> Data:
+    """Two records of the device with a force that follows it late, as much of its stiffness as `share`."""
+    rate = float(np.sqrt(1.6e4))
+    time = radians / rate / 48.0
+    return of(unnamed("unnamed.feedback", late=share * 1.6e4, time=time))
+
+
+def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
+    """Of a force that is 9 radians late a second mode leaves what no other question sees."""
+    data = late_by(9.0, 0.03)
+    nominal = fitted(data, device(), ())
+    assert nominal is not None
+    assert past_in(examine(nominal, data, ()), data) < SUSPECT
+    assert explaining_the_past(data, nominal, examine(nominal, data, ()), Budget.of()).startswith(
+        "A force follows"
+    )
+    friction, nominal, named = braked("dry")
+    told: list[str] = []
+    assert past_in(examine(named, friction, ()), friction) > SUSPECT
+    assert not explaining_the_past(friction, nominal, examine(named, friction, ()), Budget.of(), told.append)
+    assert not told, "no law was fitted where nothing is suspected"
 
 
 def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None:

@@ -100,3 +100,12 @@ def test_what_is_doubted_and_no_gain_is_nothing_where_the_nominal_model_misses_b
         confirmed("explained", ["sensor.ageing"], [quiet, loud], doubted=True, allowed=allowed) == "adequate"
     )
     assert confirmed("partly_explained", ["sensor.ageing"], [quiet]) == "unexplained", "the gate saw the rest"
+
+
+def test_what_corrects_the_identification_alone_and_is_no_gain_is_what_that_left() -> None:
+    loud = Gain("log_resistance", "", 0.15, 0.15, 0.1, 1.0, 0.9, 1.1)
+    shape = ["hysteresis.shape"]
+    assert confirmed("explained", shape, [loud], doubted=True, correction=True) == "adequate"
+    assert confirmed("explained", shape, [loud], doubted=True) == "unexplained"
+    assert confirmed("partly_explained", shape, [loud], correction=True) == "unexplained"
+    assert confirmed("explained", shape, [of_ratio(3.0)], doubted=True, correction=True) == "explained"

@@ -104,6 +104,32 @@ def test_a_force_that_comes_late_is_one_that_comes_late() -> None:
     assert np.std(motion(made) - expected) < 0.05 * effect
 
 
+def relaxed(level: float, order: float, time_s: float, parts: int = 50) -> np.ndarray:
+    """A force - level sum of 4^(k order) w_k, w_k' = z' - 4^k w_k / time, k = -2 to 2, by small steps."""
+    drive, h = DRIVE.inputs["drive"], DRIVE.period_s / parts
+    count = (len(drive) - 1) * parts
+    u = np.interp(np.arange(count + 1) / parts, np.arange(len(drive)), drive)
+    damping, stiffness, gain = (NOMINAL[name][0] for name in ("damping", "stiffness", "drive_gain"))
+    k = np.arange(-2.0, 3.0)
+    weights, kept, w = level * 4.0 ** (order * k), np.exp(-h * 4.0**k / time_s), np.zeros(5)
+    z, v = np.zeros(count + 1), 0.0
+    for step in range(count):
+        v += h * (gain * u[step] - damping * v - stiffness * z[step] - weights @ w)
+        z[step + 1] = z[step] + h * v
+        w = kept * w + h * v
+    return z[::parts]
+
+
+def test_many_relaxations_are_the_sum_of_their_sentence() -> None:
+    made = with_one("unnamed.relaxations", "level", 900.0)
+    shapes = {"unnamed.relaxations.order": 0.5, "unnamed.relaxations.time": 8e-3}
+    made = made.with_values(np.array([shapes.get(one.name, one.value) for one in made.parameters]))
+    expected, nominal = relaxed(900.0, 0.5, 8e-3), delayed(0.0, 0.0)
+    effect = float(np.std(expected - nominal))
+    assert effect > 0.1 * np.std(nominal)
+    assert np.std(motion(made) - expected) < 0.02 * effect
+
+
 @pytest.mark.parametrize("power", ["quarter", "half"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_power_below_one_takes_energy_or_gives_it(power: str, sign: float) -> None:

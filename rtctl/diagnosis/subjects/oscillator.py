@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.subjects.steps import STEPS, tame
-from rtctl.diagnosis.subjects.subject import Force, Reader, Records, Subject
+from rtctl.diagnosis.subjects.steps import Steps, slope
+from rtctl.diagnosis.subjects.subject import Force, Past, Reader, Records, Subject
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 
 if TYPE_CHECKING:
@@ -50,8 +50,54 @@ GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
 )
 
 
+LATE = (2.0, 4.0, 6.0, 9.0, 12.0, 16.0, 20.0, 24.0)
+"""Radians of the motion's rate by which forces follow the displacement."""
+RELAXING = (1.0 / 16.0, 1.0 / 4.0, 1.0, 4.0, 16.0)
+"""Rates of springs that relax, over the motion's."""
+PAST = (
+    *(f"z, {late:g} rad late" for late in LATE),
+    *(f"z, relaxing at {rate:g} rad/rad" for rate in RELAXING),
+)
+
+
 def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
     """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
+
+    def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
+        t = np.linspace(-1.0, 1.0, len(z))
+        return [force(z, v, u, t) for _, _, force in GENERIC]
+
+    return _pushed(hypothesis, data, index, forces)
+
+
+def past_slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+    """(len(PAST), outputs, n) of record `index`: forces linear in the past of the displacement."""
+    radians = data.scales.rate * data.records[index].period_s
+
+    def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
+        at = np.arange(len(z), dtype=float)
+        late = [np.interp(at - lag / radians, at, z) for lag in LATE]
+        return [*late, *(_relaxed(z, rate * radians) for rate in RELAXING)]
+
+    return _pushed(hypothesis, data, index, forces)
+
+
+def _relaxed(z: FloatArray, rate: float) -> FloatArray:
+    """(n,) w' = z' - rate w from zero, time in samples; exact for straight lines between them."""
+    from scipy.signal import lfilter
+
+    kept = float(np.exp(-rate))
+    made: FloatArray = lfilter([(1.0 - kept) / rate], [1.0, -kept], np.diff(z, prepend=z[0]))
+    return made
+
+
+def _pushed(
+    hypothesis: Hypothesis,
+    data: Data,
+    index: int,
+    forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
+) -> FloatArray:
+    """(forces, outputs, n): what each does that is of `forces` (displacement, velocity, drive, each over its size)."""
     record = data.records[index]
     values = hypothesis.values_of(index)
     start = np.atleast_2d(hypothesis.start(index))
@@ -60,18 +106,17 @@ def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
     scales, u = data.scales, record.stimulus.inputs["drive"]
     z = base.outputs["displacement"][0] / scales.displacement
     v = base.outputs["velocity"][0] / scales.velocity
-    t = np.linspace(-1.0, 1.0, record.samples)
     outputs = hypothesis.sensitivity.outputs
-    found = np.zeros((len(GENERIC), len(outputs), record.samples - record.first))
-    for k, (_, _, force) in enumerate(GENERIC):
-        phi = force(z, v, u / (scales.drive or 1.0), t)
-        for step in STEPS:
+    made = forces(z, v, u / (scales.drive or 1.0))
+    found = np.zeros((len(made), len(outputs), record.samples - record.first))
+    for k, phi in enumerate(made):
+
+        def moved(step: float, phi: FloatArray = phi) -> FloatArray:
             stimulus = replace(plain, inputs={"drive": u + step * (scales.drive or 1.0) * phi})
             run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
-            moved = np.array([(run.outputs[n] - base.outputs[n])[:, record.first :] for n in outputs])
-            if tame(moved.swapaxes(0, 1), data, outputs)[0]:
-                found[k] = moved[:, 0] / step
-                break
+            return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
+
+        found[k] = slope(moved, data, outputs, 0.0)
     return found
 
 
@@ -139,7 +184,17 @@ OSCILLATOR = Subject(
     about_mean=False,
     forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
     slopes=slopes,
-    unnamed=("unnamed.spring", "unnamed.stop", "unnamed.dissipation", "unnamed.feedback"),
+    steps=Steps((1e-5, 1e-7, 1e-9), small=1e-3),
+    past=Past(
+        tuple(Force(name, "past") for name in PAST), past_slopes, ("unnamed.relaxations", "unnamed.feedback")
+    ),
+    unnamed=(
+        "unnamed.spring",
+        "unnamed.stop",
+        "unnamed.dissipation",
+        "unnamed.relaxations",
+        "unnamed.feedback",
+    ),
     sensed=lambda records: 1.0,
     lag_s=_quarter_period,
     is_at_rest_undriven=False,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.subjects.steps import Steps
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
@@ -46,6 +47,15 @@ class Force(NamedTuple):
     coordinate: str
 
 
+class Past(NamedTuple):
+    """Forces that are linear in the past of the motion, and the laws of no name that act so."""
+
+    forces: tuple[Force, ...]
+    slopes: Callable[[Hypothesis, Data, int], FloatArray]
+    """(forces, outputs, n) of a record."""
+    laws: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
     """A kind of plant as the diagnosis sees it."""
@@ -64,8 +74,13 @@ class Subject:
     forces: tuple[Force, ...]
     slopes: Callable[[Hypothesis, Data, int], FloatArray]
     """(forces, outputs, n) of a record: what each force does to the outputs."""
+    steps: Steps
+    """Of finite differences along directions."""
+    past: Past | None
+    """What a set that passes the gate is asked as well; None: nothing."""
     unnamed: tuple[str, ...]
-    """Mechanisms in no catalogue: a set of causes that leaves something is not told if one of these leaves less."""
+    """Mechanisms in no catalogue: a set of causes that leaves something is not told if one of these leaves less. Those
+    that take least time first."""
     sensed: Callable[[Records], float]
     """RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE, LogReading, floor_of, log_above
-from rtctl.diagnosis.subjects.steps import STEPS, tame
+from rtctl.diagnosis.subjects.steps import Steps, slope
 from rtctl.diagnosis.subjects.subject import Force, Placed, Reader, Records, Signals, Subject
 from rtctl.hysteresis.preisach import PreisachModel
 from rtctl.identification.coarse_loops import Coarse, Samples, coarse_loops, identified_loops, relearned
@@ -128,14 +128,14 @@ def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
     found = np.zeros((len(FORCES), len(outputs), record.samples - record.first))
     swing = float(current.std()) or 1.0
     for k, (_, _, force) in enumerate(ON_CURRENT):
-        for step in STEPS:
+
+        def moved(step: float, force: Callable[[Course], FloatArray] = force) -> FloatArray:
             moved_current = np.maximum(current + step * swing * force(path), 0.0)
             stimulus = replace(record.stimulus, inputs={"current": moved_current})
             run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
-            moved = np.array([(run.outputs[n] - base.outputs[n])[:, record.first :] for n in outputs])
-            if tame(moved.swapaxes(0, 1), data, outputs)[0]:
-                found[k] = moved[:, 0] / step
-                break
+            return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
+
+        found[k] = slope(moved, data, outputs, 0.0)
     k = len(ON_CURRENT)
     for reading in READINGS:
         for _, _, force in ON_READING:
@@ -310,6 +310,8 @@ VO2 = Subject(
     about_mean=True,
     forces=FORCES,
     slopes=slopes,
+    past=None,
+    steps=Steps((1e-4, 1e-7), small=0.3),
     unnamed=tuple(UNNAMED),
     sensed=_resistance_rms,
     lag_s=_heating_time,
