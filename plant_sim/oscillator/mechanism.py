@@ -89,6 +89,8 @@ class OscillatorMechanism(Mechanism):
     """Row of `plant_sim.oscillator.terms` -> parameter that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
+    unread: Callable[[float, Values], float] | None = None
+    """Of a sensor, a displacement at rest from its reading; None: the reading itself."""
     fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0
     """Angular frequency [1/s] that it adds (in squares) to what the integrator must resolve, at speeds up to `speed`;
     of a relaxation `RELAXATION` times its rate."""

@@ -46,6 +46,10 @@ class OscillatorSimulation:
         """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
         start = _start(stimulus, len(values), initial)
+        if initial is None and "displacement" in stimulus.read:
+            start[:, 0] = [
+                self._unread(float(one), own) for one, own in zip(start[:, 0], values, strict=True)
+            ]
         groups = self._sharing_a_drive(values)
         if len(groups) == 1:
             displacement, velocity = self._march(stimulus, values, start, steps_per_period, refine)
@@ -158,6 +162,13 @@ class OscillatorSimulation:
                 if mechanism.sensor is not None:
                     moved = mechanism.sensor(moved, self._of(mechanism, values))
         return moved.displacement, moved.velocity
+
+    def _unread(self, reading: float, values: FloatArray) -> float:
+        """The displacement at rest that the sensor of one lane reads so."""
+        for mechanism in sorted(self.mechanisms, key=lambda one: -one.stage):
+            if mechanism.unread is not None and self._acts(mechanism, values[None]):
+                reading = mechanism.unread(reading, self._of(mechanism, values))
+        return reading
 
     def _acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:
         """Whether any lane has it away from neutral: a neutral one is not there, to the last bit."""

@@ -25,6 +25,8 @@ class Stimulus:
     period_s: float
     initial: Mapping[str, float] = field(default_factory=dict)
     """State at the first sample in the data's units; what is missing is at rest."""
+    read: frozenset[str] = frozenset()
+    """Of `initial`, what was read by the sensor: the state is what the model's sensor would read so."""
     peak: Mapping[str, float] = field(default_factory=dict)
     """Largest measured magnitude of each output, where it is known: the step is chosen for it."""
     swing: Mapping[str, float] = field(default_factory=dict)

@@ -21,6 +21,7 @@ def stimulus_of(record: Record, holds: Mapping[str, str]) -> Stimulus:
         holds=dict(holds),
         period_s=record.period_s,
         initial=rest | dict(record.initial),
+        read=frozenset(rest.keys() - record.initial.keys()),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},
         swing={name: 0.5 * float(np.ptp(values)) for name, values in measured.items()},
     )

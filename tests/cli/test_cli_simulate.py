@@ -90,6 +90,31 @@ def edited(source: Path, target: Path, old: str, new: str) -> Path:
     return target
 
 
+OFFSET = """
+[[model.mechanisms]]
+id = "sensor.offset"
+parameters = { offset = { value = 0.3, unit = "mm" } }
+[[model.mechanisms]]
+id = "sensor.saturation"
+parameters = { curvature = { value = 0.2, unit = "1/mm^2" } }
+"""
+
+
+def test_a_motion_begins_where_the_models_sensor_reads_the_first_sample(bench: Path, tmp_path: Path) -> None:
+    z = duffing(np.loadtxt(bench / "c.csv", delimiter=",", skiprows=1)[:, 0])
+    root = np.sqrt(0.2)
+    rows = np.column_stack(
+        [np.loadtxt(bench / "c.csv", delimiter=",", skiprows=1)[:, 0], np.tanh(root * z) / root + 0.3]
+    )
+    np.savetxt(tmp_path / "c.csv", rows, delimiter=",", header="drive,displacement", comments="", fmt="%.12g")
+    record = f'[[records]]\nfile = "c.csv"\nsample_rate_hz = {RATE_HZ}\n'
+    (tmp_path / "dataset.toml").write_text(SIGNALS + record)
+    (tmp_path / "model.toml").write_text(MODEL + OFFSET)
+    assert simulate(tmp_path / "model.toml", tmp_path / "dataset.toml", tmp_path / "out") == 0
+    [row] = json.loads((tmp_path / "out" / "summary.json").read_text())["records"]
+    assert row["outputs"]["displacement"]["rms_error"] < 3e-5  # SciPy's; begun at the reading it is 0.31
+
+
 def test_a_true_model_leaves_only_the_noise(bench: Path, tmp_path: Path) -> None:
     assert simulate(bench / "model.toml", bench / "dataset.toml", tmp_path) == 0
     rows = json.loads((tmp_path / "summary.json").read_text())["records"]

@@ -13,5 +13,6 @@ MECHANISM = OscillatorMechanism(
     statement="The displacement sensor reads {offset} too much.",
     parameters=(coefficient("offset", "{z}", "of the displacement reading", lambda s: s.displacement),),
     sensor=shifted,
+    unread=lambda reading, p: reading - p["offset"],
     stage=3,
 )

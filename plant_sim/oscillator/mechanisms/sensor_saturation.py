@@ -17,6 +17,12 @@ def saturated(moved: Moved, p: Values) -> Moved:
     return moved._replace(displacement=np.tanh(root * moved.displacement) / root)
 
 
+def unread(reading: float, p: Values) -> float:
+    """What is read so; a reading that noise took beyond the largest one is left as it is."""
+    root = math.sqrt(p["curvature"])
+    return math.atanh(root * reading) / root if 0.0 < abs(root * reading) < 1.0 else reading
+
+
 MECHANISM = OscillatorMechanism(
     id="sensor.saturation",
     statement="The displacement sensor saturates, with a curvature of {curvature}.",
@@ -30,5 +36,6 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=saturated,
+    unread=unread,
     stage=2,
 )
