@@ -38,6 +38,11 @@ class Budget:
         return Budget.of(min(seconds, max(LEAST, left)), self.clock)
 
     @property
+    def left(self) -> float:
+        """Seconds."""
+        return self.seconds - (self.clock() - self.begun)
+
+    @property
     def spent(self) -> bool:
         """Whether it is used up."""
-        return self.clock() - self.begun >= self.seconds
+        return self.left <= 0.0

@@ -65,7 +65,7 @@ class Asked(NamedTuple):
     def relearning(self, loops: Mapping[str, Any]) -> FinerLoops:
         """What it takes to learn these loops, by output, anew."""
         level = level_of(self.options.false_claim_rate)
-        return FinerLoops(loops, self.data, self.tests, self.ids, level, self.told)
+        return FinerLoops(loops, self.data, self.tests, self.ids, level, self.told, self.budget)
 
 
 def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.diagnosis.answer import MOST_CERTAIN, Cause, Estimate
+from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.gain import free_run_error, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
@@ -33,6 +34,8 @@ STATEMENT = (
 )
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
+TWICE = 25.0
+"""Seconds that have to be left of the diagnosis for loops to be learned behind a smaller set first."""
 AS_IDENTIFIED = 3.0
 """Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
 more, however far off the loops are between their levels."""
@@ -68,13 +71,17 @@ class FinerLoops(NamedTuple):
     level: float
     told: Callable[[str], None] = _silent
     """Hears what is under way, and may raise to stop."""
+    budget: Budget | None = None
+    """Of the diagnosis: without end where there is none."""
 
     def behind(self, found: Search) -> Search:
         """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
         nominal = found.nominal.hypothesis
         known = _without_its_correction(self.data, nominal, found.chosen.hypothesis)
         fewer = _less_what_is_small(self.data, nominal, known)
-        if fewer is not known:  # what is small beside the causes may be the error of the loops
+        if fewer is not known and self._lasts(
+            TWICE
+        ):  # what is small beside the causes may be the error of the loops
             alone = self._behind(found, fewer)
             if alone is not found and alone.passes:
                 return alone
@@ -105,10 +112,13 @@ class FinerLoops(NamedTuple):
             without=without_each(data, bare, again), learned=learned,
         )  # fmt: skip
 
+    def _lasts(self, seconds: float) -> bool:
+        return self.budget is None or self.budget.left > seconds
+
     def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
         """Loops behind `known`, and `known` fitted with them; None where they leave no less.
 
-        Twice: with the first loops the causes are nearer to the truth.
+        Twice, if time lasts: with the first loops the causes are nearer to the truth.
         """
         beginnings = [one for one in (_as_identified(self.data, known), known) if one is not None]
         learned, after = min(
@@ -116,6 +126,8 @@ class FinerLoops(NamedTuple):
         )
         if not after.cost < known.cost:
             return None, known
+        if not self._lasts(0.0):
+            return learned, after
         again, then = self._once(after, known.still)
         return (again, then) if then.cost < after.cost else (learned, after)
 

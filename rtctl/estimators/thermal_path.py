@@ -3,7 +3,7 @@
 The heat balance, the relays and their order are those of `rtctl.simulations.vo2`; here they keep their state from one
 sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; the film's T in a room that drifts, what the
 relays see of it [mA^2]; R as it reaches the sensor, R as it is read [ohm]; D of the beam without mass, q [um],
-q' [um/s]. Beside it the stacks of -ln R and of deflection.
+q' [um/s]; where the loops turned last [mA], and which way they go. Beside it the stacks of -ln R and of deflection.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ from rtctl.simulations.vo2.heat import (
     surrogate_power,
 )
 from rtctl.simulations.vo2.mechanism import Balance
+from rtctl.simulations.vo2.mechanisms.actuation_deadband import command_for
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.relaxation import relax, turn
 
-STATES = 12
+STATES = 14
 NO_SHARPNESS = 0.0
 """The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
-WARM, SEEN, FILM, READ, BENT, SWING, SPEED = 5, 6, 7, 8, 9, 10, 11
+WARM, SEEN, FILM, READ, BENT, SWING, SPEED, TURNED, WAY = 5, 6, 7, 8, 9, 10, 11, 12, 13
 
 
 class PathParams(NamedTuple):
@@ -60,6 +61,8 @@ class PathParams(NamedTuple):
     rate: float
     """Of the beam's mode [rad/s]."""
     damping_ratio: float
+    back: float
+    """Half of a backlash that the loops hold [mA]."""
 
 
 def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
@@ -69,6 +72,7 @@ def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
         dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
         dynamics.ageing, dynamics.ageing_bend, dynamics.leak, dynamics.leak_known, dynamics.sensor_lag_s,
         dynamics.participation, 2.0 * math.pi * dynamics.frequency_hz, dynamics.damping_ratio,
+        dynamics.behind * dynamics.deadband_mA,
     )  # fmt: skip
 
 
@@ -104,7 +108,9 @@ def path_start(
     v = loop_current(s, p.balance)
     x[0] = x[1] = x[2] = T
     x[3], x[WARM], x[SEEN] = 1.0, T, T
-    reading, bent = preisach_step(film, v, r).y, preisach_step(beam, v, d).y
+    x[TURNED], x[WAY] = v, 1.0
+    there = v + p.back
+    reading, bent = preisach_step(film, there, r).y, preisach_step(beam, there, d).y
     x[4] = stored(T, phase_at(T, beam, p.balance, d), film, p.cold, p.balance, r)
     x[FILM] = x[READ] = sensed_film(reading, v, current, 0.0, p)
     x[BENT] = x[SWING] = p.deflection_gain * bent + p.deflection_offset
@@ -131,11 +137,12 @@ def path_step(
         seen = relax(x[SEEN], before, middle, warm, h, lag_s)
         if lag_s > 0.0 and not math.isnan(peak):
             at_peak = loop_current(surrogate_power(peak, p.balance), p.balance)
+            at_peak = command_for(at_peak, x[TURNED:], p.back)
             preisach_step(film, at_peak, r)
             preisach_step(beam, at_peak, d)
         x[WARM], x[SEEN] = warm, seen
         v = loop_current(surrogate_power(warm, p.balance), p.balance)
-        w = loop_current(surrogate_power(seen, p.balance), p.balance)
+        w = command_for(loop_current(surrogate_power(seen, p.balance), p.balance), x[TURNED:], p.back)
         reading, bent = preisach_step(film, w, r).y, preisach_step(beam, w, d).y
         if lag_s > 0.0:
             reading = mixed(switched(reading, seen, p.phases), warm, p.phases)
@@ -236,11 +243,11 @@ class Drive:
     def __init__(self, dynamics: Vo2Dynamics) -> None:
         self._dynamics = dynamics
         self._queue: list[tuple[float, float]] = []
-        self._held = 0.0
+        self._held = self._kept = 0.0
 
     def start(self, command: float) -> float:
         """The heating current [mA] at rest at a command [mA], reached from below."""
-        self._held = command - self._dynamics.behind * self._dynamics.deadband_mA
+        self._held = self._kept = command - self._dynamics.behind * self._dynamics.deadband_mA
         current = self._dynamics.current.of(self._held)
         self._queue = [(current, self._dynamics.delay_s)] if self._dynamics.delay_s > 0.0 else []
         return current
@@ -251,8 +258,11 @@ class Drive:
         away = command - self._held
         if abs(away) > width:
             self._held = command - math.copysign(behind * width, away)
+        if abs(self._held - self._kept) > self._dynamics.hold_mA:
+            self._kept = self._held
+        taken = self._held + self._dynamics.held * (self._kept - self._held)
         if elapsed_s > 0.0:
-            self._queue.append((self._dynamics.current.of(self._held), elapsed_s))
+            self._queue.append((self._dynamics.current.of(taken), elapsed_s))
         left, arrived = elapsed_s, []
         while left > 1e-12:
             current, duration = self._queue[0]

@@ -63,6 +63,9 @@ class Vo2Dynamics:
     delay_s: float = 0.0
     deadband_mA: float = 0.0
     behind: float = 1.0
+    hold_mA: float = 0.0
+    held: float = 0.0
+    """Share of changes within `hold_mA` that is ignored."""
     ageing: float = 0.0
     """1/s"""
     ageing_bend: float = 0.0
@@ -127,6 +130,8 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
         delay_s=of("actuation.delay", "delay"),
         deadband_mA=of("actuation.deadband", "width"),
         behind=of("actuation.deadband", "behind", 1.0),
+        hold_mA=of("actuation.deadband", "hold"),
+        held=of("actuation.deadband", "held"),
         ageing=of("sensor.ageing", "rate"),
         ageing_bend=of("sensor.ageing", "bend"),
         leak=of("sensor.crosstalk", "leak"),

@@ -59,6 +59,7 @@ def check_sampled(found, expected, nominal, share):
         ("thermal__nonlinear_loss", {"loss": 0.01}, {"loss": 0.01}),
         ("thermal__nonlinear_loss", {"loss": 0.002, "known": 0.0}, {"loss": 0.002, "known": 0.0}),
         ("thermal__latent_heat", {"heat": 4.0}, {"latent": 4.0}),
+        ("thermal__latent_heat", {"heat": 4.0, "film": 0.75}, {"latent": 1.0, "film_heat": 3.0}),
         ("thermal__ambient_drift", {"rate": 20.0}, {"drift": 20.0}),
         ("heater__tcr", {"tcr": 0.004}, {"tcr": 0.004}),
         ("heater__tcr", {"tcr": 0.002, "known": 0.0}, {"tcr": 0.002, "known": 0.0}),
@@ -159,19 +160,37 @@ def test_steady_effects_that_the_loops_know_leave_slow_currents_alone():
         assert found == pytest.approx(nominal, abs=1e-5), identity
 
 
-def test_a_deadband_is_a_backlash_or_ignores_small_changes():
-    made = simulation(actuation__deadband={"width": 0.3, "behind": 0.0})
+@pytest.mark.parametrize("values", [{"width": 0.3, "behind": 0.0}, {"held": 1.0, "hold": 0.3}])
+def test_a_deadband_ignores_small_changes(values):
     held = np.empty_like(CURRENT)
     held[0] = CURRENT[0]
     for k in range(1, len(CURRENT)):
         held[k] = CURRENT[k] if abs(CURRENT[k] - held[k - 1]) > 0.3 else held[k - 1]
-    assert (predict(made, stimulus(CURRENT))[1] == predict(simulation(), stimulus(held))[1]).all()
-    played = np.empty_like(CURRENT)
-    played[0] = CURRENT[0] - 0.3
-    for k in range(1, len(CURRENT)):
-        played[k] = min(max(played[k - 1], CURRENT[k] - 0.3), CURRENT[k] + 0.3)
-    found = predict(simulation(actuation__deadband={"width": 0.3}), stimulus(CURRENT))[1]
-    assert found == pytest.approx(predict(simulation(), stimulus(played))[1], abs=1e-9)
+    found = predict(simulation(actuation__deadband=values), stimulus(CURRENT))[1]
+    np.testing.assert_array_equal(found, predict(simulation(), stimulus(held))[1])
+
+
+def played(current, width):
+    """A backlash, from below."""
+    y = np.empty_like(current)
+    y[0] = current[0] - width
+    for k in range(1, len(current)):
+        y[k] = min(max(y[k - 1], current[k] - width), current[k] + width)
+    return y
+
+
+def test_a_deadband_is_a_backlash_that_the_identified_loops_hold_at_rest():
+    made = simulation(actuation__deadband={"width": 0.3})
+    resistance, deflection = predict(made, stimulus(CURRENT))
+    nominal = predict(simulation(), stimulus(CURRENT))
+    expected = dense(played(CURRENT, 0.3), back=0.3)
+    check_sampled(deflection, expected.deflection[::STEPS], nominal[1], 0.02)
+    check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(nominal[0]), 0.02)
+    slow = np.repeat([5.0, 6.0, 7.5, 6.4, 5.2, 8.0, 7.0, 7.9, 6.8], 60)
+    at_rest = slice(59, None, 60)
+    assert predict(made, stimulus(slow))[1][at_rest] == pytest.approx(
+        predict(simulation(), stimulus(slow))[1][at_rest], abs=1e-5
+    )
 
 
 def fine_time(values):

@@ -58,8 +58,11 @@ def dense(
     cooling: float = 0.0,
     sharpness: float = 0.0,
     film_heat: float = 0.0,
+    back: float = 0.0,
 ) -> Dense:
-    """A held current (samples,); `late` in tiny steps; the first `zone` [mA] of it does not heat."""
+    """A held current (samples,); `late` in tiny steps; the first `zone` [mA] of it does not heat. The loops hold a
+    backlash of half width `back` [mA].
+    """
     current = np.maximum(current - zone, 0.0)
     model, dt = small_model(), PERIOD_S / STEPS
     film, beam = Film(model.resistance_preisach), Film(model.deflection_preisach)
@@ -93,6 +96,7 @@ def dense(
     T = float(brentq(gained, 0.0, 500.0))
     main = second = T
     lagged = None
+    turned, way = 0.0, 1.0
     stored, rows = None, []
     before, phase_before, capacity = T, 0.0, 1.0
     slow = np.exp(-dt / slow_s)
@@ -100,8 +104,10 @@ def dense(
         warm = T + drift * k * dt
         lagged = warm if lagged is None else (warm + (lagged - warm) * np.exp(-dt / lag_s) if lag_s else warm)
         v, seen = (zone + np.sqrt(x * (1 + known * loss * x) / (1 + known * tcr * x)) for x in (warm, lagged))
-        film.at(seen)
-        beam.at(seen)
+        way = way if abs(seen - turned) < 1e-12 else float(np.sign(seen - turned))
+        turned = seen
+        film.at(seen + way * back)
+        beam.at(seen + way * back)
         ahead = warm - lagged
         reading = of_the_mixture(film.y, warm - ahead, warm)
         rows.append((reading, beam.y - expansion * ahead, v, film.relays, beam.relays))

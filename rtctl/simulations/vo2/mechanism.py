@@ -137,6 +137,8 @@ class Vo2Mechanism(Mechanism):
     pieces: Callable[[Pieces, Values], Pieces] | None = None
     balance: Callable[[Balance, Values], Balance] | None = None
     warm: Callable[[Warm, Values], Warm] | None = None
+    loops: Callable[[FloatArray, FloatArray, Values], tuple[FloatArray, FloatArray]] | None = None
+    """Changes what the identified loops see at the instants, and by way of which peaks (instants,) [mA]."""
     film: Callable[[Read, Values], Read] | None = None
     """Changes `reading` and `deflection`."""
     instrument: Callable[[Read, Values], Read] | None = None
@@ -149,7 +151,9 @@ class Vo2Mechanism(Mechanism):
     @property
     def acts_on_temperature(self) -> bool:
         """Whether lanes with different values cannot share one temperature."""
-        return any(act is not None for act in (self.command, self.pieces, self.balance, self.warm))
+        return any(
+            act is not None for act in (self.command, self.pieces, self.balance, self.warm, self.loops)
+        )
 
 
 def power_of(s: Scales) -> float:

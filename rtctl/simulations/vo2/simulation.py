@@ -164,6 +164,9 @@ class Vo2Simulation:
         seen = peaks = v
         if warm.lagging is not warm.power:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
+        for mechanism in active:
+            if mechanism.loops is not None:
+                seen, peaks = mechanism.loops(seen, peaks, self._of(mechanism, values))
         balance = self._balance(active, values)
         return Visited(v, seen, peaks, warm, pieces, substeps, steps_s, between, balance)
 
