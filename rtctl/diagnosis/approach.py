@@ -88,9 +88,20 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
 
     A body without a spring drifts, and whatever is slow fits the drift of a free run; within a stretch there is none.
     """
-    simulation = hypothesis.simulation
-    if not simulation.state:
+    if not hypothesis.simulation.state:
         return hypothesis.cost
+    return _judged(data, hypothesis)[0]
+
+
+def left_over_stretches(data: Data, hypothesis: Hypothesis) -> float:
+    """RMS of what it leaves there, over the outputs' sizes; of a simulation that has states."""
+    cost, samples = _judged(data, hypothesis)
+    return float(np.sqrt(2.0 * cost / samples)) if samples else np.inf
+
+
+def _judged(data: Data, hypothesis: Hypothesis) -> tuple[float, int]:
+    """Cost over stretches, and of how many samples; infinite where one diverges."""
+    simulation = hypothesis.simulation
     apart = hypothesis.sensitivity.of_record.tolist()
     sensitivity = Sensitivity.of(simulation, data.records, apart, scales=data.scales, of_record=apart)
     own = [simulation.parameters[k].value for k in apart]
@@ -109,7 +120,8 @@ def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
     reached = minimise(
         cost.equations, cost.start(nothing), nothing, nothing, iterations=ITERATIONS, tolerance=1e-3
     )
-    return np.inf if reached is None else reached.equations.cost
+    samples = sum(segment.record.samples for segment in cost.segments)
+    return (np.inf if reached is None else reached.equations.cost), samples
 
 
 def _stretches(

@@ -24,7 +24,7 @@ from rtctl.diagnosis.finer_loops import ID as SHAPE
 from rtctl.diagnosis.finer_loops import loops_cause
 from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.horizon import unforeseeable
+from rtctl.diagnosis.held import held
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
@@ -70,16 +70,6 @@ PUT_RIGHT = (
     "the static loops of the extended model were learned anew from the staircases and the fitted records, which lowers "
     "the error on the test records: no cause, what lies between the levels of the staircases had not been measured"
 )
-BEYOND = (
-    "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: "
-    'something is missing that acts there only; mark one of the test records use = "fit" to have it looked for'
-)
-UNFORESEEN = (
-    "on the test records {:.3g} {} are left, {:.3g} times the noise: in {} of {} records, from some moment on, less "
-    "than a thousandth of a parameter decides what the model does, and none follows such a record to its end"
-)
-UNSEEN = 2.0
-"""Times the noise (and what is allowed beside it): less is the parameters' own uncertainty at another amplitude."""
 FOLLOWED = 2.0
 """Times the cost of a sample of the beginnings: whole records that leave less are followed to their ends."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
@@ -220,6 +210,9 @@ def _answer(
     stopped = stopped or interrupted
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
+    final = gained(fits, output)
+    verdict, said = held(verdict, final, fits.after, data, tests, uncut=uncut)
+    warnings += said
     causes = causes_of(found, noise_cost, fits.after) if named else []
     learned = loops_cause(found, noise_cost) if named else None
     causes += [learned] if learned else []
@@ -232,9 +225,6 @@ def _answer(
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
-    final = gained(fits, output)
-    if final is not None and uncut and verdict in ("adequate", "explained"):
-        warnings += _beyond_the_fit(final, data, tests, fits.after.hypothesis)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
@@ -292,20 +282,6 @@ def _law(verdict: str, found: Search, data: Data, budget: Budget, told: Callable
     if verdict == "explained":
         return explaining_the_past(data, nominal, chosen, budget, told)
     return explaining_more(data, nominal, chosen.hypothesis, budget, told)
-
-
-def _beyond_the_fit(
-    found: Gain, data: Data, tests: tuple[FitRecord, ...], hypothesis: Hypothesis
-) -> list[str]:
-    """Warning where the test records hold what the fitted ones do not show, or nobody foresees."""
-    promised = float(np.hypot(found.noise_floor, np.sqrt(data.allowed.get(found.output, 0.0))))
-    if not found.after > UNSEEN * promised:
-        return []
-    left = found.after, found.unit, found.after / found.noise_floor
-    unseen = replace(data, records=tests)
-    there = fitted(unseen, hypothesis.simulation, hypothesis.mechanisms, iterations=0, still=hypothesis.still)
-    lost = unforeseeable(unseen, there) if there is not None else 0
-    return [UNFORESEEN.format(*left, lost, len(tests)) if lost else BEYOND.format(*left)]
 
 
 def _gained(

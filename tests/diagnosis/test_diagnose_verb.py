@@ -190,5 +190,5 @@ def test_what_only_the_test_records_show_is_said(tmp_path: Path) -> None:
     ]
     assert main([*command, "--out", str(tmp_path / "out")]) == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert found["verdict"] == "adequate"
+    assert found["verdict"] == "unexplained"
     assert any("the fitted records show nothing of it" in warning for warning in found["warnings"])

@@ -12,7 +12,6 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.beginning import begun
-from rtctl.diagnosis.diagnose import _beyond_the_fit
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.horizon import (
@@ -26,6 +25,7 @@ from rtctl.diagnosis.horizon import (
 )
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.unseen import unseen
 from rtctl.identification.fit_record import ONWARD, FitRecord
 from rtctl.identification.scales import scales_of
 
@@ -171,9 +171,9 @@ def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_some
     truth = fitted(data, device(**WELLS), (), iterations=0)
     assert truth is not None
     found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
-    told = [_beyond_the_fit(found, data, (record,), truth) for record in data.records]
-    assert ["1 of 1 records" in "".join(one) for one in told] == [True, False]
-    assert ["something is missing" in "".join(one) for one in told] == [False, True]
+    told = [unseen(found, data, (record,), truth) for record in data.records]
+    assert ["1 of 1 records" in one.said for one in told if one] == [True, False]
+    assert [one.is_gap for one in told if one] == [False, False]
 
 
 def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_already() -> None:
