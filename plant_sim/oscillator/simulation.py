@@ -35,6 +35,12 @@ class OscillatorSimulation:
     outputs: tuple[str, ...] = ("displacement", "velocity")
     state: tuple[str, ...] = ("displacement", "velocity")
 
+    def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
+        """See `Simulation.starting`."""
+        displacement, velocity = (stimulus.initial.get(name, 0.0) for name in self.state)
+        read = "displacement" in stimulus.read
+        return np.array([self._unread(displacement, values) if read else displacement, velocity])
+
     def predict(
         self,
         stimulus: Stimulus,
@@ -45,11 +51,10 @@ class OscillatorSimulation:
     ) -> Prediction:
         """See `Simulation.predict`. Raises ValueError where no sensible step resolves the model."""
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        start = _start(stimulus, len(values), initial)
-        if initial is None and "displacement" in stimulus.read:
-            start[:, 0] = [
-                self._unread(float(one), own) for one, own in zip(start[:, 0], values, strict=True)
-            ]
+        if initial is None:
+            start = np.stack([self.starting(stimulus, own) for own in values])
+        else:
+            start = np.broadcast_to(np.asarray(initial, dtype=np.float64), (len(values), 2)).copy()
         groups = self._sharing_a_drive(values)
         if len(groups) == 1:
             displacement, velocity = self._march(stimulus, values, start, steps_per_period, refine)
@@ -203,11 +208,3 @@ def _diverged(displacement: FloatArray) -> IntArray:
     for lane in np.flatnonzero(~((low > -ABSURD) & (high < ABSURD))):
         found[lane] = np.argmax(~(np.abs(displacement[lane]) < ABSURD))
     return found
-
-
-def _start(stimulus: Stimulus, lanes: int, initial: FloatArray | None) -> FloatArray:
-    """(lanes, 2): displacement and velocity."""
-    if initial is None:
-        own = [stimulus.initial.get(name, 0.0) for name in ("displacement", "velocity")]
-        return np.tile(np.asarray(own, dtype=np.float64), (lanes, 1))
-    return np.broadcast_to(np.asarray(initial, dtype=np.float64), (lanes, 2)).copy()

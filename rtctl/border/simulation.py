@@ -92,6 +92,12 @@ class Simulation(Protocol):
         """What an initial state consists of: "displacement", "velocity"."""
         ...
 
+    def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
+        """State (states,) at the first sample: of what was read there, what the sensor of `values` (parameters,) would
+        read so.
+        """
+        ...
+
     def predict(
         self,
         stimulus: Stimulus,

@@ -89,7 +89,7 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
     own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
     if not simulation.state and not own:
         return run(None)
-    start = np.array([record.stimulus.initial.get(name, 0.0) for name in simulation.state])
+    start = simulation.starting(record.stimulus, values)
     alone = replace(record, measured={output: record.measured[output]})
     seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
     cost = SegmentCost(

@@ -180,8 +180,7 @@ def _followed(data: Data, simulation: Simulation) -> list[int]:
 
 
 def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, period: int) -> int:
-    start = np.array([[record.stimulus.initial.get(name, 0.0) for name in simulation.state]])
-    run = simulation.predict(record.stimulus, values, start)
+    run = simulation.predict(record.stimulus, values)
     reach = record.samples
     for name in (one for one in simulation.outputs if one in record.measured):
         measured = record.measured[name]

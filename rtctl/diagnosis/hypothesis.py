@@ -151,10 +151,9 @@ def fitted(
     sensitivity = sensitivity_of(data, simulation, still)
     sigma = np.array([data.size(name) for name in sensitivity.outputs])
     if starts is None:
-        own = [simulation.parameters[k].value for k in sensitivity.of_record]
-        starts = np.array(
-            [[*(r.stimulus.initial.get(name, 0.0) for name in simulation.state), *own] for r in data.records]
-        )
+        values = np.array([one.value for one in simulation.parameters])
+        own = values[sensitivity.of_record]
+        starts = np.array([[*simulation.starting(r.stimulus, values), *own] for r in data.records])
     cost = SegmentCost(
         sensitivity=sensitivity,
         segments=[Segment(record, start, False) for record, start in zip(data.records, starts, strict=True)],

@@ -77,3 +77,24 @@ def test_what_each_record_has_for_itself_is_fitted_to_a_test_record_too() -> Non
         error = free_run_error(humming(-0.08, 0.02), record, "displacement", within)
         assert len(error) == len(reading) - 1
         assert float(np.sqrt(np.mean(error**2))) == pytest.approx(NOISE_MM, rel=0.1)
+
+
+def test_a_motion_begins_where_the_models_sensor_reads_its_first_sample() -> None:
+    """Of a beam with two wells, 7.3 mm either way, whose sensor reads 8 mm too much: in the right one."""
+    wells = {
+        "stiffness": (-1.6e3, "1/s^2"),
+        "stiffness_cubic": (30.0, "1/(mm^2*s^2)"),
+        "damping": (3.0, "1/s"),
+    }
+    off = {"id": "sensor.offset", "parameters": {"offset": {"value": 8.0, "unit": "mm"}}}
+    drive = noise_drive(8, level=0.5)
+    for well in (7.3, -7.3):
+        plant = device(off, **wells)
+        stimulus = Stimulus(
+            inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+            initial={"displacement": well + 8.0}, read=frozenset({"displacement"}),
+        )  # fmt: skip
+        values = np.array([one.value for one in plant.parameters])
+        reading = plant.predict(stimulus, values, np.array([[well, 0.0]])).outputs["displacement"][0]
+        record = FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
+        assert np.abs(free_run_error(plant, record, "displacement")).max() < 1e-6

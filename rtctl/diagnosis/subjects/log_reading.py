@@ -54,6 +54,10 @@ class LogReading:
         """Of the simulation inside."""
         return self.plain.state
 
+    def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
+        """See `Simulation.starting`."""
+        return self.plain.starting(stimulus, values)
+
     def predict(
         self,
         stimulus: Stimulus,

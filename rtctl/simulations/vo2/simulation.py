@@ -67,6 +67,10 @@ class Vo2Simulation:
     outputs: tuple[str, ...] = ("resistance", "deflection")
     state: tuple[str, ...] = ()
 
+    def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
+        """See `Simulation.starting`: a record starts at rest."""
+        return np.empty(0)
+
     def predict(
         self,
         stimulus: Stimulus,
