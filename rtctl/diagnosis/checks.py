@@ -69,6 +69,11 @@ def split(
     for record in (*fit, *tests):
         for name in subject.clipping_of:
             warnings += _clipped(record, name, dataset.units[name])
+    if all(np.ptp(record.signals[subject.drive]) == 0.0 for record in fit):
+        warnings.append(
+            f"the {subject.drive} of every record to fit is one constant number: what it does, and most causes, are "
+            "only seen while it changes"
+        )
     warnings += _one_tone(fit, subject.drive)
     holds = dataset.holds
     return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.amounts import fewer, resolved
 from rtctl.diagnosis.answer import (
     Cause,
     apart_from_identification,
@@ -47,6 +49,9 @@ RIVALS = 5
 LEAST_ALLOWED = 0.0025
 """Of an output's size: the read-outs are tables of cells."""
 
+TOO_EARLY = (
+    "stopped by the user while the nominal model was re-fitted: nothing is known yet, nothing was written"
+)
 OTHER_OUTPUT = (
     "no record that is fitted has a {0}: diagnosed by the {1} alone, and the gain is that of its logarithm"
 )
@@ -149,6 +154,9 @@ def diagnose(
     fit, tests, warnings = split(dataset, subject)
     if subject.output != SUBJECTS[subject.kind].output:
         warnings.append(OTHER_OUTPUT.format(SUBJECTS[subject.kind].signal, subject.signal))
+    fit, said = fewer(fit)
+    warnings += said
+    resolved(simulation, fit, str(dataset.path))
     comparable, readings = subject.comparable(simulation, fit)
     fit, tests = (
         tuple(replace(one, measured=readings(one.measured)) for one in ones) for ones in (fit, tests)
@@ -159,7 +167,10 @@ def diagnose(
             executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period,
         )  # fmt: skip
-        first = begun(data, comparable, told)
+        try:
+            first = begun(data, comparable, told)
+        except Stopped:
+            raise RunError(TOO_EARLY) from None
         data, nominal = first.data, first.nominal
         warnings += [*short(fit, data.scales.rate), *first.said]
         data = allowing(data, subject.promised(model, dataset))

@@ -26,6 +26,9 @@ MATERIAL = 0.1
 APART = 5.0
 """Times as far off, relative to its value, as any other could be: else all of them are off."""
 NORMAL_95 = 1.96
+OTHERS_RIGHT = 1e-3
+"""How often the others of a file with one wrong value may be taken for wrong too: it costs the claim, not a false one.
+"""
 
 
 class WrongValue(NamedTuple):
@@ -67,9 +70,10 @@ def wrong_value(
     material = MATERIAL**2 * nominal.projected.samples
     if chi2.sf(all_right, len(off)) > rate / 10.0 or all_right < material:
         return None
+    others = len(off) - 1
     passing = [
         k for k in np.argsort(alone)
-        if (len(off) == 1 or chi2.sf(alone[k], len(off) - 1) > rate) and _stands_out(k, off, believed, covariance)
+        if (not others or chi2.sf(alone[k], others) > OTHERS_RIGHT) and _stands_out(k, off, believed, covariance)
     ]  # fmt: skip
     if not passing:
         return None

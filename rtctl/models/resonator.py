@@ -160,6 +160,13 @@ def read_resonator(path: Path) -> ResonatorModel:
 def resonator_of(file: ModelFile) -> ResonatorModel:
     """From a model file's tables. Raises InputError, ValueError."""
     bends = dict.fromkeys(BENDS, 0.0)
+    clipped = [
+        one.parameters.get("clipped") for one in file.model.mechanisms if one.id == "sensor.saturation"
+    ]
+    unknown = (
+        {"sensor.saturation"} if any(one and one.to("dimensionless") > 0.0 for one in clipped) else set()
+    )
+    known = (BENDS.keys() | PLACES) - unknown
     ids = [mechanism.id for mechanism in file.model.mechanisms]
     places: dict[str, float] = {}
     for mechanism in file.model.mechanisms:
@@ -178,8 +185,8 @@ def resonator_of(file: ModelFile) -> ResonatorModel:
         quintic=bends["stiffness.quintic"],
         drive_gain=file.value("drive_gain", "um/s^2/mA"),
         identity=str(file.provenance.get("identity", "")),
-        used=tuple(one for one in ids if one in BENDS or one in PLACES),
+        used=tuple(one for one in ids if one in known),
         indifferent=tuple(f"{one} ({INDIFFERENT[one]})" for one in ids if one in INDIFFERENT),
-        not_considered=tuple(one for one in ids if one not in BENDS and one not in PLACES | INDIFFERENT),
+        not_considered=tuple(one for one in ids if one not in known and one not in INDIFFERENT),
         **places,
     )

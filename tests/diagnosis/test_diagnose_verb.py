@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from diagnosis_cases import NOISE_MM, device, friction_case, measured, noise_drive, write_case
 
+from rtctl.border.errors import RunError
 from rtctl.cli import main
 from rtctl.cli.watched_search import watched_search
 from rtctl.comparison import simulation_for
@@ -192,3 +193,13 @@ def test_what_only_the_test_records_show_is_said(tmp_path: Path) -> None:
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert found["verdict"] == "unexplained"
     assert any("the fitted records show nothing of it" in warning for warning in found["warnings"])
+
+
+def test_a_stop_before_anything_is_known_is_a_message(answered: Path) -> None:
+    def told(text: str) -> None:
+        raise Stopped
+
+    data, model = answered / "dataset.toml", answered / "model.toml"
+    simulation = simulation_for(model, open_dataset(data))
+    with pytest.raises(RunError, match="nothing was written"):
+        diagnose(read_dataset(data), read_oscillator_model(model), simulation, (), None, told)

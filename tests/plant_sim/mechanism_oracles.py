@@ -89,6 +89,12 @@ def dead(u: float, width: float) -> float:
     return u - width if u > 0.0 else u + width
 
 
+def cut(z: FloatArray, p: P) -> FloatArray:
+    """What is beyond the limit, less a share."""
+    beyond = np.maximum(np.abs(z) - p["limit"], 0.0)
+    return z - np.sign(z) * p["clipped"] * beyond
+
+
 def bouc_wen(y: FloatArray, p: P) -> float:
     """h' of y[2]."""
     z_rate, h = y[1], y[2]
@@ -176,8 +182,8 @@ ORACLES: dict[str, Oracle] = {
         drive_side=True,
     ),
     "sensor.saturation": Oracle(
-        values={"curvature": 40.0},
-        reading=lambda t, y, p: np.tanh(math.sqrt(p["curvature"]) * y[:, 0]) / math.sqrt(p["curvature"]),
+        values={"curvature": 40.0, "clipped": 0.7, "limit": 0.05},
+        reading=lambda t, y, p: cut(np.tanh(math.sqrt(p["curvature"]) * y[:, 0]) / math.sqrt(p["curvature"]), p),
     ),
     "sensor.offset": Oracle(values={"offset": 0.013}, reading=lambda t, y, p: y[:, 0] + p["offset"]),
     "sensor.lag": Oracle(

@@ -30,7 +30,7 @@ from duffing_cases import (
     stick_slip,
     stimulus,
 )
-from mechanism_oracles import EXACT, ORACLES, dead, oracle_motion
+from mechanism_oracles import EXACT, ORACLES, cut, dead, oracle_motion
 from scipy.integrate import solve_ivp
 
 from plant_sim.oscillator.equation import Equation
@@ -207,8 +207,9 @@ def test_what_acts_on_the_reading_acts_in_the_order_of_its_stages() -> None:
         return [y[1], first, y[3], second, lagging, y[6], -pull]
 
     root = math.sqrt(p["sensor.saturation.curvature"])
+    cuts = ORACLES["sensor.saturation"].values
     read = solved(rate, multisine(), "linear", [Z_0, V_0, 0.0, 0.0, Z_0, Z_0, V_0])[:, 4]
-    expected = np.tanh(root * read) / root + p["sensor.offset.offset"]
+    expected = cut(np.tanh(root * read) / root, cuts) + p["sensor.offset.offset"]
     z, _ = predicted(
         multisine(), "linear", "sensor.offset", "sensor.saturation", "sensor.lag", "mode.second"
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`sensor.saturation`: tanh(sqrt(curvature) z) / sqrt(curvature) is read instead of z."""
+"""`sensor.saturation`: tanh(sqrt(curvature) z) / sqrt(curvature) is read instead of z, or no more than +-limit."""
 
 from __future__ import annotations
 
@@ -6,33 +6,67 @@ import math
 
 import numpy as np
 
-from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
+from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient, shape
 
 
 def saturated(moved: Moved, p: Values) -> Moved:
-    """The reading compressed where it is large: z (1 - curvature z^2 / 3 + ...)."""
-    if p["curvature"] == 0.0:
-        return moved
-    root = math.sqrt(p["curvature"])
-    return moved._replace(displacement=np.tanh(root * moved.displacement) / root)
+    """The reading compressed where it is large, z (1 - curvature z^2 / 3 + ...), or cut off."""
+    z = moved.displacement
+    if p["curvature"] > 0.0:
+        root = math.sqrt(p["curvature"])
+        z = np.tanh(root * z) / root
+    if p["clipped"] > 0.0:
+        z = z - p["clipped"] * (z - np.clip(z, -p["limit"], p["limit"]))
+    return moved._replace(displacement=z)
 
 
 def unread(reading: float, p: Values) -> float:
-    """What is read so; a reading that noise took beyond the largest one is left as it is."""
+    """What is read so; a reading that noise took beyond the largest one, and one that is cut off, is left as it is."""
+    beyond = abs(reading) - p["limit"]
+    if beyond > 0.0 and 0.0 < p["clipped"] < 1.0:
+        reading = math.copysign(p["limit"] + beyond / (1.0 - p["clipped"]), reading)
     root = math.sqrt(p["curvature"])
     return math.atanh(root * reading) / root if 0.0 < abs(root * reading) < 1.0 else reading
 
 
 MECHANISM = OscillatorMechanism(
     id="sensor.saturation",
-    statement="The displacement sensor saturates, with a curvature of {curvature}.",
+    statement=(
+        "The displacement sensor saturates, with a curvature of {curvature}, and cuts {clipped} of what is beyond "
+        "{limit}."
+    ),
+    forms={
+        "curvature": "The displacement sensor saturates, with a curvature of {curvature}.",
+        "clipped": "The displacement sensor clips at {limit}, of either sign: {clipped} of what is beyond is cut off.",
+    },
     parameters=(
         coefficient(
             "curvature",
             "1/({z})^2",
             "inverse square of the largest reading: z (1 - curvature z^2 / 3 + ...)",
             lambda s: 3.0 / s.displacement**2,
+            default=0.0,
             low=0.0,
+        ),
+        coefficient(
+            "clipped",
+            "dimensionless",
+            "share of the displacement beyond the limit that is not read; 1: none of it is",
+            lambda s: 1.0,
+            default=0.0,
+            low=0.0,
+            high=1.0,
+        ),
+        shape(
+            "limit",
+            "{z}",
+            "beyond which less is read",
+            lambda s: s.displacement,
+            default=1.0,
+            searched=True,
+            shape_range=(0.6, 3.0),
+            grid=7,
+            of_form="clipped",
         ),
     ),
     sensor=saturated,
