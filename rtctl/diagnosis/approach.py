@@ -40,6 +40,10 @@ MOST_JUDGED = 160
 """Of all records together, evenly spread: each costs a simulation with a state of its own."""
 FAR = 0.3
 """Of the signal's RMS: a whole-record fit that leaves less is in the right basin, and no stretches are needed."""
+SHIFTED = 3.0
+"""Times a record's variation that its mean is at least, where a constant of the reading may hide the motion."""
+NOT_SHIFTED = 0.5
+"""Of what the nominal model leaves: a fit beside a constant that leaves less shows that the constant is missing."""
 STEP_ERROR = 0.01
 """Of the cost, a tenth of the residual's RMS: below, the error is taken off to first order (see `gate`)."""
 FINEST_STEPS = 256.0
@@ -165,7 +169,45 @@ def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]
     if not found or misfit(data, found[0]) >= FAR:
         starts = approached(data, simulation, settle=False)
         found = _ends([*found, *(fitted(data, start, mechanisms) for start in starts)])
+        shifted = _as_if_not_shifted(
+            data, simulation, mechanisms, misfit(data, found[0]) if found else np.inf
+        )
+        found = [shifted] if shifted is not None else found
     return found[0] if found else None
+
+
+def _as_if_not_shifted(
+    data: Data, simulation: Simulation, mechanisms: Sequence[str], left: float
+) -> Hypothesis | None:
+    """The nominal model with the values of a fit beside a constant of the reading, where that is what is missing.
+
+    A constant that is many times the motion is fitted by any other motion about that place, and no cause is a
+    neighbour of that. None where it is not, or where such a fit leaves not much less than `left`.
+    """
+    constant = data.subject.shifted_by
+    name = data.subject.output
+    readings = [record.measured.get(name) for record in data.records]
+    if (
+        not constant
+        or constant in mechanisms
+        or not all(
+            one is not None and abs(float(one.mean())) > SHIFTED * float(one.std()) for one in readings
+        )
+    ):
+        return None
+    middle = float(np.mean([one.mean() for one in readings if one is not None]))
+    beside = simulation.extended((constant,))
+    values = np.array([one.value for one in beside.parameters])
+    values[[one.mechanism == constant for one in beside.parameters]] = middle
+    starts = [beside.with_values(values)]
+    starts += approached(data, starts[0])
+    tried = _ends([fitted(data, start, (*mechanisms, constant)) for start in starts])
+    if not tried or not misfit(data, tried[0]) < NOT_SHIFTED * left:
+        return None
+    best = tried[0]
+    own = best.simulation.parameters
+    nominal = simulation.with_values(np.array([one.value for one in own if one.mechanism != constant]))
+    return fitted(data, nominal, mechanisms, best.starts, iterations=0)
 
 
 def _ends(found: Sequence[Hypothesis | None]) -> list[Hypothesis]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError
 from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.spikes import without_spikes
 from rtctl.diagnosis.subjects.subject import Subject
 from rtctl.identification.fit_record import FitRecord, fit_record
 from rtctl.measured.dataset import Dataset, Record
@@ -36,8 +37,10 @@ def split(
         for record in dataset.records
         if record not in usable
     ]
+    cleaned = [without_spikes(record, subject.spikes_of, dataset.units) for record in usable]
+    usable, spikes = [record for record, _ in cleaned], [one for _, said in cleaned for one in said]
     usable, still = _moving(usable, subject)
-    warnings += still
+    warnings += spikes + still
     fit = [record for record in usable if record.use == "fit"]
     fit = fit or [record for record in usable if record.use != "test"]
     tests = [record for record in usable if record.use == "test"]

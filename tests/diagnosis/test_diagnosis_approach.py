@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from diagnosis_cases import PERIOD_S, device, noise_drive
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.approach import finely, fitted_nominal
@@ -78,3 +78,23 @@ def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_witho
         limit = most or FURTHER * own / sensitivity.scale[k]  # where a model begins there is room
         assert high[k] == pytest.approx(limit)
         assert low[k] == pytest.approx(-limit)
+
+
+def test_a_constant_of_many_times_the_motion_leaves_the_nominal_values_as_they_are() -> None:
+    """A fit without it would be of another motion, about that place."""
+    plant, records = device(), []
+    for seed in (1, 2):
+        drive = noise_drive(seed)
+        reading = measured(plant, drive) + 5.0
+        stimulus = Stimulus(
+            inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S,
+            initial={"displacement": float(reading[0])}, read=frozenset({"displacement"}),
+        )  # fmt: skip
+        records.append(FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1))
+    data = Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
+    start = device(stiffness=(1.55e4, "1/s^2"), stiffness_cubic=(30.0, "1/(mm^2*s^2)"))
+    nominal = fitted_nominal(data, start, ())
+    assert nominal is not None
+    values = {one.name: one.value for one in nominal.simulation.parameters}
+    assert values["stiffness"] == pytest.approx(1.6e4, rel=5e-3)
+    assert values["drive_gain"] == pytest.approx(450.0, rel=5e-3)

@@ -69,6 +69,8 @@ class Subject:
     """Of a dataset, that a record must have: what `output` is read from."""
     clipping_of: tuple[str, ...]
     """Outputs that a clipped sensor would be seen in."""
+    spikes_of: tuple[str, ...]
+    """Outputs in which single readings may be spikes."""
     about_mean: bool
     """Whether an output's size is that of its variation; else that of its distance from zero."""
     forces: tuple[Force, ...]
@@ -115,6 +117,8 @@ class Subject:
     raise to stop. None where there are none."""
     corrections: Mapping[str, float]
     """Nominal parameters by which a session may differ from the identification's, and their values there."""
+    shifted_by: str
+    """Mechanism that adds a constant to the reading; "": none, or the nominal model has one."""
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""
