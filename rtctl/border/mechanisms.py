@@ -7,6 +7,7 @@ identification and diagnosis need no more than what is declared here.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -76,7 +77,11 @@ class Parameter:
 
     def unit_in(self, **data_units: str) -> str:
         """`unit` with the data's own units filled in."""
-        return self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+        text = self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+        bare = ""
+        while bare != text:  # 1/((mm))^2
+            bare, text = text, re.sub(r"\((\w+)\)", r"\1", text)
+        return text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

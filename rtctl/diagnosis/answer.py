@@ -174,10 +174,8 @@ def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
 
 
 def _plain(unit: str) -> str:
-    """`(mm)/s^2` -> `mm/s^2`."""
-    import re
-
-    return re.sub(r"\((\w+)\)", r"\1", unit).removeprefix("dimensionless")
+    """Nothing of a number that has none."""
+    return unit.removeprefix("dimensionless")
 
 
 def _probabilities(search: Search) -> dict[str, float]:

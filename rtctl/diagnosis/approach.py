@@ -157,13 +157,13 @@ def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Un
 
 
 def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
-    """The best fit of whole records, from the model's own values or those of short stretches; None: it diverges.
+    """The best fit of whole records, from the model's own values, or those of short stretches; None: it diverges.
 
     Where the lowest ends far off, from every start: a jump between motions makes many minima.
     """
     tried = [
         fitted(data, start, mechanisms, iterations=TRIAL)
-        for start in (simulation, *approached(data, simulation))
+        for start in (simulation, *_level(data, simulation), *approached(data, simulation))
     ]
     found = _ends([fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)])
     if not found or misfit(data, found[0]) >= FAR:
@@ -174,6 +174,25 @@ def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]
         )
         found = [shifted] if shifted is not None else found
     return found[0] if found else None
+
+
+def _level(data: Data, simulation: Simulation) -> list[Simulation]:
+    """`simulation` with its offsets where they put the outputs' means right, if one is off by more than all motion."""
+    values = np.array([one.value for one in simulation.parameters])
+    names = [one.name for one in simulation.parameters]
+    runs = [simulation.predict(record.stimulus, values) for record in data.records]
+    moved = values.copy()
+    for output, offset in data.subject.offsets.items():
+        readings = [record.measured.get(output) for record in data.records]
+        if offset not in names or simulation.parameters[names.index(offset)].fixed:
+            continue
+        errors = np.concatenate(
+            [y - run.outputs[output][0] for y, run in zip(readings, runs, strict=True) if y is not None]
+        )
+        signal = np.concatenate([y for y in readings if y is not None])
+        if abs(float(errors.mean())) > SHIFTED * float(signal.std()):
+            moved[names.index(offset)] += float(errors.mean())
+    return [] if (moved == values).all() else [simulation.with_values(moved)]
 
 
 def _as_if_not_shifted(

@@ -32,6 +32,7 @@ from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
+from rtctl.diagnosis.refitted import far_off
 from rtctl.diagnosis.search import Search
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
@@ -176,7 +177,7 @@ def diagnose(
         data = allowing(data, subject.promised(model, dataset))
         ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
         found, said, stopped = caused(ask, whole=first.uncut)
-        warnings += said
+        warnings += [*said, *far_off(comparable, found.nominal, data.scales)]
         fits = _over_whole_records(first, data, found)
         answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:

@@ -69,12 +69,8 @@ def _estimate(name: str, one: Estimate) -> str:
 
 
 def readable(unit: str) -> str:
-    """`(mm)/(s^2*((V)))` as `mm/(s²*V)`, as HTML."""
-    bare, before = unit, ""
-    while bare != before:
-        before = bare
-        bare = re.sub(r"\((\w+)\)", r"\1", bare)
-        bare = re.sub(r"\(\(([^()]*)\)\)", r"(\1)", bare)
+    """`mm/(s^2*V)` as `mm/(s²*V)`, as HTML; nothing of a number that has none."""
+    bare = unit.removeprefix("dimensionless")
     for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^5", "⁵")):
         bare = bare.replace(power, sign)
     return escape(re.sub(r"\bum\b", "µm", bare))

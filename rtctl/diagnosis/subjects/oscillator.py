@@ -211,6 +211,7 @@ OSCILLATOR = Subject(
     identified=lambda model, dataset: {},
     relearned=None,
     corrections={},
+    offsets={},
     shifted_by="sensor.offset",
     read_model=read_oscillator_model,
     spreads=_spreads,

@@ -117,6 +117,8 @@ class Subject:
     raise to stop. None where there are none."""
     corrections: Mapping[str, float]
     """Nominal parameters by which a session may differ from the identification's, and their values there."""
+    offsets: Mapping[str, str]
+    """Of outputs, the nominal parameter that is added to it."""
     shifted_by: str
     """Mechanism that adds a constant to the reading; "": none, or the nominal model has one."""
     read_model: Callable[[Path], Any]

@@ -329,6 +329,7 @@ VO2 = Subject(
     identified=identified_loops,
     relearned=_relearned,
     corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
+    offsets={"deflection": "deflection_offset"},
     shifted_by="",
     read_model=read_model,
     spreads=lambda model: {},
