@@ -12,11 +12,14 @@ VERDICTS = {
     "partly_explained": "Partly explained: the causes below remove most of it, and something else is left.",
     "unexplained": "Unexplained: something is wrong, and nothing in the catalogue explains it.",
 }
+UNDECIDED = (
+    "Undecided: something is wrong, and the search ended before it was through; nothing explains it so far."
+)
 
 
 def print_diagnosis(found: Diagnosis, folder: Path) -> None:
     """Verdict, causes, gain, place, warnings, and where the files are."""
-    print(VERDICTS[found.verdict].format(rest=found.data.subject.rest))
+    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.data.subject.rest))
     for cause in found.causes:
         others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
         print(

@@ -131,6 +131,9 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
             )
     apart = set(sensitivity.of_record.tolist())
     forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
+    acting = {
+        one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism
+    }
     for k, parameter in enumerate(hypothesis.simulation.parameters):
         if k in apart and parameter.mechanism == mechanism:
             spread = NORMAL_95 * _own_error(examined)
@@ -138,7 +141,8 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
             found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
         elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
             value = parameter.value
-            if parameter.declared.name in forms and value == 0.0:  # another form of it acts
+            form = parameter.declared.of_form or parameter.declared.name
+            if form in forms and acting[form] == 0.0:  # another form of it acts
                 continue
             found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
     return found

@@ -20,6 +20,7 @@ from rtctl.diagnosis.answer import (
 )
 from rtctl.diagnosis.beginning import Begun, begun
 from rtctl.diagnosis.budget import Budget
+from rtctl.diagnosis.bursts import bursts
 from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
 from rtctl.diagnosis.checks import short, split
 from rtctl.diagnosis.finer_loops import ID as SHAPE
@@ -33,7 +34,7 @@ from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.place import Place, places
 from rtctl.diagnosis.refitted import far_off
-from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.search import Search, level_of
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
@@ -79,6 +80,7 @@ PUT_RIGHT = (
 FOLLOWED = 2.0
 """Times the cost of a sample of the beginnings: whole records that leave less are followed to their ends."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
+SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g})'
 
 
 class Fits(NamedTuple):
@@ -114,6 +116,11 @@ class Diagnosis:
     """Of the missing force, where nothing explains it."""
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the search ended before it was through, and what it had found explains nothing."""
+        return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
 
     @property
     def json(self) -> dict[str, Any]:
@@ -237,13 +244,19 @@ def _answer(
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
+    if gap and not found.chosen.p_value > level_of(ask.options.false_claim_rate):
+        sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
+        warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
+    if not gap:
+        warnings += bursts(found.chosen if named else found.nominal, data)
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(
-            _rivals(found, verdict), found.nominal.hypothesis, data, found.chosen.noise, units
+            _rivals(found, verdict), found.nominal.hypothesis, data, found.chosen.noise, units,
+            nearest=verdict == "unexplained",
         ),
         shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,

@@ -31,6 +31,8 @@ class NextExperiment(NamedTuple):
     alike: tuple[tuple[str, str], ...]
     """Pairs of the same that no input of the menu sets apart."""
     menu: tuple[Scored, ...]
+    nearest: bool = False
+    """Whether the candidates are no causes, only those that come nearest to what the data show."""
 
     @property
     def best(self) -> Scored:
@@ -66,6 +68,8 @@ class NextExperiment(NamedTuple):
             text += (
                 ", too few to decide: measure longer, with less noise, or drive harder than these data did"
             )
+        if self.nearest:
+            text += "; neither explains these data, they only come nearest"
         twins = " or ".join(f"{one} from {other}" for one, other in self.alike)
         return f"{text}." + (f" No input of the menu separates {twins}." if twins else "")
 
@@ -135,9 +139,10 @@ def _apart(names: Sequence[str]) -> str:
 
 def next_experiment(
     candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel],
-    units: Mapping[str, str],
+    units: Mapping[str, str], *, nearest: bool = False,
 ) -> NextExperiment | None:  # fmt: skip
-    """For two candidates or more; None where there is nothing to separate or nothing that the plant can take.
+    """For two candidates or more, or the two that come `nearest` where none is a cause; None
+    where there is nothing to separate or nothing that the plant can take.
 
     What decides only by the beginning of a record, as predictions part, is proposed where nothing else decides. So is
     what the `nominal` model does not follow: it is what the next diagnosis begins with. Pairs that no input of the
@@ -163,7 +168,7 @@ def next_experiment(
     names = [" + ".join(own for own in one.mechanisms if own not in common) for one in candidates]
     told = dict.fromkeys(names[k] for pair in found.counted for k in pair)
     return NextExperiment(
-        found.plan, tuple(told), tuple((names[i], names[j]) for i, j in found.alike), found.menu
+        found.plan, tuple(told), tuple((names[i], names[j]) for i, j in found.alike), found.menu, nearest
     )
 
 

@@ -73,14 +73,19 @@ def pictures(found: Diagnosis) -> list[Picture]:
 
 def before_after(found: Diagnosis) -> list[BeforeAfter]:
     """Free runs over the test records, the worst first; over the fitted ones where none is a test."""
+    return _before_after(found, found.data.subject.output)
+
+
+def _before_after(found: Diagnosis, output: str) -> list[BeforeAfter]:
     before, after = found.fits.before.hypothesis.simulation, found.fits.after.hypothesis.simulation
-    records = found.tests or found.data.records
-    made = [_one(record, before, after, found) for record in records]
+    records = [one for one in found.tests or found.data.records if output in one.measured]
+    made = [_one(record, before, after, found, output) for record in records]
     return sorted(made, key=lambda one: -float(np.mean(one.errors[0] ** 2)))
 
 
-def _one(record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis) -> BeforeAfter:
-    output = found.data.subject.output
+def _one(
+    record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis, output: str
+) -> BeforeAfter:
     old, new = free_run(before, record, output), free_run(after, record, output)
     after_it = new.outputs[output][0]
     velocity = (
@@ -104,11 +109,27 @@ def _of_the_motion(found: Diagnosis) -> list[Picture]:
         Picture(
             "stretch", stretch_figure(shown, found.noise_rms, extended=extended), "measured and simulated"
         ),
+        *_of_other_outputs(found),
         Picture("spectrum", spectrum_figure(shown, frequency, density, extended=extended), "error spectra"),
         Picture(
             "plane", plane_figure(records, extended=extended), f"error over {records[0].output} and its rate"
         ),
     ]
+
+
+def _of_other_outputs(found: Diagnosis) -> list[Picture]:
+    """Of each the record where it is worst: what a cause of the sensor does is seen in its own reading."""
+    noises = dict(
+        zip(found.search.chosen.hypothesis.sensitivity.outputs, found.search.chosen.noise, strict=True)
+    )
+    made = []
+    for output, noise in noises.items():
+        shown = _before_after(found, output) if output != found.data.subject.output else []
+        if shown:
+            sigma = float(np.sqrt(noise.mean_square))
+            figure = stretch_figure(shown[0], sigma, extended=bool(found.causes))
+            made.append(Picture("others", figure, f"measured and simulated {output.replace('_', ' ')}"))
+    return made
 
 
 def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatArray]:

@@ -25,6 +25,7 @@ from rtctl.page import figure, page, tile
 CAPTIONS = {
     "stretch": "Free runs from each record's start{start}, no measured output "
     "fed in. Errors within the grey band are noise; {whose}.",
+    "others": "The same of the other reading, in the record where today's model is worst at it.",
     "spectrum": "Where the error stands above the grey line, something is missing that a model could know.",
     "plane": "Mean error of all records that are compared, over {output} and its rate. A "
     "pattern (a sign that changes with velocity, a corner, a ring) is structure; a right model leaves none.",
@@ -45,11 +46,10 @@ CAPTIONS = {
 
 def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
     """The whole page."""
-    shown = {picture.section: picture for picture in pictures(found)}
-    numbers = {section: k for k, section in enumerate(shown, start=1)}
+    shown = list(enumerate(pictures(found), start=1))
 
     def drawn(section: str) -> str:
-        return _figure(found, shown[section], numbers[section]) if section in shown else ""
+        return "".join(_figure(found, one, number) for number, one in shown if one.section == section)
 
     parts = [
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
@@ -58,7 +58,7 @@ def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any
         *(f'<div class="note">{escape(warning)}</div>' for warning in found.warnings),
         _tiles(found),
         causes(found),
-        "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("spectrum"), drawn("plane"),
+        "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
         "<h2>Where the error lives</h2>", place(found), drawn("where"),
         drawn("shape"), drawn("loops"),
         "<h2>What was tried</h2>", candidates(found), drawn("candidates"), questions(found),
@@ -106,11 +106,17 @@ def _tiles(found: Diagnosis) -> str:
     made.append(
         tile(
             f"{found.noise_rms:.3g} {readable(found.units[found.data.subject.output])}",
-            "noise of the reading, as estimated",
+            "noise of the reading, as estimated"
+            + (" with what is not explained" if found.verdict in ("unexplained", "partly_explained") else ""),
         )
     )
     if found.causes:
+        first = found.causes[0]
+        others = f"; {escape(', '.join(first.indistinguishable_from))} would explain it as well"
         made.append(
-            tile(f"{found.causes[0].probability:.1%}", f"probability of {escape(found.causes[0].id)}")
+            tile(
+                f"{first.probability:.1%}",
+                f"probability of {escape(first.id)}{others if first.indistinguishable_from else ''}",
+            )
         )
     return '<div class="tiles">' + "".join(made) + "</div>"

@@ -13,13 +13,18 @@ from rtctl.diagnosis.pictures import ranking_of
 from rtctl.page import significant, table
 
 MOST_ROWS = 8
+SHOWN = 3
+"""Rows of a table within a table before it folds."""
+CLEAR = 0.1
+"""Of the error: what a force along the first coordinate removes at least where a headline names it."""
 PARTS = "its beginning alone: then the candidates, or the model without them, go different ways"
 
 
 def verdict_sentence(found: Diagnosis) -> str:
     """The answer."""
     names = " and ".join(escape(cause.id) for cause in found.causes)
-    place = f": it lives along {escape(found.where[0].coordinate.replace('_', ' '))}" if found.where else ""
+    clear = found.where and found.where[0].share >= CLEAR
+    place = f": it lives along {escape(found.where[0].coordinate.replace('_', ' '))}" if clear else ""
     rivals = [one for cause in found.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(found.causes) == 1 else "them"
@@ -30,6 +35,11 @@ def verdict_sentence(found: Diagnosis) -> str:
         "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
         "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
     }
+    if found.undecided:
+        texts["unexplained"] = (
+            f"Undecided: something is wrong{place}, and the search ended before it was through; nothing explains it "
+            "so far."
+        )
     return f'<span class="{found.verdict}">{texts[found.verdict]}</span>'
 
 
@@ -60,7 +70,7 @@ def causes(found: Diagnosis) -> str:
         "removes",
         "would explain it as well",
     ]
-    return "<h2>The cause</h2>" + table(headers, rows, numbers=(1,))
+    return f"<h2>The cause{'s' if len(rows) > 1 else ''}</h2>" + table(headers, rows, numbers=(1,))
 
 
 def _estimate(name: str, one: Estimate) -> str:
@@ -87,9 +97,8 @@ def candidates(found: Diagnosis) -> str:
         [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
         for one in best[:MOST_ROWS]
     ]
-    text = (
-        f"<p>{count} sets of causes were fitted. The best by BIC; a difference of 10 is strong evidence:</p>"
-    )
+    sets = f"{count} sets of causes were" if count > 1 else "One set of causes was"
+    text = f"<p>{sets} fitted. The best by BIC; a difference of 10 is strong evidence:</p>"
     return text + table(["candidate", "BIC above the best"], rows, numbers=(1,))
 
 
@@ -159,6 +168,8 @@ def provenance_section(provenance: Mapping[str, Any]) -> str:
             text = "<br>".join(
                 f"{escape(str(k))}: <code>{escape(str(v)[:16])}…</code>" for k, v in value.items()
             )
+            if len(value) > SHOWN:
+                text = f"<details><summary>{len(value)} of them</summary>{text}</details>"
         else:
             text = escape(", ".join(map(str, value)) if isinstance(value, list) else str(value))
         rows.append([escape(name.replace("_", " ")), f"<code>{text}</code>" if name == "command" else text])

@@ -1,0 +1,44 @@
+"""Whether what is left comes in bursts: a noise, which is an average over whole records, hides a rare event."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import kurtosis
+
+from rtctl.diagnosis.gate import Examined
+from rtctl.diagnosis.hypothesis import Data
+
+EXCESS = 3.0
+"""Kurtosis beyond a normal distribution's, of all records: that of a Laplace distribution."""
+BURSTS = (
+    "what is left of the {} comes in bursts (excess kurtosis {:.2g}, of a normal noise 0), the largest in record {} at "
+    "{:.4g} s: a noise is an average that hides them. Something rare may act there; look at that place"
+)
+
+
+def bursts(examined: Examined, data: Data) -> list[str]:
+    """Warnings, of what `examined` leaves of the records of `data`."""
+    said = []
+    hypothesis = examined.hypothesis
+    runs = [
+        hypothesis.simulation.predict(
+            record.stimulus, hypothesis.values_of(k), hypothesis.start(k)[None], data.steps_per_period
+        )
+        for k, record in enumerate(data.records)
+    ]
+    for name in hypothesis.sensitivity.outputs:
+        errors = [
+            (run.outputs[name][0] - record.measured[name])[record.first :]
+            for record, run in zip(data.records, runs, strict=True)
+        ]
+        sizes = [float(np.std(error)) for error in errors]
+        if not (np.isfinite(sizes).all() and min(sizes) > 0.0):
+            continue
+        standard = [(error - error.mean()) / size for error, size in zip(errors, sizes, strict=True)]
+        excess = float(kurtosis(np.concatenate(standard)))
+        if excess > EXCESS:
+            k = int(np.argmax([np.abs(one).max() for one in standard]))
+            record = data.records[k]
+            at_s = record.period_s * (record.first + int(np.argmax(np.abs(standard[k]))))
+            said.append(BURSTS.format(name.replace("_", " "), excess, record.name, at_s))
+    return said
