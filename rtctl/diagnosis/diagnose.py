@@ -244,7 +244,7 @@ def _answer(
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
-    if gap and not found.chosen.p_value > level_of(ask.options.false_claim_rate):
+    if gap and not stopped and not found.chosen.p_value > level_of(ask.options.false_claim_rate):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:
