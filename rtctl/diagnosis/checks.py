@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,7 @@ def split(
         for record in dataset.records
         if record not in usable
     ]
-    cleaned = [without_spikes(record, subject.spikes_of, dataset.units) for record in usable]
-    usable, spikes = [record for record, _ in cleaned], [one for _, said in cleaned for one in said]
+    usable, spikes = without_spikes(usable, subject.spikes_of, dataset.units)
     usable, still = _moving(usable, subject)
     warnings += spikes + still
     fit = [record for record in usable if record.use == "fit"]
@@ -69,9 +69,8 @@ def split(
         warnings.append(
             'one record and none with use = "test": the gain could not be measured; add a record at another amplitude'
         )
-    for record in (*fit, *tests):
-        for name in subject.clipping_of:
-            warnings += _clipped(record, name, dataset.units[name])
+    for name in subject.clipping_of:
+        warnings += _clipped((*fit, *tests), name, dataset.units[name])
     if all(np.ptp(record.signals[subject.drive]) == 0.0 for record in fit):
         warnings.append(
             f"the {subject.drive} of every record to fit is one constant number: what it does, and most causes, are "
@@ -124,23 +123,21 @@ def foreign(data: Data, outputs: Sequence[str], cost: float) -> list[str]:
     ]
 
 
-def _clipped(record: Record, output: str, unit: str) -> list[str]:
-    """Readings that pile up at exactly the largest or smallest value."""
-    found = []
-    for name, values in (
-        ("largest", record.signals[output]),
-        ("smallest", -record.signals[output]),
-    ):
+def _clipped(records: Sequence[Record], output: str, unit: str) -> list[str]:
+    """Readings that pile up at exactly the largest or smallest value of a record, one note for each such value."""
+    piles: dict[tuple[str, float], list[tuple[str, int]]] = {}
+    for record, (side, sign) in product(records, (("largest", 1.0), ("smallest", -1.0))):
+        values = sign * record.signals[output]
         levels, counts = np.unique(values, return_counts=True)
         beside = counts[-4:-1].max() if len(counts) > 1 else 0
         if len(levels) > 8 and counts[-1] >= max(10, CLIPPED_SHARE * len(values), CLIPPED_PILE * beside):
-            value = levels[-1] if name == "largest" else -levels[-1]
-            found.append(
-                f"record {record.name}: {counts[-1]} readings are exactly the {name} value, {value:.5g} {unit}: a "
-                "clipped sensor; what it hid cannot be diagnosed, and the clipping itself may be named as "
-                "sensor.saturation"
-            )
-    return found
+            piles.setdefault((side, sign * float(levels[-1])), []).append((record.name, int(counts[-1])))
+    return [
+        f"{'record' if len(found) == 1 else 'records'} {', '.join(name for name, _ in found)}: "
+        f"{sum(count for _, count in found)} readings are exactly the {side} value, {value:.5g} {unit}: a clipped "
+        "sensor; what it hid cannot be diagnosed, and the clipping itself may be named as sensor.saturation"
+        for (side, value), found in piles.items()
+    ]
 
 
 def _one_tone(records: Sequence[Record], name: str) -> list[str]:

@@ -80,6 +80,10 @@ PUT_RIGHT = (
 FOLLOWED = 2.0
 """Times the cost of a sample of the beginnings: whole records that leave less are followed to their ends."""
 LEFT = "with these causes what is left is {:.3g} times the noise (RMS)"
+NO_GAIN = (
+    "with these causes the error of the {} on the test records is {:.3g} times as large: they help another reading or "
+    "the fitted records only; do not use the extended model before that is understood"
+)
 SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g})'
 
 
@@ -244,6 +248,8 @@ def _answer(
     gap = verdict in ("unexplained", "partly_explained")
     if verdict == "partly_explained":
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
+    if named and final is not None and final.ratio < 1.0:
+        warnings.append(NO_GAIN.format(final.output, 1.0 / final.ratio))
     if gap and not stopped and not found.chosen.p_value > level_of(ask.options.false_claim_rate):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))

@@ -61,7 +61,7 @@ def causes(found: Diagnosis) -> str:
         others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
         rows.append(
             [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", f"{cause.probability:.1%}", values,
-             f"{cause.share_removed:.0%} of the error above the noise", escape(others)]
+             f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = [
         "cause",
@@ -71,6 +71,10 @@ def causes(found: Diagnosis) -> str:
         "would explain it as well",
     ]
     return f"<h2>The cause{'s' if len(rows) > 1 else ''}</h2>" + table(headers, rows, numbers=(1,))
+
+
+def _share(share: float) -> str:
+    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
 
 
 def _estimate(name: str, one: Estimate) -> str:

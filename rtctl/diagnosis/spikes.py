@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,27 +25,45 @@ MOST = 0.01
 """Of a record; where there are more of them, that is how the device is."""
 NORMAL_MAD = 1.4826
 SPIKES = (
-    "record {}: {} of its {} readings are spikes, the largest {:.4g} {} in sample {}: replaced by the line between "
-    "their neighbours; what made them cannot be diagnosed"
+    "{} {} readings are spikes ({}), the largest {:.4g} {} in sample {} of {}: replaced by the line between their "
+    "neighbours; what made them cannot be diagnosed"
 )
 
 
+class _Spike(NamedTuple):
+    """The largest of a record."""
+
+    many: int
+    value: float
+    sample: int
+    record: str
+
+
 def without_spikes(
-    record: Record, names: Sequence[str], units: Mapping[str, str]
-) -> tuple[Record, list[str]]:
+    records: Sequence[Record], names: Sequence[str], units: Mapping[str, str]
+) -> tuple[list[Record], list[str]]:
     """The same where there are none, and what is to be said."""
-    signals, said = dict(record.signals), []
-    for name in (one for one in names if record.has(one)):
-        values = record.signals[name]
-        at = spikes_in(values)
-        if len(at):
+    cleaned, said = list(records), []
+    for name in names:
+        found = []
+        for k, record in enumerate(cleaned):
+            at = spikes_in(record.signals[name]) if record.has(name) else ()
+            if not len(at):
+                continue
+            values = record.signals[name]
             largest = int(at[np.argmax(np.abs(values[at]))])
-            said.append(
-                SPIKES.format(record.name, len(at), name, values[largest], units.get(name, ""), largest)
-            )
+            found.append(_Spike(len(at), float(values[largest]), largest, record.name))
             rest = np.delete(np.arange(len(values)), at)
-            signals[name] = np.interp(np.arange(len(values)), rest, values[rest])
-    return (replace(record, signals=signals) if said else record), said
+            mended = np.interp(np.arange(len(values)), rest, values[rest])
+            cleaned[k] = replace(record, signals=dict(record.signals) | {name: mended})
+        if found:
+            top = max(found, key=lambda one: abs(one.value))
+            where = ", ".join(f"{one.many} in {one.record}" for one in found)
+            total = sum(one.many for one in found)
+            said.append(
+                SPIKES.format(total, name, where, top.value, units.get(name, ""), top.sample, top.record)
+            )
+    return cleaned, said
 
 
 def spikes_in(values: FloatArray) -> NDArray[np.intp]:

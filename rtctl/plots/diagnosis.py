@@ -78,7 +78,7 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
             axes.set_ylabel(f"error [{unit}]")
             axes.legend(**ABOVE)
         whole.axvspan(time[0], time[-1], color=GREEN, alpha=0.15, linewidth=0.0)
-        motion.set_ylabel(f"{shown.output} [{unit}]")
+        motion.set_ylabel(f"{shown.output.replace('_', ' ')} [{unit}]")
         motion.legend(**ABOVE)
         error.set_xlabel(f"time [s]: record {shown.record}, where today's model is worst")
         whole.set_xlabel("time [s]: all of the record; the stretch above is shaded")
