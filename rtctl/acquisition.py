@@ -29,8 +29,11 @@ def acquire(
     folder: Path,
     stop_requested: Callable[[], bool],
     report: Callable[[str], None],
+    make_room: Callable[[], None] = lambda: None,
 ) -> Path:
     """Play every excitation, write the dataset, return its manifest's path. Raises RunError on a fault.
+
+    `make_room` is called once there is something to write: what `folder` holds would be overwritten.
 
     Records that were complete before a fault are written all the same, and the message says so.
     """
@@ -63,6 +66,7 @@ def acquire(
         records.append(_record(signals, scenario, index, kind))
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
+    make_room()
     path = write_dataset(
         folder,
         name=scenario.scenario.title if not failure else f"{scenario.scenario.title} (INCOMPLETE: {failure})",

@@ -24,6 +24,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.acquisition import acquire
     from rtctl.bundled import find_scenario
     from rtctl.cli.options import output_folder, watched_run
+    from rtctl.measured.aside import put_aside
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
     from rtctl.session import steps_of
@@ -33,8 +34,15 @@ def run(args: argparse.Namespace) -> int:
     scenario, _ = load_scenario(path, args.overrides)
     driver = build_driver(scenario, path.parent)
     quiet = args.quiet or args.json
+
+    def make_room() -> None:
+        if (aside := put_aside(folder)) is not None:
+            say(f"{folder} held a dataset: it was moved to {aside}", quiet=quiet)
+
     with watched_run(scenario.scenario.title, steps_of(scenario), quiet=quiet) as stop_requested:
-        manifest = acquire(scenario, driver, folder, stop_requested, lambda text: say(text, quiet=quiet))
+        manifest = acquire(
+            scenario, driver, folder, stop_requested, lambda text: say(text, quiet=quiet), make_room
+        )
     if args.json:
         print(json.dumps({"dataset": str(manifest), "device": driver.identity}))
     else:

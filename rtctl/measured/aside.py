@@ -1,0 +1,40 @@
+"""A dataset that is in the way of a new one: measured data are never overwritten."""
+
+from __future__ import annotations
+
+import time
+import tomllib
+from pathlib import Path
+
+from rtctl.border.errors import RunError
+
+MANIFEST = "dataset.toml"
+
+
+def put_aside(folder: Path) -> Path | None:
+    """Move the dataset in `folder`, its manifest and the records beside it, to a folder within; None: there is none.
+
+    Raises RunError where it cannot be moved.
+    """
+    manifest = folder / MANIFEST
+    if not manifest.is_file():
+        return None
+    try:
+        tables = tomllib.loads(manifest.read_text(encoding="utf-8")).get("records", [])
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        tables = []
+    files = [folder / str(table["file"]) for table in tables if "file" in table]
+    name = "before-" + time.strftime("%Y%m%d-%H%M%S")
+    aside, again = folder / name, 1
+    while aside.exists():
+        aside, again = folder / f"{name}-{again}", again + 1
+    try:
+        aside.mkdir()
+        for file in dict.fromkeys([*files, manifest]):  # the manifest last: what looks whole is whole
+            if file.parent == folder and file.is_file():
+                file.rename(aside / file.name)
+    except OSError as error:
+        raise RunError(
+            f"{folder}: holds a dataset that cannot be moved to {aside} ({error.strerror or error}); choose another --out"
+        ) from None
+    return aside
