@@ -34,7 +34,8 @@ def put_aside(folder: Path) -> Path | None:
             if file.parent == folder and file.is_file():
                 file.rename(aside / file.name)
     except OSError as error:
+        why = error.strerror or error
         raise RunError(
-            f"{folder}: holds a dataset that cannot be moved to {aside} ({error.strerror or error}); choose another --out"
+            f"{folder} holds a dataset that cannot be moved to {aside} ({why}): choose another --out"
         ) from None
     return aside
