@@ -274,7 +274,8 @@ def row(case: Case, found: dict[str, Any]) -> str:
         "{} ({})".format(
             cause["id"],
             ", ".join(
-                f"{name} {one['value']:.3g} {one['unit']}" for name, one in cause["parameters"].items()
+                f"{name} {one['value']:.3g} {one['unit'].removeprefix('dimensionless')}".rstrip()
+                for name, one in cause["parameters"].items()
             ),
         )
         for cause in diagnosis["causes"]
