@@ -115,6 +115,23 @@ def settled_samples(record: Record) -> int:
     return 1
 
 
+def still_moving(record: Record) -> float:
+    """Share of a step that the last sample of a hold still brings, of the reading that moves most.
+
+    NaN where too few holds say so. By samples that have no noise in common: the step is that of the third last ones.
+    """
+    current = record.signals["current"]
+    ends = hold_ends(current)
+    held = ends[np.diff(ends, prepend=-1) >= 4]
+    if len(held) < LEAST_HOLDS:
+        return np.nan
+    shares = []
+    for values in (record.signals[name] for name in READINGS if record.has(name)):
+        change, step = (values[held] - values[held - 1])[1:], np.diff(values[held - 2])
+        shares.append(float(change @ step) / max(float(step @ step), 1e-300))
+    return max(shares, default=np.nan)
+
+
 def static_noise(dataset: Dataset) -> dict[str, float]:
     """RMS noise of one reading, by name (of resistance in its logarithm), about the means of what is settled.
 

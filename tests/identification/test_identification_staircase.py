@@ -7,7 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rtctl.identification.staircase import heated_hold_ends, hold_ends, settled_samples, steady_states
+from rtctl.identification.staircase import (
+    heated_hold_ends,
+    hold_ends,
+    settled_samples,
+    steady_states,
+    still_moving,
+)
 from rtctl.measured.dataset import Record
 
 HOLD, HOLDS = 20, 200
@@ -87,3 +93,19 @@ def test_the_surrogate_is_averaged_over_the_same_samples():
     left = np.exp(-np.arange(HOLD) / 2.0)  # of a step's square, at each sample of a hold
     squares = 64.0 - 48.0 * left[HOLD - settled_samples(one) :]
     assert v[3] == pytest.approx(np.sqrt(squares).mean(), rel=1e-4)
+
+
+@pytest.mark.parametrize("noise", [1e-4, 0.3])
+def test_what_the_last_sample_of_a_hold_still_brings_is_known_whatever_the_noise(noise):
+    settle = 6.0
+    expected = np.exp(-(HOLD - 2) / settle) * (1.0 - np.exp(-1.0 / settle))
+    assert still_moving(record(noise, settle=settle)) == pytest.approx(
+        expected, abs=0.15 * expected + 0.05 * noise
+    )
+    assert abs(still_moving(record(noise))) < 0.05 * noise
+
+
+def test_where_there_are_few_holds_nothing_is_said_of_what_still_moves():
+    one = record(0.01)
+    few = dataclasses.replace(one, signals={name: values[: 5 * HOLD] for name, values in one.signals.items()})
+    assert np.isnan(still_moving(few))
