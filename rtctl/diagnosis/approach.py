@@ -178,6 +178,8 @@ def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]
 
 def _level(data: Data, simulation: Simulation) -> list[Simulation]:
     """`simulation` with its offsets where they put the outputs' means right, if one is off by more than all motion."""
+    if not data.subject.offsets:
+        return []
     values = np.array([one.value for one in simulation.parameters])
     names = [one.name for one in simulation.parameters]
     runs = [simulation.predict(record.stimulus, values) for record in data.records]

@@ -79,9 +79,8 @@ class FinerLoops(NamedTuple):
         nominal = found.nominal.hypothesis
         known = _without_its_correction(self.data, nominal, found.chosen.hypothesis)
         fewer = _less_what_is_small(self.data, nominal, known)
-        if fewer is not known and self._lasts(
-            TWICE
-        ):  # what is small beside the causes may be the error of the loops
+        # what is small beside the causes may be the error of the loops
+        if fewer is not known and self._lasts(TWICE):
             alone = self._behind(found, fewer)
             if alone is not found and alone.passes:
                 return alone
