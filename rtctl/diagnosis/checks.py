@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -21,6 +22,8 @@ LEAST_PERIODS = 5.0
 CLIPPED_SHARE = 0.005
 CLIPPED_PILE = 4.0
 """Times as many samples as at any of the levels beside it: even a quantised sine has no more than 2.4."""
+ANOTHER_INPUT = 0.05
+"""Of a drive's RMS, by which repeats of one input may differ."""
 TONE_SHARE = 0.995
 """Of the drive's power in one line."""
 FOREIGN_SHARE = 0.6
@@ -40,7 +43,8 @@ def split(
     ]
     usable, spikes = without_spikes(usable, subject.spikes_of, dataset.units)
     usable, still = _moving(usable, subject)
-    warnings += spikes + still
+    usable, unlike = _repeating(usable, subject.drive)
+    warnings += spikes + still + unlike + _impossible(usable, dataset.units)
     fit = [record for record in usable if record.use == "fit"]
     fit = fit or [record for record in usable if record.use != "test"]
     tests = [record for record in usable if record.use == "test"]
@@ -92,6 +96,38 @@ def _moving(records: Sequence[Record], subject: Subject) -> tuple[list[Record], 
         else:
             good.append(record)
     return good, warnings
+
+
+def _repeating(records: Sequence[Record], drive: str) -> tuple[list[Record], list[str]]:
+    """Without the letters of `repeat` under which the inputs are not one."""
+    wrong, warnings = set(), []
+    for letter in dict.fromkeys(record.repeat for record in records if record.repeat is not None):
+        group = [record for record in records if record.repeat == letter]
+        samples = min(record.samples for record in group)
+        drives = np.stack([record.signals[drive][:samples] for record in group])
+        size = float(np.sqrt(np.mean(drives**2)))
+        apart = float(np.sqrt(np.mean((drives - drives[0]) ** 2, axis=1)).max())
+        if apart > ANOTHER_INPUT * size:
+            wrong.add(letter)
+            warnings.append(
+                f'records {", ".join(one.name for one in group)} have repeat = "{letter}", and their {drive}s differ '
+                f"by up to {apart / size:.0%} (RMS): they are no repeats of one input, and were not taken for such"
+            )
+    return [replace(one, repeat=None) if one.repeat in wrong else one for one in records], warnings
+
+
+def _impossible(records: Sequence[Record], units: Mapping[str, str]) -> list[str]:
+    """Resistances that are not above zero."""
+    found = {
+        r.name: int(np.count_nonzero(r.signals["resistance"] <= 0.0)) for r in records if r.has("resistance")
+    }
+    names = [name for name, count in found.items() if count]
+    if not names:
+        return []
+    return [
+        f"{', '.join(names)}: {sum(found.values())} readings of the resistance are 0 {units['resistance']} or less, "
+        "which no film has: are its column, unit and sign right, was the reader in range?"
+    ]
 
 
 def short(records: Sequence[FitRecord], rate: float) -> list[str]:

@@ -62,6 +62,30 @@ def test_a_heater_without_any_current_is_bad_input() -> None:
         split(replace(data, records=tuple(off)), VO2)
 
 
+@pytest.mark.parametrize(("other", "said"), [(0.0, False), (0.01, False), (0.5, True)])
+def test_repeats_of_other_inputs_are_said_and_not_taken_for_repeats(
+    tmp_path: Path, other: float, said: bool
+) -> None:
+    drive, reading, _ = record(1)
+    again = drive + other * record(2)[0]
+    manifest = write_case(tmp_path, [(drive, reading, "fit"), (again, reading, "fit"), record(3, "test")])
+    manifest.write_text(manifest.read_text().replace('use = "fit"', 'use = "fit"\nrepeat = "A"'))
+    fit, _, warnings = split(read_dataset(manifest), OSCILLATOR)
+    assert [one.repeat for one in fit] == ([None, None] if said else ["A", "A"])
+    assert any("are no repeats of one input" in warning for warning in warnings) == said
+
+
+def test_a_resistance_that_no_film_has_is_said() -> None:
+    data = dataset(share=0.0, steps=17)
+    (bad, *rest) = data.records
+    resistance = bad.signals["resistance"].copy()
+    assert not any("which no film has" in one for one in split(data, VO2)[2])
+    resistance[500:503] = -1.0
+    bad = replace(bad, signals={**bad.signals, "resistance": resistance}, use="fit")
+    warnings = split(replace(data, records=(bad, *rest)), VO2)[2]
+    assert any(f"{bad.name}: 3 readings of the resistance are 0 ohm or less" in one for one in warnings)
+
+
 def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None:
     drive, _, _ = record(1)
     case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
