@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rtctl.diagnosis.approach import fitted_again, over_stretches
 from rtctl.diagnosis.budget import Budget
+from rtctl.diagnosis.from_there import NEAR, beside_it, second_chance, unfinished
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.noise_floor import left_over_noise
@@ -34,10 +35,6 @@ BEAM = 3
 ALIKE = 8
 AS_GOOD = 1.02
 """Times the lowest cost: so close, white squares do not say which is right, and the gate is asked of each."""
-ALONE = 0.1
-"""Times the cost of another: a first below it is right, or the other is stuck."""
-RIVALS = 0.5
-"""Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
 NEAR_BEST = 3.0
 """Times the lowest cost: beyond, a set is not extended."""
 CLOSE = 1.5
@@ -57,8 +54,6 @@ EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
 LEVEL = 0.2
 """Of the rate of false claims, that of the gate: noise that is no autoregression makes its p-values a little small."""
-NEAR = 1.5
-"""Times the cost of the best: beyond, no whitening makes a set its equal."""
 NEARLY = 1e-6
 """Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 NEEDED = 10.0
@@ -117,6 +112,7 @@ def search(
     budget = budget or Budget.of()
     found = _grown(data, nominal, ids, level_of(false_claim_rate), told, kept, budget, put_right)
     found = found._replace(out_of_time=budget.spent and not found.passes)
+    found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
     if found.learned is not None:
         return found
     return found._replace(
@@ -153,13 +149,14 @@ def _grown(
             return _grown(data, lower, ids, level, told, kept, budget, put_right)
 
         def from_there(ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents) -> list[Hypothesis]:
-            return _second_chance(data, parents, ones, ids, told, budget)
+            return second_chance(data, parents, ones, ids, told, budget)
 
         field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
         last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             found = _returned(data, Search(at_nominal, last, True, (), tuple(tried)), ids, level)
+            found = beside_it(data, found, last, ids, level, told, budget)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, each_once(field), best, plain=not passes))
@@ -169,6 +166,7 @@ def _grown(
             found = _returned(data, found, ids, level, passes=passes)
         if passes or found.chosen is not best:
             found = _less_what_is_allowed(data, found, ids)
+            found = beside_it(data, found, best, ids, level, told, budget)
             return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
         told(f"{size} causes do not explain it")
         if size == GROWN and not budget.spent:
@@ -271,33 +269,6 @@ def _needed(data: Data, smaller: Examined, larger: Examined) -> bool:
     """Whether the larger set is worth its parameters: what the gate found in the smaller one may be chance."""
     before, after = (whitened_bic(data, one.hypothesis, larger.noise) for one in (smaller, larger))
     return before - after > NEEDED
-
-
-def _second_chance(
-    data: Data, parents: Sequence[Examined], field: Sequence[Hypothesis], ids: Sequence[str],
-    told: Callable[[str], None], budget: Budget,
-) -> list[Hypothesis]:  # fmt: skip
-    """`field`, and where its first leaves others far behind, what of them could stand in its place, from there.
-
-    With a jump between motions a fit ends where the nominal parameters are off, whatever is added; one that found its
-    way shows where they are right, and from there an equal needs but its own size.
-    """
-    first = field[0]
-    parent = next(
-        (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
-    )
-    near = {frozenset(one.mechanisms) for one in field if first.cost >= ALONE * one.cost}
-    if data.glance is not data or parent is None or len(near) == len(field):
-        return list(field)
-    there = None if budget.spent else fitted_without(data, parent, first, parent.mechanisms, iterations=0)
-    if there is None:
-        return list(field)
-    runners = [
-        runner
-        for runner in runners_of(examine(there, data, ids), least=RIVALS)
-        if frozenset(runner.mechanisms) not in near
-    ]
-    return each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
 
 
 def _front(
