@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import rtctl.session
+from rtctl.border.mechanisms import plain_unit
 from rtctl.cli import main as rtctl_main
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -274,7 +275,7 @@ def row(case: Case, found: dict[str, Any]) -> str:
         "{} ({})".format(
             cause["id"],
             ", ".join(
-                f"{name} {one['value']:.3g} {one['unit'].removeprefix('dimensionless')}".rstrip()
+                f"{name} {one['value']:.3g} {plain_unit(one['unit'])}".rstrip()
                 for name, one in cause["parameters"].items()
             ),
         )

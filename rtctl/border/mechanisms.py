@@ -77,11 +77,15 @@ class Parameter:
 
     def unit_in(self, **data_units: str) -> str:
         """`unit` with the data's own units filled in."""
-        text = self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
-        bare = ""
-        while bare != text:  # 1/((mm))^2
-            bare, text = text, re.sub(r"\((\w+)\)", r"\1", text)
-        return text
+        return self.unit.format(**{name: f"({unit})" for name, unit in data_units.items()})
+
+
+def plain_unit(unit: str) -> str:
+    """`unit` as a person writes it: `(mm)/(s^2*((V)))` as `mm/(s^2*V)`; nothing of a number that has none."""
+    before = ""
+    while before != unit:
+        before, unit = unit, re.sub(r"\(\(([^()]*)\)\)", r"(\1)", re.sub(r"\((\w+)\)", r"\1", unit))
+    return unit.removeprefix("dimensionless")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

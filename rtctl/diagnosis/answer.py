@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.mechanisms import Mechanism
+from rtctl.border.mechanisms import Mechanism, plain_unit
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.gain import Gain
 from rtctl.diagnosis.gate import Examined
@@ -103,7 +103,7 @@ def wrong_value_cause(wrong: WrongValue) -> Cause:
     """The cause `parameter.<name>`: the structure is right, a value is off."""
     estimate = estimates_of(wrong.revised, "")[wrong.name]
     given = next(one for one in wrong.given.hypothesis.simulation.parameters if one.name == wrong.name)
-    unit = _plain(given.unit)
+    unit = plain_unit(given.unit)
     return Cause(
         id=f"parameter.{wrong.name}",
         statement=f"The structure is right, a value is off: {wrong.name} is {estimate.value:.4g} {unit}, "
@@ -169,17 +169,12 @@ def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
     template = mechanism.sentence({name: estimate.value for name, estimate in estimates.items()})
     names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
     filled = {
-        name: f"{estimates[name].value:.4g} {_plain(estimates[name].unit)}".strip()
+        name: f"{estimates[name].value:.4g} {plain_unit(estimates[name].unit)}".strip()
         if name in estimates
         else "?"
         for name in names
     }
     return template.format(**filled)
-
-
-def _plain(unit: str) -> str:
-    """Nothing of a number that has none."""
-    return unit.removeprefix("dimensionless")
 
 
 def _probabilities(search: Search) -> dict[str, float]:

@@ -186,7 +186,11 @@ def _level(data: Data, simulation: Simulation) -> list[Simulation]:
     moved = values.copy()
     for output, offset in data.subject.offsets.items():
         readings = [record.measured.get(output) for record in data.records]
-        if offset not in names or simulation.parameters[names.index(offset)].fixed:
+        if (
+            offset not in names
+            or not any(y is not None for y in readings)
+            or simulation.parameters[names.index(offset)].fixed
+        ):
             continue
         errors = np.concatenate(
             [y - run.outputs[output][0] for y, run in zip(readings, runs, strict=True) if y is not None]

@@ -250,7 +250,11 @@ def _answer(
         warnings.append(LEFT.format(left_over_noise(found.chosen)))
     if named and final is not None and final.ratio < 1.0:
         warnings.append(NO_GAIN.format(final.output, 1.0 / final.ratio))
-    if gap and not stopped and not found.chosen.p_value > level_of(ask.options.false_claim_rate):
+    if (
+        gap
+        and not (stopped or found.out_of_time)
+        and not found.chosen.p_value > level_of(ask.options.false_claim_rate)
+    ):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtctl.border.mechanisms import Scales
+from rtctl.border.mechanisms import Scales, plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.answer import estimates_of
 from rtctl.diagnosis.gate import Examined
@@ -28,8 +28,7 @@ def far_off(given: Simulation, refitted: Examined, scales: Scales) -> list[str]:
         else:
             far = before.value != 0.0 and not _alike(before.value, now.low, now.high)
         if far:
-            unit = now.unit if now.unit != "dimensionless" else ""
-            moved.append(f"{name} from {before.value:.4g} to {now.value:.4g} {unit}".rstrip())
+            moved.append(f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}".rstrip())
     return [MOVED.format(", ".join(moved))] if moved else []
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from rtctl.border.mechanisms import plain_unit
 from rtctl.diagnosis.answer import Estimate, estimates_of
 from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.pictures import ranking_of
@@ -84,7 +85,7 @@ def _estimate(name: str, one: Estimate) -> str:
 
 def readable(unit: str) -> str:
     """`mm/(s^2*V)` as `mm/(s²*V)`, as HTML; nothing of a number that has none."""
-    bare = unit.removeprefix("dimensionless")
+    bare = plain_unit(unit)
     for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^5", "⁵")):
         bare = bare.replace(power, sign)
     return escape(re.sub(r"\bum\b", "µm", bare))

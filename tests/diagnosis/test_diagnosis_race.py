@@ -15,6 +15,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.approach import fitted_nominal
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.checks import split
+from rtctl.diagnosis.from_there import second_chance
 from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.race import (
@@ -27,7 +28,7 @@ from rtctl.diagnosis.race import (
     race,
 )
 from rtctl.diagnosis.runners import runners_of
-from rtctl.diagnosis.search import _second_chance, _unstuck
+from rtctl.diagnosis.search import _unstuck
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
 from rtctl.identification.fit_record import FitRecord
@@ -195,7 +196,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
     assert found is not None
     assert found.cost < 0.1 * nominal.cost
     stuck, ids = replace(nominal, mechanisms=("drive.lag",)), ("drive.delay", "drive.lag", "stiffness.cubic")
-    field = _second_chance(
+    field = second_chance(
         data, [examine(nominal, data, ids)], [found, stuck], ids, lambda text: None, Budget.of(60.0)
     )
     assert field[0].mechanisms == ("drive.lag",)
