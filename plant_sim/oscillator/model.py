@@ -62,8 +62,10 @@ class _Reading:
             self.problem(
                 f"unknown parameter {where}.parameters.{name} of {mechanism.id}{nearest(name, names)}"
             )
+        forms = {name for name in mechanism.forms if name in given and given[name].value != 0.0}
         for declared in mechanism.parameters:
-            if declared.name not in given and declared.default is None:
+            needed = declared.default is None or declared.of_form in forms
+            if declared.name not in given and needed:
                 unit = self._unit(declared)
                 self.problem(f"{where}.parameters.{declared.name} [{unit}] of {mechanism.id} is missing")
         amplitudes = [declared.name for declared in mechanism.amplitudes if declared.default is not None]
