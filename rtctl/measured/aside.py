@@ -21,9 +21,9 @@ def put_aside(folder: Path) -> Path | None:
         return None
     try:
         tables = tomllib.loads(manifest.read_text(encoding="utf-8")).get("records", [])
+        files = [folder / str(table["file"]) for table in tables if "file" in table]
     except (tomllib.TOMLDecodeError, UnicodeDecodeError):
-        tables = []
-    files = [folder / str(table["file"]) for table in tables if "file" in table]
+        files = sorted(folder.glob("*.parquet"))  # what a new dataset might be written over
     name = "before-" + time.strftime("%Y%m%d-%H%M%S")
     aside, again = folder / name, 1
     while aside.exists():

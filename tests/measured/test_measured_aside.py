@@ -42,6 +42,14 @@ def test_records_elsewhere_stay_where_they_are(tmp_path: Path) -> None:
     assert (folder / "notes.txt").exists()
 
 
+def test_records_of_a_manifest_that_cannot_be_read_are_kept_too(tmp_path: Path) -> None:
+    (tmp_path / "dataset.toml").write_text("[[records]\n")
+    (tmp_path / "r00-levels.parquet").write_bytes(b"measured")
+    aside = put_aside(tmp_path)
+    assert aside is not None
+    assert sorted(one.name for one in aside.iterdir()) == ["dataset.toml", "r00-levels.parquet"]
+
+
 def test_a_second_acquisition_keeps_the_first(tmp_path: Path) -> None:
     scenario, folder = tmp_path / "short.toml", tmp_path / "set"
     commands = []
