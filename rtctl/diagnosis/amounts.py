@@ -47,7 +47,7 @@ def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[s
     return kept, [FEWER.format(total, MOST_SAMPLES, len(kept), used)]
 
 
-def resolved(simulation: Simulation, records: Sequence[FitRecord], source: str) -> None:
+def check_speed(simulation: Simulation, records: Sequence[FitRecord], source: str) -> None:
     """Raises InputError, naming `source`, where no sensible step resolves the model, or so many that no fit ends."""
     values = np.array([parameter.value for parameter in simulation.parameters])
     begun = None

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.amounts import fewer, resolved
+from rtctl.diagnosis.amounts import check_speed, fewer
 from rtctl.diagnosis.answer import (
     Cause,
     apart_from_identification,
@@ -168,7 +168,7 @@ def diagnose(
         warnings.append(OTHER_OUTPUT.format(SUBJECTS[subject.kind].signal, subject.signal))
     fit, said = fewer(fit)
     warnings += said
-    resolved(simulation, fit, str(dataset.path))
+    check_speed(simulation, fit, str(dataset.path))
     comparable, readings = subject.comparable(simulation, fit)
     fit, tests = (
         tuple(replace(one, measured=readings(one.measured)) for one in ones) for ones in (fit, tests)

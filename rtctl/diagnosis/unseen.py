@@ -67,9 +67,9 @@ def unseen(found: Gain, data: Data, tests: tuple[FitRecord, ...], hypothesis: Hy
         return Unseen(UNFORESEEN.format(*left, lost, len(tests)), False)
     both = _with_them(data, tests, hypothesis)
     if both is not None:
-        here, alone = _parts(both, len(data.records))
+        here, beside = _parts(both, len(data.records))
         settled = _error(here, data, found.output) < NO_WORSE * _error(hypothesis, data, found.output)
-        if settled and _error(alone, there, found.output) < MISSED * promised:
+        if settled and _error(beside, there, found.output) < MISSED * promised:
             return Unseen(UNCERTAIN.format(*left), False)
     if alone is not None and alone.states:
         within = left_over_stretches(there, alone) * data.size(found.output)

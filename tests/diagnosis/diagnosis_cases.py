@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.cli import main
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Dataset
 from rtctl.wiring import build_simulation
@@ -91,3 +94,14 @@ def friction_case(folder: Path) -> Path:
 def dataset_of(folder: Path, *records: tuple[FloatArray, FloatArray, str]) -> Dataset:
     """In memory as the program reads it."""
     return read_dataset(write_case(folder, list(records)))
+
+
+def answer_to(
+    folder: Path, records: list[tuple[FloatArray, FloatArray, str]], mechanisms: str = "friction.coulomb"
+) -> dict[str, Any]:
+    """diagnosis.json of the command on these records."""
+    manifest, model = write_case(folder, records), folder / "model.toml"
+    command = ["diagnose", str(manifest), "--model", str(model), "--mechanisms", mechanisms, "--quiet"]
+    assert main([*command, "--out", str(folder / "out")]) == 0
+    found: dict[str, Any] = json.loads((folder / "out" / "diagnosis.json").read_text())
+    return found

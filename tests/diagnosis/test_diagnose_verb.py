@@ -9,7 +9,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from diagnosis_cases import NOISE_MM, device, friction_case, measured, noise_drive, write_case
+from diagnosis_cases import NOISE_MM, answer_to, device, friction_case, measured, noise_drive
 
 from rtctl.border.errors import RunError
 from rtctl.cli import main
@@ -179,18 +179,7 @@ def test_what_only_the_test_records_show_is_said(tmp_path: Path) -> None:
     stiff = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 400.0, "unit": "1/(mm^2*s^2)"}}}
     plants = [(device(), 1, "fit"), (device(), 2, "fit"), (device(stiff), 3, "test")]
     records = [(noise_drive(seed), measured(plant, noise_drive(seed)), use) for plant, seed, use in plants]
-    manifest = write_case(tmp_path, records)
-    command = [
-        "diagnose",
-        str(manifest),
-        "--model",
-        str(tmp_path / "model.toml"),
-        "--mechanisms",
-        FEW,
-        "--quiet",
-    ]
-    assert main([*command, "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = answer_to(tmp_path, records, FEW)
     assert found["verdict"] == "unexplained"
     assert any("the fitted records show nothing of it" in warning for warning in found["warnings"])
 

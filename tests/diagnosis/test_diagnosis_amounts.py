@@ -10,7 +10,7 @@ from diagnosis_cases import PERIOD_S, device, friction_case
 
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
-from rtctl.diagnosis.amounts import LEAST_SAMPLES, MOST_SAMPLES, fewer, resolved
+from rtctl.diagnosis.amounts import LEAST_SAMPLES, MOST_SAMPLES, check_speed, fewer
 from rtctl.identification.fit_record import FitRecord
 
 
@@ -44,7 +44,7 @@ def test_of_very_many_records_some_are_used_evenly() -> None:
 
 
 def test_a_model_that_is_run_at_once_passes() -> None:
-    resolved(device(), [record(2000)], "dataset.toml")
+    check_speed(device(), [record(2000)], "dataset.toml")
 
 
 @pytest.mark.parametrize("factor", [1e-4, 1e-9])

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import NOISE_MM, FloatArray, device, measured, noise_drive, write_case
+from diagnosis_cases import NOISE_MM, FloatArray, answer_to, device, measured, noise_drive
 from scipy.signal import lfilter
-
-from rtctl.cli import main
 
 
 def noise(seed: int, kind: str) -> FloatArray:
@@ -28,9 +25,6 @@ def test_bursts_are_said(tmp_path: Path, kind: str, said: bool) -> None:
         (noise_drive(k), measured(device(), noise_drive(k), 0.0) + noise(k + 100, kind), use)
         for k, use in ((1, "fit"), (2, "fit"), (3, "test"))
     ]
-    manifest = write_case(tmp_path, records)
-    command = ["diagnose", str(manifest), "--model", str(tmp_path / "model.toml"), "--quiet"]
-    assert main([*command, "--mechanisms", "friction.coulomb", "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = answer_to(tmp_path, records)
     assert found["verdict"] == "adequate"
     assert any("comes in bursts" in warning for warning in found["warnings"]) == said

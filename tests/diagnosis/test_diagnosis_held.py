@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import NOISE_MM, FloatArray, device, measured, noise_drive, write_case
-
-from rtctl.cli import main
+from diagnosis_cases import NOISE_MM, FloatArray, answer_to, device, measured, noise_drive
 
 FEW = "friction.coulomb,stiffness.cubic"
 Records = list[tuple[FloatArray, FloatArray, str]]
@@ -17,18 +14,7 @@ Records = list[tuple[FloatArray, FloatArray, str]]
 
 def diagnosed(folder: Path, records: Records) -> tuple[str, list[str]]:
     """Verdict and warnings."""
-    manifest = write_case(folder, records)
-    command = [
-        "diagnose",
-        str(manifest),
-        "--model",
-        str(folder / "model.toml"),
-        "--mechanisms",
-        FEW,
-        "--quiet",
-    ]
-    assert main([*command, "--out", str(folder / "out")]) == 0
-    found = json.loads((folder / "out" / "diagnosis.json").read_text())
+    found = answer_to(folder, records, FEW)
     return found["verdict"], found["warnings"]
 
 

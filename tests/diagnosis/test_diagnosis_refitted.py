@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
-from diagnosis_cases import device, measured, noise_drive, write_case
-
-from rtctl.cli import main
+from diagnosis_cases import answer_to, device, measured, noise_drive
 
 
 @pytest.mark.parametrize(("factor", "said"), [(-1.0, True), (3.0, True), (1.2, False)])
 def test_a_drive_gain_of_another_sign_or_size_is_said(tmp_path: Path, factor: float, said: bool) -> None:
     plant = device(drive_gain=(430.0 * factor, "mm/s^2/V"))
     records = [(noise_drive(k), measured(plant, noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))]
-    manifest = write_case(tmp_path, records)
-    command = ["diagnose", str(manifest), "--model", str(tmp_path / "model.toml"), "--quiet"]
-    assert main([*command, "--mechanisms", "friction.coulomb", "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = answer_to(tmp_path, records)
     moved = [warning for warning in found["warnings"] if "the re-fit has moved" in warning]
     assert bool(moved) == said
     if said:

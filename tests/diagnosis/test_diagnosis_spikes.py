@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import FloatArray, device, measured, noise_drive, write_case
+from diagnosis_cases import FloatArray, answer_to, device, measured, noise_drive
 
-from rtctl.cli import main
 from rtctl.diagnosis.spikes import spikes_in
 
 RNG = np.random.default_rng(5)
@@ -45,9 +43,6 @@ def test_a_reading_of_a_million_costs_a_note_and_no_verdict(tmp_path: Path) -> N
         (noise_drive(k), measured(device(), noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))
     ]
     records[0][1][700] = 1e6
-    manifest = write_case(tmp_path, records)
-    command = ["diagnose", str(manifest), "--model", str(tmp_path / "model.toml"), "--quiet"]
-    assert main([*command, "--mechanisms", "friction.coulomb", "--out", str(tmp_path / "out")]) == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    found = answer_to(tmp_path, records)
     assert found["verdict"] == "adequate"
     assert any("1e+06 mm in sample 700" in warning for warning in found["warnings"])
