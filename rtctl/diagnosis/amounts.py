@@ -24,6 +24,7 @@ FEWER = (
     'samples were used, the first ones of each; mark other records as use = "test", or cut them with rows, to choose '
     "which"
 )
+UNRESOLVED = "{}: on record {}: {}. Its samples are {:.3g} s apart: is its rate in Hz, its time in seconds?"
 SLOW = (
     "{}: one run of the model over the records to fit takes more than {:g} s of processor time, and a diagnosis makes "
     "hundreds: its fastest motion is far quicker than the samples, which are {:.3g} s apart. Is the time in seconds, "
@@ -58,6 +59,6 @@ def check_speed(simulation: Simulation, records: Sequence[FitRecord], source: st
                 begun = working_time()
             simulation.predict(record.stimulus, values)
         except ValueError as error:
-            raise InputError(f"{source}: on record {record.name}: {error}") from None
+            raise InputError(UNRESOLVED.format(source, record.name, error, record.period_s)) from None
         if working_time() - begun > MOST_RUNS_SECONDS:
             raise InputError(SLOW.format(source, MOST_RUNS_SECONDS, record.period_s))

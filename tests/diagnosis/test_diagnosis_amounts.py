@@ -67,5 +67,5 @@ def test_a_sample_rate_in_the_wrong_unit_is_a_message_at_once(
     assert main(command) == 2
     said = capsys.readouterr().err
     assert "dataset.toml" in said
-    assert "unit" in said
+    assert "in Hz" in said
     assert "Traceback" not in said
