@@ -9,6 +9,7 @@ counts, times the number of tests.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import NamedTuple
 
@@ -37,7 +38,7 @@ from rtctl.diagnosis.projection import (
 )
 from rtctl.diagnosis.uneven import Uneven, uneven
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.residual_noise import NoiseModel
+from rtctl.identification.residual_noise import NoiseModel, sampled_alike
 
 FloatArray = NDArray[np.float64]
 FIRST_ORDER = 0.3
@@ -147,6 +148,7 @@ def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index:
         shared=base.shared,  # type: ignore[attr-defined]
         own=base.own,  # type: ignore[attr-defined]
         directions=np.concatenate(slopes),
+        period_s=data.records[index].period_s,
     )
     return as_converted(made, data, index, hypothesis.sensitivity.outputs)
 
@@ -201,7 +203,7 @@ def _beyond_what_is_allowed(
     """
     powers = np.array([max(model.mean_square, 1e-300) for model in noise])
     wider = 1.0 + allowed / powers
-    coloured = [model._replace(variance=model.variance * k) for model, k in zip(noise, wider, strict=True)]
+    coloured = [model.louder(k) for model, k in zip(noise, wider, strict=True)]
     plain = [NoiseModel(np.empty(0), power * k) for power, k in zip(powers, wider, strict=True)]
     squares = sum(row.residual.shape[1] for row in rows) * allowed / (powers * wider)
     in_colour, in_squares = (
@@ -265,15 +267,15 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Te
     """
     from scipy.stats import spearmanr
 
-    block = max(16, round(4.0 * np.pi / data.scales.rate / data.records[0].period_s))
     sizes, amplitudes = list[FloatArray](), list[FloatArray]()
     for index, left in enumerate(leftover(_as_noisy(rows, noise), noise)):
         record = data.records[index]
+        block = max(16, round(4.0 * np.pi / data.scales.rate / record.period_s))
         motion = record.measured[data.subject.output][record.first :] + rows[index].residual[0]
         count = len(motion) // block
         if count < 4:
             continue
-        white = noise[0].whiten(left[0])[: count * block].reshape(count, block)
+        white = noise[0].at(record.period_s).whiten(left[0])[: count * block].reshape(count, block)
         pieces = motion[: count * block].reshape(count, block)
         for found, of_blocks in (
             (sizes, np.log(np.mean(white**2, axis=1) + 1e-12)),
@@ -293,10 +295,11 @@ def _as_noisy(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[Rows]:
     """Each record in units of its own noise: what a loud one makes parameters err by is no gap of a quiet one."""
     found = []
     for row, left in zip(rows, leftover(rows, noise), strict=True):
-        sizes = [float(model.whiten(one).std()) or 1.0 for model, one in zip(noise, left, strict=True)]
-        own = 1.0 / np.array(sizes)[:, None]
+        white = [model.at(row.period_s).whiten(one) for model, one in zip(noise, left, strict=True)]
+        own = 1.0 / np.array([float(one.std()) or 1.0 for one in white])[:, None]
         found.append(
-            Rows(
+            replace(
+                row,
                 residual=row.residual * own,
                 shared=row.shared * own,
                 own=row.own * own,
@@ -322,9 +325,11 @@ def beyond_repeats(
     for letter in dict.fromkeys(record.repeat for record in records if record.repeat is not None):
         group = [k for k, record in enumerate(records) if record.repeat == letter]
         length = min(residuals[k].shape[1] for k in group)
-        if len(group) < 2 or len({records[k].first for k in group}) > 1:
+        periods = [records[k].period_s for k in group]
+        if len(group) < 2 or len({records[k].first for k in group}) > 1 or len(sampled_alike(periods)) > 1:
             continue
-        for o, (name, model) in enumerate(zip(outputs, noise, strict=True)):
+        of_group = [model.at(periods[0]) for model in noise]
+        for o, (name, model) in enumerate(zip(outputs, of_group, strict=True)):
             readings = np.stack([records[k].measured[name][records[k].first :][:length] for k in group])
             scatter = model.whiten(readings - readings.mean(axis=0))
             mean = model.whiten(np.mean([residuals[k][o, :length] for k in group], axis=0)[None])

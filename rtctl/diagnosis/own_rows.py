@@ -20,7 +20,10 @@ def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
         return None
     return [
         as_converted(
-            Rows(residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0]),
+            Rows(
+                residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
+                period_s=data.records[index].period_s,
+            ),
             data, index, hypothesis.sensitivity.outputs,
         )
         for index, line in enumerate(lines)
@@ -47,7 +50,7 @@ def as_converted(rows: Rows, data: Data, index: int, outputs: Sequence[str]) -> 
     rows = replace(rows, own=np.concatenate(errors))
     if kept.all():
         return rows
-    return Rows(
-        residual=rows.residual[:, kept], shared=rows.shared[..., kept], own=rows.own[..., kept],
+    return replace(
+        rows, residual=rows.residual[:, kept], shared=rows.shared[..., kept], own=rows.own[..., kept],
         directions=rows.directions[..., kept],
     )  # fmt: skip

@@ -14,7 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.identification.residual_noise import NoiseModel, noise_with_slow_part
+from rtctl.identification.residual_noise import (
+    NoiseModel,
+    noise_with_slow_part,
+    of_several,
+    sampled_alike,
+)
 
 FloatArray = NDArray[np.float64]
 LEAST_VISIBLE = 1e-9
@@ -33,6 +38,8 @@ class Rows:
     shared: FloatArray
     own: FloatArray
     directions: FloatArray
+    period_s: float = 0.0
+    """Between samples: noise has a colour of its own at each; 0 where all records are sampled alike."""
 
     def whitened(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """[residual, shared, directions] (1 + p + k, outputs n) without their part along the own unknowns."""
@@ -60,7 +67,7 @@ class Rows:
         begin = 0
         for part in parts:
             for o, model in enumerate(noise if len(part) else ()):
-                white[begin : begin + len(part), o] = model.whiten(part[:, o])
+                white[begin : begin + len(part), o] = model.at(self.period_s).whiten(part[:, o])
             begin += len(part)
         return white.reshape(count, -1)
 
@@ -249,7 +256,7 @@ def _less(row: Rows, shared: FloatArray, free: FloatArray) -> FloatArray:
 def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     """Of each output, by restricted maximum likelihood: from what no direction explains, and what they took of it.
 
-    With a slow part where asked (`slow`) and seen.
+    With a slow part where asked (`slow`) and seen; records of another sample period have a colour of their own.
     Directions take the noise that lies along them, all of them near the resonance; a spectrum of the leftover alone
     has a hole there, and every statistic would be too large. Under a noise model the leftover and the covariance of
     what was taken are known (generalised least squares), and both together give the next model.
@@ -257,22 +264,26 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     """
     outputs = rows[0].residual.shape[0]
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
+    groups = sampled_alike([row.period_s for row in rows])
+    samples = [sum(rows[k].residual.shape[1] for k in own) for own in groups]
     for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
         taken, half = least_squares(np.sum([part.gram for part in split], axis=0))
         weights = np.append(1.0, -taken)[None]
         if turn > 0:  # the first model's unit is not that of the noise
             weights = np.vstack((weights, np.pad(half, ((0, 0), (1, 0)))))
-        models = [
-            noise_with_slow_part(
-                [
-                    _known(row, part, weights, o, whole=turn > 0)
-                    for row, part in zip(rows, split, strict=True)
-                ],
-                slow=slow and turn > 0,
-            )
-            for o in range(outputs)
-        ]
+        models = []
+        for o in range(outputs):
+            series = [
+                _known(row, part, weights, o, whole=turn > 0) for row, part in zip(rows, split, strict=True)
+            ]
+            made = [
+                noise_with_slow_part([series[k] for k in own], slow=slow and turn > 0)._replace(
+                    period_s=rows[own[0]].period_s
+                )
+                for own in groups
+            ]
+            models.append(of_several(made, samples))
     return models
 
 

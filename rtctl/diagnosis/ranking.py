@@ -11,7 +11,7 @@ from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
 from rtctl.diagnosis.own_rows import own_rows
 from rtctl.diagnosis.projection import leftover, project
-from rtctl.identification.residual_noise import NoiseModel, fit_noise
+from rtctl.identification.residual_noise import NoiseModel, fit_noise, sampled_alike
 
 
 class Ranked(NamedTuple):
@@ -47,9 +47,11 @@ def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
         rows = own_rows(data, hypothesis)
         if rows is not None:
             left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
-            noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
-            count = sum(one.shape[1] for one in left)
-            likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
+            count, likelihood = sum(one.shape[1] for one in left), 0.0
+            for own in sampled_alike([row.period_s for row in rows]):
+                models = [fit_noise([left[k][o] for k in own]) for o in range(len(left[0]))]
+                deviance = sum(float(np.log(max(one.variance, 1e-300))) for one in models)
+                likelihood += sum(left[k].shape[1] for k in own) * deviance
             found.append((likelihood + unknowns(hypothesis) * float(np.log(count)), hypothesis))
     return min(found, key=lambda one: one[0])[1] if found else field[0]
 

@@ -64,7 +64,7 @@ def residual_shape(
     knots = np.linspace(low, high, KNOTS)
     rows = [
         Rows(residual=line.residual, shared=line.shared, own=line.own,
-             directions=_slopes(hypothesis, data, k, coordinate, knots))
+             directions=_slopes(hypothesis, data, k, coordinate, knots), period_s=data.records[k].period_s)
         for k, line in enumerate(hypothesis.linearise(data))
     ]  # fmt: skip
     found = _least_squares(project(rows, examined.noise), rows[0].shared.shape[0])

@@ -15,7 +15,7 @@ from rtctl.identification.arrow import eliminated
 from rtctl.identification.determinability import determinability
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.levenberg_marquardt import Minimum
-from rtctl.identification.residual_noise import NoiseModel, coloured_gram, fit_noise
+from rtctl.identification.residual_noise import NoiseModel, coloured_gram, fit_noise_by_period
 from rtctl.identification.segments import SegmentCost
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +26,8 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     sensitivity = cost.sensitivity
     residuals = _residuals(cost, found)
     by_record = _by_record(cost, residuals)
-    noise = {name: fit_noise(residuals[name]) for name in sensitivity.outputs}
+    periods_s = [segment.record.period_s for segment in cost.segments]
+    noise = {name: fit_noise_by_period(residuals[name], periods_s) for name in sensitivity.outputs}
     information, covariance = _covariance(cost, found, noise)
     names = tuple(sensitivity.simulation.parameters[k].name for k in sensitivity.free)
     values = found.unknowns.shared * sensitivity.scale
@@ -89,7 +90,9 @@ def _covariance(
             slopes = run.shared[:, row, scored]
             if len(run.own):
                 slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row, scored])
-            middle += coloured_gram(slopes, noise[name]) / cost.sigma[row] ** 4
+            middle += (
+                coloured_gram(slopes, noise[name].at(cost.segments[k].record.period_s)) / cost.sigma[row] ** 4
+            )
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True)
     inverse = inverse * np.outer(scale, scale)

@@ -28,16 +28,43 @@ ROWS_AT_ONCE = 16
 """Of a spectrum of many: memory, and what a processor keeps at hand."""
 FINE = 4096
 """Length of a spectrum whose mean is the mean square."""
+SLOWEST = 2**16
+"""Length of one that tells lags of many samples."""
+ALIKE = 1.02
+"""Ratio of two periods below which records are sampled alike."""
 DIRECT = 10
 """Highest order that is filtered sample by sample; above, by FFT."""
 
 
 class NoiseModel(NamedTuple):
-    """Coefficients a (order,), the variance of w and what of w is slow."""
+    """Coefficients a (order,), the variance of w and what of w is slow; of records of one period."""
 
     coefficients: FloatArray
     variance: float
     slow: SlowPart | None = None
+    period_s: float = 0.0
+    """Between samples; 0: whatever it is."""
+    others: tuple[NoiseModel, ...] = ()
+    """Of records that are sampled at other periods: an autoregression is of samples, a sensor's noise of seconds."""
+
+    def at(self, period_s: float) -> NoiseModel:
+        """Of records sampled every `period_s`: its own, one of the others, or what every so many samples have of it."""
+        for one in (self, *self.others):
+            if not (one.period_s and period_s) or _alike(one.period_s, period_s):
+                return one
+        times = round(period_s / self.period_s)
+        return self.every(times) if times > 1 else self
+
+    def every(self, times: int) -> NoiseModel:
+        """Of one sample in `times`; the slow part of it as far as an autoregression reaches."""
+        correlation = irfft(self.power(SLOWEST), SLOWEST)[: times * (HIGHEST_ORDER + 1) : times]
+        made = autoregression(correlation * SLOWEST, SLOWEST)
+        return made._replace(period_s=times * self.period_s)
+
+    def louder(self, times: float) -> NoiseModel:
+        """Of so many times the variance, at every period."""
+        others = tuple(one.louder(times) for one in self.others)
+        return self._replace(variance=times * self.variance, others=others)
 
     def whiten(self, series: FloatArray) -> FloatArray:
         """w of the series (..., n), standardised to variance 1 from the first sample on; without its slow part."""
@@ -89,12 +116,40 @@ def _filtered(kernel: FloatArray, series: FloatArray) -> FloatArray:
     return found.reshape(series.shape)
 
 
+def fit_noise_by_period(series: Sequence[FloatArray], periods_s: Sequence[float]) -> NoiseModel:
+    """Of residuals, one array (n,) a record, that are sampled every so often."""
+    groups = sampled_alike(periods_s)
+    made = [fit_noise([series[k] for k in own])._replace(period_s=periods_s[own[0]]) for own in groups]
+    return of_several(made, [sum(len(series[k]) for k in own) for own in groups])
+
+
 def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) -> NoiseModel:
     """Of residuals, one array (n,) a record. Constant zero gives variance 0."""
     count = sum(len(one) for one in series)
     highest = order_within([len(one) for one in series], highest_order)
     correlation = np.sum([autocorrelation(one, highest) for one in series], axis=0)
     return autoregression(correlation, count)
+
+
+def sampled_alike(periods_s: Sequence[float]) -> list[list[int]]:
+    """Indices of periods that are the same, the shortest first."""
+    groups: list[list[int]] = []
+    for k in sorted(range(len(periods_s)), key=lambda k: periods_s[k]):
+        if groups and _alike(periods_s[groups[-1][0]], periods_s[k]):
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    return groups
+
+
+def _alike(one_s: float, other_s: float) -> bool:
+    return max(one_s, other_s) <= ALIKE * min(one_s, other_s)
+
+
+def of_several(models: Sequence[NoiseModel], samples: Sequence[int]) -> NoiseModel:
+    """One model of records sampled at several periods: that of the most `samples` speaks for all where one has to."""
+    main = max(range(len(models)), key=lambda k: samples[k])
+    return models[main]._replace(others=tuple(one for k, one in enumerate(models) if k != main))
 
 
 def order_within(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -76,6 +78,56 @@ def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
     ]
     power = float(noise_of(rows)[0].power(64).mean())
     assert power == pytest.approx(1.0, abs=0.12)  # three standard errors of 0.04; the leftover alone has 0.75
+
+
+def of_ar1(rng: np.random.Generator, pole: float, samples: int) -> FloatArray:
+    """Unit variance."""
+    made: FloatArray = lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], rng.standard_normal(samples + 400))[
+        400:
+    ]
+    return made
+
+
+def test_of_every_third_sample_noise_has_the_colour_of_every_third_sample() -> None:
+    noise = NoiseModel(np.array([-1.5, 0.9]), 2.0, period_s=1e-3)
+    third, length = noise.every(3), 2**14
+    correlation = np.fft.irfft(noise.power(length), length)
+    assert np.fft.irfft(third.power(length), length)[:20] == pytest.approx(
+        correlation[:60:3], abs=0.03 * correlation[0]
+    )
+    assert third.period_s == pytest.approx(3e-3)
+
+
+def test_what_is_known_of_a_period_goes_before_what_follows_from_another() -> None:
+    slow = NoiseModel(np.array([-0.2]), 5.0, period_s=2e-3)
+    noise = NoiseModel(np.array([-0.9]), 2.0, period_s=1e-3, others=(slow,))
+    assert noise.at(1.001e-3) is noise
+    assert noise.at(1.999e-3) is slow
+    assert noise.at(4e-3).coefficients[0] == pytest.approx(-(0.9**4), rel=1e-3)
+    assert noise.at(0.0) is noise
+    assert noise.louder(4.0).at(2e-3).variance == 20.0
+
+
+def test_records_sampled_at_two_periods_are_whitened_each_in_its_own_colour() -> None:
+    """A sensor's noise is of seconds: at an eighth of the rate an autoregression of samples is another."""
+    rng = np.random.default_rng(8)
+    rows = [
+        Rows(residual=one[None], shared=nothing, own=nothing, directions=nothing, period_s=period_s)
+        for one, period_s in ((of_ar1(rng, 0.95, 8000), 1e-3), (of_ar1(rng, 0.95, 64_000)[::8], 8e-3))
+        for nothing in [np.zeros((0, 1, len(one)))]
+    ]
+
+    def left(made: list[Rows]) -> list[float]:
+        """Correlation of neighbours."""
+        found = []
+        for row in made:
+            white = row.whitened(noise_of(made))[0][0]
+            found.append(float(white[1:] @ white[:-1] / (white @ white)))
+        return found
+
+    assert left(rows) == pytest.approx([0.0, 0.0], abs=4.0 / np.sqrt(8000))
+    blind = [replace(row, period_s=0.0) for row in rows]
+    assert max(abs(one) for one in left(blind)) > 0.1
 
 
 def test_its_mean_square_is_that_of_the_autoregression():
