@@ -47,23 +47,23 @@ def acquire(
     records: list[Record] = []
     failure = ""
     for index, levels in enumerate(played_levels(scenario)):
-        kind = scenario.excitation[index].kind
-        report(f"{kind}: {len(levels) * scenario.scenario.period_s:.3g} s, {len(levels)} samples")
+        kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
+        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
-            first = open_driver(driver, scenario)
+            first = open_driver(driver, own)
         except RtctlError as error:
             if not records:
                 raise
             failure = str(error)
             break
         rest = np.concatenate(([_rest(scenario)], levels))
-        signals, outcome = play(scenario, driver, rest, first, stop_requested)
+        signals, outcome = play(own, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break
         if failure := _clamped(signals, kind, scenario.profile.commands[0]):
             break
-        records.append(_record(signals, scenario, index, kind))
+        records.append(_record(signals, own, index, kind))
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
     make_room()

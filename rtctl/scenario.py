@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from pathlib import Path
@@ -20,7 +19,7 @@ from rtctl.scenario_clock import ClockTable, Seconds
 from rtctl.scenario_limits import LimitsTable, limits_table
 from rtctl.scenario_safety import SafetyTable
 from rtctl.signals.excitations import Excitation
-from rtctl.signals.levels import Level, LevelOf
+from rtctl.signals.levels import Level, LevelOf, whole_microseconds
 from rtctl.signals.references import Reference
 
 _ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
@@ -77,11 +76,7 @@ class Heading(Checked):
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Heading:
-        period_us = 1e6 * self.period_s
-        if not (round(period_us) >= 1 and math.isclose(period_us, round(period_us), rel_tol=1e-9)):
-            raise ValueError(
-                f"period = {period_us:.10g} us must be whole microseconds: a device counts in them"
-            )
+        whole_microseconds(self.period_s)
         if self.duration_s is not None and round(self.duration_s / self.period_s) < 1:
             raise ValueError(
                 f"duration = {self.duration_s:g} s is shorter than the period {self.period_s:g} s"
@@ -288,6 +283,13 @@ class Scenario(Checked):
                 "each command, and a slow wire costs no delay"
             )
         return self
+
+    def at_period_of(self, record: int) -> Scenario:
+        """The same at the period of an excitation that has one of its own."""
+        period_s = self.excitation[record].period_s
+        if period_s is None:
+            return self
+        return self.model_copy(update={"scenario": self.scenario.model_copy(update={"period_s": period_s})})
 
     @property
     def reading_delay(self) -> int:

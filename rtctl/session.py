@@ -217,9 +217,20 @@ def _check_identity(scenario: Scenario, identified: str, found: str) -> None:
 
 def _plan_control(scenario: Scenario, model: Any, reach: Span) -> tuple[FloatArray, Control]:
     if scenario.reference is None:
+        _check_one_period(scenario)
         return np.concatenate(played_levels(scenario)), Control(_playback(scenario), None)
     control = support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)
     return setpoints_of(scenario, reach), control
+
+
+def _check_one_period(scenario: Scenario) -> None:
+    """A run plays all excitations in one, at one period."""
+    for index, excitation in enumerate(scenario.excitation):
+        if excitation.period_s not in (None, scenario.scenario.period_s):
+            raise InputError(
+                f"excitation {index} has a period of its own, {excitation.period_s:g} s, and a run has one period "
+                f"({scenario.scenario.period_s:g} s); rtctl acquire plays each record at its own"
+            )
 
 
 def _playback(scenario: Scenario) -> PlaybackController:
@@ -231,10 +242,14 @@ def _playback(scenario: Scenario) -> PlaybackController:
 
 
 def played_levels(scenario: Scenario) -> list[FloatArray]:
-    """The levels of the first command [its unit] in each excitation, one array each. Raises InputError."""
-    limits, period_s = scenario.limits, scenario.scenario.period_s
+    """The levels of the first command [its unit] in each excitation, one array each, a value each of its periods.
+
+    Raises InputError.
+    """
+    limits = scenario.limits
     built = []
     for index, excitation in enumerate(scenario.excitation):
+        period_s = scenario.at_period_of(index).scenario.period_s
         try:
             level = excitation.build(limits.low, limits.high, period_s)
         except ValueError as error:
@@ -260,11 +275,17 @@ def _check_length(steps: float) -> None:
 def steps_of(scenario: Scenario) -> int:
     """Exchanges that a run takes, the settling before each part included. Raises InputError."""
     period_s = scenario.scenario.period_s
-    settling = round(scenario.clock.settle_s / period_s)
     if scenario.reference is not None:
         _check_length((scenario.scenario.duration_s or 0.0) / period_s)
-        return settling + round((scenario.scenario.duration_s or 0.0) / period_s)
-    return sum(settling + len(levels) for levels in played_levels(scenario))
+        return _settling(scenario) + round((scenario.scenario.duration_s or 0.0) / period_s)
+    return sum(
+        _settling(scenario.at_period_of(k)) + len(levels) for k, levels in enumerate(played_levels(scenario))
+    )
+
+
+def _settling(scenario: Scenario) -> int:
+    """Exchanges before a part begins."""
+    return round(scenario.clock.settle_s / scenario.scenario.period_s)
 
 
 def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
@@ -273,7 +294,7 @@ def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
     return LoopPlan(
         period_s=period_s,
         setpoints=setpoints,
-        settle_steps=round(scenario.clock.settle_s / period_s),
+        settle_steps=_settling(scenario),
         reading_delay=scenario.reading_delay,
         rearm_times=scenario.safety.rearm,
         rearm_after_s=scenario.safety.rearm_after_s,

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from rtctl.border.quantities import Checked, Quantity
-from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in
+from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in, whole_microseconds
 
 Use = Literal["identify", "fit", "test"]
 
@@ -20,6 +20,15 @@ Use = Literal["identify", "fit", "test"]
 class _Excitation(Checked):
     hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
     use: Use = "fit"
+    period_s: Annotated[Annotated[float, Quantity("s")] | None, Field(alias="period", gt=0.0)] = None
+    """Between samples of this record; None: the scenario's."""
+
+    @field_validator("period_s")
+    @classmethod
+    def _whole_steps(cls, period_s: float | None) -> float | None:
+        if period_s is not None:
+            whole_microseconds(period_s)
+        return period_s
 
     def held(self, values: FloatArray, period_s: float) -> FloatArray:
         return hold(values, samples_in(self.hold_s, period_s, "excitation.hold"))

@@ -19,6 +19,13 @@ from rtctl.border.records import VO2, DeviceProfile
 FloatArray = NDArray[np.float64]
 
 
+def whole_microseconds(period_s: float) -> None:
+    """Raises ValueError for a period that a device, which counts in them, cannot have."""
+    period_us = 1e6 * period_s
+    if not (round(period_us) >= 1 and math.isclose(period_us, round(period_us), rel_tol=1e-9)):
+        raise ValueError(f"period = {period_us:.10g} us must be whole microseconds: a device counts in them")
+
+
 class Level(NamedTuple):
     """`value` in the channel's unit, or in percent of its range where `relative`."""
 

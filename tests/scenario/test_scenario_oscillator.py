@@ -46,3 +46,23 @@ def test_what_does_not_fit_is_told(
     assert main([*arguments, "--quiet"]) == 2
     message = capsys.readouterr().err
     assert [word for word in words if word not in message] == []
+
+
+def test_a_record_may_be_sampled_at_a_period_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The device's own model explains it as it does the others: the device was stepped at that period."""
+    own, data = ["--set", 'excitation.1.period="4 ms"'], tmp_path / "data" / "dataset.toml"
+    assert main(["acquire", "acquire_oscillator", "--out", str(data.parent), "--quiet", *own]) == 0
+    records = read_dataset(data).records
+    assert [record.period_s for record in records] == pytest.approx([1e-3, 4e-3, 1e-3])
+    out = tmp_path / "simulated"
+    model = str(bundled_plant("beam_rm5c"))
+    assert main(["simulate", model, str(data), "--out", str(out), "--quiet", "--no-plot"]) == 0
+    rows = json.loads((out / "summary.json").read_text())["records"]
+    errors = [row["outputs"]["displacement"]["rms_error"] for row in rows]
+    assert errors == pytest.approx([5e-3] * 3, rel=0.4)
+
+    bad = ["--set", 'excitation.1.period="2.5 us"']
+    assert main(["acquire", "acquire_oscillator", "--out", str(tmp_path / "no"), "--quiet", *bad]) == 2
+    assert "period = 2.5 us must be whole microseconds" in capsys.readouterr().err
