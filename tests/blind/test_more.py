@@ -68,6 +68,28 @@ def test_a_record_that_is_repeated_has_noise_of_its_own(tmp_path: Path) -> None:
     assert np.std(one - other) == pytest.approx(np.sqrt(2.0) * truth.noise.rms, rel=0.15)
 
 
+def test_noise_of_a_record_at_twice_the_period_is_as_fast_in_time(tmp_path: Path) -> None:
+    """Of neighbours two periods of the case apart an autoregression of first order has the square of its pole."""
+    sizes = SIZES["oscillator"] | {"noise": "ar1", "samples": 9000}
+    truth = generate(100_504, tmp_path, **sizes)
+    old = next(record for record in truth.records if record.use == "fit")
+    pole = neighbours(old.measured - old.clean)
+    levels = (
+        np.repeat(np.where(np.random.default_rng(1).random(900) < 0.5, -1.0, 1.0), 10)
+        * np.abs(old.drive).max()
+    )
+    manifest = tomllib.loads((tmp_path / "dataset.toml").read_text())
+    column = manifest["signals"]["displacement"].get("column", "displacement")
+    names = more(100_504, tmp_path, levels, 2.0 / truth.sample_rate_Hz, times=2, **sizes)
+    one, other = (np.load(tmp_path / name)[column] for name in names)
+    assert neighbours(one - other) == pytest.approx(pole**2, abs=0.05)
+
+
+def neighbours(noise: np.ndarray) -> float:
+    """Correlation of each with the next."""
+    return float(noise[1:] @ noise[:-1] / (noise @ noise))
+
+
 @pytest.mark.parametrize("drive", [np.zeros((3, 2)), np.array([1.0]), np.array([0.0, np.nan])])
 def test_a_drive_that_is_none_is_refused(drive: np.ndarray, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="finite levels"):

@@ -42,8 +42,9 @@ def more(
     added to the manifest in `folder` as ones to fit. Returns the names of their files.
 
     `seed`, `plant` and `overrides` as `generate` had them. The drive acts as in the other records: through the same
-    hold, and what is band-limited is smoothed as they are. Raises ValueError for a plant or a drive that is none,
-    LeftDeviceError where the motion leaves the device.
+    hold, and what is band-limited is smoothed as they are. Noise has the same colour in time: a slower record has one
+    in so many of its samples. Raises ValueError for a plant or a drive that is none, LeftDeviceError where the motion
+    leaves the device.
     """
     if plant not in PLANTS:
         raise ValueError(f"no plant {plant!r}; there are {', '.join(PLANTS)}")
@@ -76,6 +77,7 @@ def _oscillator(
     if drawn.device.manifest_hold == "band-limited":
         levels = sosfiltfilt(butter(6, 0.5, output="sos"), levels * fade(levels.size, samples_a_period))
     plan = replace(drawn.plan, samples_a_period=samples_a_period)
+    every = max(1, round(drawn.plan.samples_a_period / samples_a_period))
     for number in (NUMBER - k for k in which):
         record = Input(
             number=number, excitation="proposed", use="fit", drive=levels / drawn.drive_scale, displaced=0.0,
@@ -84,7 +86,7 @@ def _oscillator(
         clean, _ = simulate(plan, record)
         rng = np.random.default_rng([seed, number, NOISE])
         read = sensor_noise.add_noise(
-            rng, clean, drawn.noise, drawn.noise_rms, drawn.colour, like=drawn.clean[0].size
+            rng, clean, drawn.noise, drawn.noise_rms, drawn.colour, like=drawn.clean[0].size, every=every
         )
         yield {"drive": levels, "displacement": read * drawn.device.length}
 

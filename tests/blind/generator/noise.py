@@ -29,19 +29,20 @@ def add_noise(
     colour: FloatArray,
     *,
     like: int | None = None,
+    every: int = 1,
 ) -> FloatArray:
     """The reading with noise of about this rms in a record of `like` samples, its own by default: that of 1/f grows
-    with the record.
+    with the record. `every`: so many times the case's own period; the noise is the same in time.
     """
     if kind == "quantised":
         white = WHITE_PART_OF_QUANTISED * rms
         step = np.sqrt(12.0 * (rms * rms - white * white))
         return step * np.round((clean + rng.normal(scale=white, size=clean.size)) / step)
     if kind == "one-over-f":
-        return clean + rms * _one_over_f(rng, clean.size, like or clean.size)
+        return clean + rms * _one_over_f(rng, clean.size * every, like or clean.size * every)[::every]
     warm = 500
     impulse = lfilter([1.0], colour, np.eye(1, 4000)[0])
-    e = lfilter([1.0], colour, rng.normal(size=clean.size + warm))[warm:]
+    e = lfilter([1.0], colour, rng.normal(size=clean.size * every + warm))[warm::every]
     return clean + rms * e / np.sqrt(np.sum(impulse * impulse))
 
 
