@@ -1,7 +1,8 @@
 """Inputs that a plant can take, as tables of a scenario: what is scored are the levels that `rtctl acquire` plays, held
 between samples as the records so far are.
 
-Kinds x levels (a quarter, half and all of the largest drive seen) x rates (about the dominant frequency of the motion).
+Kinds x levels (a quarter, half and all of the largest drive seen) x rates (about the dominant frequency of the motion);
+at full level also sampled more slowly.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
 
 from rtctl.border.quantities import check
 from rtctl.diagnosis.hypothesis import Data
@@ -20,6 +22,8 @@ from rtctl.scenario import profile_of, scenario_of
 FloatArray = NDArray[np.float64]
 LEVELS = (0.25, 0.5, 1.0)
 MOST_SAMPLES = 4096
+LEAST_A_PERIOD = 3.0
+"""Samples of a slower record in a period of the motion."""
 LONGER = 4
 """Times the records so far: where these are so short that they leave names open, a longer one tells more."""
 SQUARE_WAVES = (0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0, 16.0)
@@ -51,6 +55,8 @@ class _Setting(NamedTuple):
     frequency_hz: float
     duration_s: float
     period_s: float
+    slower: int
+    """Times the period of the records so far."""
     at: str
 
     @property
@@ -99,25 +105,44 @@ def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
     period_s = 1e-6 * period_us
     samples = min(MOST_SAMPLES, LONGER * int(np.median([record.samples for record in data.records])))
     frequency = data.scales.rate / (2.0 * np.pi)
+    settings = [(level, 1) for level in LEVELS]
+    settings += [
+        (LEVELS[-1], k) for k in data.subject.slower if frequency * k * period_s * LEAST_A_PERIOD <= 1.0
+    ]
     made = []
-    for level in LEVELS:
+    for level, slower in settings:
         at = f"at {level:.0%} of {high:.4g} {units[data.subject.drive]}"
-        setting = _Setting(level, frequency, samples * period_s, period_s, at)
+        if slower > 1:
+            at += f", a sample each {slower * period_s:.4g} s"
+        setting = _Setting(level, frequency, samples * period_s, slower * period_s, slower, at)
         for statement, table in _tables(setting):
             scenario = _scenario(data.subject, table, units, low, high, period_us)
             profile = profile_of(data.subject.kind, units.get("drive"), units.get("displacement"))
             checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
             try:
-                levels = checked.excitation[0].build(low, high, period_s)
+                levels = checked.excitation[0].build(low, high, setting.period_s)
             except ValueError:  # records so short that no line of the band fits into one
                 continue
-            made.append(Input(statement, scenario, levels, period_s))
+            made.append(Input(statement, scenario, levels, setting.period_s))
     return made
+
+
+def band_limited(levels: FloatArray, period: float) -> FloatArray:
+    """`levels` (n,) as a chain carries them that is band-limited between its samples: nothing near half the sample
+    rate, and from zero to zero within two periods of the motion, of so many samples each.
+    """
+    width = min(len(levels) // 4, max(8, int(2.0 * period)))
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(width) / max(width, 1))
+    window = np.concatenate((rise, np.ones(len(levels) - 2 * width), rise[::-1]))
+    smooth: FloatArray = sosfiltfilt(butter(6, 0.5, output="sos"), levels * window)
+    return smooth
 
 
 def _tables(setting: _Setting) -> list[tuple[str, dict[str, Any]]]:
     """In words, and as `[[excitation]]`."""
-    return [*_multisines(setting), *_sweeps(setting), *_levels(setting)]
+    own = {"period": f"{round(1e6 * setting.period_s)} us"} if setting.slower > 1 else {}
+    made = (*_multisines(setting), *_sweeps(setting), *_levels(setting))
+    return [(statement, table | own) for statement, table in made]
 
 
 def _multisines(s: _Setting) -> Iterator[tuple[str, dict[str, Any]]]:

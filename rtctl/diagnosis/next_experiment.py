@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.menu import Input, menu
+from rtctl.diagnosis.menu import Input, band_limited, menu
 from rtctl.diagnosis.record_plan import ALIKE, DECIDES, Planned, Scored, planned
 from rtctl.diagnosis.separation import Played, information, played, rest
 from rtctl.identification.fit_record import FitRecord
@@ -217,14 +217,18 @@ def _chosen(
 
 def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:
     """Held as the records so far are, by the same chain; nothing was measured yet."""
+    drive = data.subject.drive
+    hold = data.records[0].stimulus.holds[drive]
+    levels = entry.levels
+    if hold == "band-limited":
+        levels = band_limited(levels, 2.0 * np.pi / (data.scales.rate * entry.period_s))
     nothing = np.zeros(len(entry.levels))
     peak = {
         name: max(r.stimulus.peak.get(name, 0.0) for r in data.records)
         for name in candidate.sensitivity.outputs
     }
-    drive = data.subject.drive
     stimulus = Stimulus(
-        inputs={drive: entry.levels}, holds={drive: data.records[0].stimulus.holds[drive]}, period_s=entry.period_s,
+        inputs={drive: levels}, holds={drive: hold}, period_s=entry.period_s,
         initial=dict(zip(candidate.simulation.state, rest(candidate).tolist(), strict=True)), peak=peak,
     )  # fmt: skip
     return FitRecord(

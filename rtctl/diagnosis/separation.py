@@ -98,8 +98,11 @@ class Played(NamedTuple):
 def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) -> FloatArray:
     """(p, p) of the shared unknowns, from all records so far."""
     total = np.zeros((len(candidate.shared), len(candidate.shared)))
-    for line in candidate.linearise(data):
-        rows = Rows(residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0])
+    for record, line in zip(data.records, candidate.linearise(data), strict=True):
+        rows = Rows(
+            residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
+            period_s=record.period_s,
+        )  # fmt: skip
         flat = rows.whitened(noise)[0][1:]
         total += flat @ flat.T
     return total
@@ -128,10 +131,11 @@ def played(
     sizes = np.array([excursion(data, name) for name in outputs])
     end = together(np.stack(runs), sizes, period_of(data, record))
     count = record.samples
+    models = [model.at(record.period_s) for model in noise]
 
     def whitened(table: FloatArray) -> FloatArray:
         used = table[:, :, : end or count]  # apart from the start on: by an offset, which a fit follows
-        made = np.stack([model.whiten(used[:, o]) for o, model in enumerate(noise)], axis=1)
+        made = np.stack([model.whiten(used[:, o]) for o, model in enumerate(models)], axis=1)
         return made.reshape(len(made), -1)
 
     white, pairs = [whitened(table) for table in tables], {}

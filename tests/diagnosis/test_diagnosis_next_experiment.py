@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from rtctl.cli import main
 from rtctl.diagnosis.files import scenario_text
 from rtctl.diagnosis.gate import start_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, drive_range, menu
+from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, band_limited, drive_range, menu
 from rtctl.diagnosis.next_experiment import NextExperiment, _chosen, next_experiment
 from rtctl.diagnosis.record_plan import ALIKE, DECIDES, MOST_TIMES, Planned, Scored, chosen, planned
 from rtctl.diagnosis.separation import PARTED, Pair, Played, played, together
@@ -128,17 +129,55 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
     largest = float(np.abs(data.records[0].stimulus.inputs["drive"]).max())
     assert (low, high) == pytest.approx((-largest, largest))
     entries, longest = menu(data, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
-    assert len(entries) == 48
-    assert len({entry.statement for entry in entries}) == 48
+    assert len(entries) == 63
+    assert len({entry.statement for entry in entries}) == 63
     for entry in entries:
         assert low - 1e-9 <= entry.levels.min() < entry.levels.max() <= high + 1e-9
-        assert 0.2 * longest < len(entry.levels) <= 1.1 * longest
+        assert 0.2 * longest < len(entry.levels) * entry.period_s / PERIOD_S <= 1.1 * longest
+
+
+def test_slower_records_leave_the_motion_enough_samples_and_say_how_they_are_sampled() -> None:
+    data, _, _ = ambiguous()
+    slower = [entry for entry in menu(data, UNITS) if entry.period_s > 1.5 * PERIOD_S]
+    assert {round(entry.period_s / PERIOD_S) for entry in slower} == {2}
+    assert all(f"a sample each {2 * PERIOD_S:g} s" in entry.statement for entry in slower)
+    assert all(entry.scenario["excitation"][0]["period"] == "4000 us" for entry in slower)
+    fast = data.scales._replace(rate=2.0 * np.pi / (5.0 * PERIOD_S))  # 5 samples a period, slower 2.5
+    assert not [e for e in menu(replace(data, scales=fast), UNITS) if e.period_s > 1.5 * PERIOD_S]
+
+
+def test_a_hold_is_told_from_a_delay_by_records_that_are_sampled_more_slowly() -> None:
+    """A hold of levels is half a period late, whatever the period; a delay stays."""
+    data, _, _ = ambiguous()
+    found = []
+    for identity, size in (("input.hold", 1.0), ("drive.delay", 0.5 * PERIOD_S)):
+        made = device().extended((identity,))
+        values = np.array([p.value for p in made.parameters])
+        values[[p.mechanism == identity for p in made.parameters].index(True)] = size
+        one = fitted(data, made.with_values(values), (identity,), iterations=0)
+        assert one is not None
+        found.append(one)
+    loud = [NoiseModel(np.empty(0), (10.0 * NOISE_MM) ** 2)]
+    proposed = next_experiment(found, nominal(data), data, loud, UNITS)
+    assert proposed is not None
+    assert proposed.best.input.period_s == pytest.approx(2.0 * PERIOD_S)
+    as_fast = [one.separation for one in proposed.menu if one.input.period_s < 1.5 * PERIOD_S]
+    assert proposed.best.separation > 3.0 * max(as_fast)
+
+
+def test_a_band_limited_drive_begins_and_ends_at_rest_and_has_nothing_near_half_the_sample_rate() -> None:
+    levels = np.where(np.random.default_rng(0).integers(0, 2, 2000) > 0, 1.0, -1.0)
+    smooth = band_limited(levels, 20.0)
+    power = np.abs(np.fft.rfft(smooth)) ** 2
+    assert power[700:].sum() < 1e-3 * power[300:500].sum()
+    assert power[:400].sum() > 0.8 * (np.abs(np.fft.rfft(levels)) ** 2)[:400].sum()
+    assert abs(smooth[0]) + abs(smooth[-1]) < 0.02
 
 
 def test_a_square_wave_has_the_frequency_that_it_is_said_to_have() -> None:
     data, _, _ = ambiguous()
     waves = [entry for entry in menu(data, UNITS) if entry.statement.startswith("square wave of ")]
-    assert len(waves) == 21
+    assert len(waves) == 27
     for wave in waves:
         told = float(wave.statement.removeprefix("square wave of ").split(" Hz")[0])
         turns = np.flatnonzero(np.diff(wave.levels) != 0.0)
@@ -166,6 +205,8 @@ def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
     limit = max(float(np.abs(r.measured["displacement"]).max()) for r in data.records)
     for one in proposed.menu:
+        if one.input.period_s > 1.5 * PERIOD_S:
+            continue  # `measured` is of records at the period of the data
         reach = float(np.abs(measured(rivals[0].simulation, one.input.levels, noise=0.0, hold="zero")).max())
         assert one.input.statement in gone if reach > 1.02 * limit else True
     assert len(gone) > 2

@@ -198,6 +198,7 @@ OSCILLATOR = Subject(
     ),
     sensed=lambda records: 1.0,
     lag_s=_quarter_period,
+    slower=(2,),
     is_at_rest_undriven=False,
     grows_with_motion=True,
     allowed_share=0.0,

@@ -87,6 +87,10 @@ class Subject:
     """RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]
     """Between two looks at the past of motion and drive."""
+    slower: tuple[int, ...]
+    """Times the period of the records so far, at which a next experiment may be sampled: what holds the drive between
+    samples goes with the period, a delay or a lag does not. Empty where the hold is known.
+    """
     is_at_rest_undriven: bool
     """Whether a record without any input says nothing; else it may ring down."""
     grows_with_motion: bool

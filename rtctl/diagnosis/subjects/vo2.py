@@ -316,6 +316,7 @@ VO2 = Subject(
     unnamed=tuple(UNNAMED),
     sensed=_resistance_rms,
     lag_s=_heating_time,
+    slower=(),
     is_at_rest_undriven=True,
     grows_with_motion=False,
     allowed_share=0.005,
