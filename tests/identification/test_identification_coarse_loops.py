@@ -11,8 +11,8 @@ from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings, stepped
 import rtctl.identification.coarse_loops
 from rtctl.identification.coarse_loops import (
     LACKS,
-    LEAST_MISFIT,
     TOO_COARSE,
+    Coarse,
     Samples,
     coarse_loops,
     lack_of_fit,
@@ -70,14 +70,31 @@ def test_a_smooth_film_has_no_coarse_loops():
 def test_what_is_finer_but_of_no_size_is_not_told(found):
     one = found["deflection"]
     size = float(one.staircases.y[one.staircases.scored].std())
-    kept = 0.5 * LEAST_MISFIT * size
+    (much, little), _ = TOO_COARSE
+    kept = 0.5 * little * size
     small = one._replace(left=np.full(200, 2.0 * kept), left_finer=np.full(200, kept))
-    assert small.share < TOO_COARSE
+    assert small.share < much
     assert not small._replace(left=np.full(200, 1.02 * kept), left_finer=np.full(200, 0.6 * kept)).is_coarse
     assert small._replace(left=np.full(200, 4.0 * kept)).is_coarse
     uneven = np.where(np.arange(200) < 50, 6.0 * kept, kept)  # of a size that matters, in one block of four
-    assert small._replace(left=uneven).misfit[0] > LEAST_MISFIT * size
+    assert small._replace(left=uneven).misfit[0] > little * size
     assert not small._replace(left=uneven).is_coarse
+
+
+def test_in_noise_what_is_finer_by_a_little_is_told_if_it_is_of_a_larger_size(found):
+    one = found["deflection"]
+    size = float(one.staircases.y[one.staircases.scored].std())
+    (much, _), (some, least) = TOO_COARSE
+    share = 0.5 * (much + some)
+
+    def noisy(misfit: float) -> Coarse:
+        left = misfit * size / np.sqrt(1.0 - share**2)
+        return one._replace(left=np.full(200, left), left_finer=np.full(200, share * left))
+
+    assert noisy(1.2 * least).is_coarse
+    assert not noisy(0.8 * least).is_coarse
+    hidden = noisy(1.2 * least)
+    assert not hidden._replace(left_finer=0.5 * (1.0 + some) * hidden.left).is_coarse
 
 
 def test_without_staircases_nothing_is_known(stepped):
