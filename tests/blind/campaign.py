@@ -88,6 +88,11 @@ def _parser() -> argparse.ArgumentParser:
         "--next-experiment", action="store_true", help="measure what an ambiguous case proposes"
     )
     parser.add_argument(
+        "--kind",
+        choices=("null", "single", "pair", "outside"),
+        help="of all cases but the ambiguous ones; drawn by default",
+    )
+    parser.add_argument(
         "--tables-only", action="store_true", help="run nothing, write the tables of what is done"
     )
     return parser
@@ -113,7 +118,10 @@ def tasks(asked: argparse.Namespace) -> list[Line]:
         ("ambiguous", "vo2", asked.ambiguous[2 * len(asked.ambiguous) // 3 :]),
     ):  # fmt: skip
         for place, seed in enumerate(chosen):
-            task = {"sort": sort, "plant": plant, "seed": seed, "overrides": overrides_of(sort, plant, seed)}
+            overrides = overrides_of(sort, plant, seed)
+            if asked.kind and sort == "main":
+                overrides = overrides | {"kind": asked.kind}
+            task = {"sort": sort, "plant": plant, "seed": seed, "overrides": overrides}
             further = asked.next_experiment or sort == "ambiguous"
             task |= {"baselines": sort == "main", "next_experiment": further}
             made.append(((place + 0.5) / len(chosen), task))

@@ -88,6 +88,23 @@ def test_seeds_of_both_plants_are_mixed_and_told_apart() -> None:
     assert seeds("none") == range(0)
 
 
+def test_a_campaign_may_be_of_one_kind() -> None:
+    """Of the pairs, say, of which a campaign of all kinds draws few; cases of few data stay single ones."""
+    arguments = [
+        "--oscillator",
+        "0-6",
+        "--vo2",
+        "50000-50002",
+        "--ambiguous",
+        "90000-90002",
+        "--kind",
+        "pair",
+    ]
+    made = tasks(campaign._parser().parse_args(arguments))
+    assert {(x["sort"], x["overrides"]["kind"]) for x in made} == {("main", "pair"), ("ambiguous", "single")}
+    assert sum(x["overrides"].get("least_samples") == 16_000 for x in made) == 2
+
+
 def test_each_target_stands_beside_what_was_measured() -> None:
     lines = [
         *(line(seed=k) for k in range(19)),
