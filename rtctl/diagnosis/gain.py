@@ -96,7 +96,7 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
         sensitivity=Sensitivity.of(
             simulation, [seen], own, scales=scales_of([record], next(iter(record.measured))), of_record=own
         ),
-        segments=[Segment(seen, np.append(start, values[own]), False)],
+        segments=[Segment(seen, np.append(start, values[own]), False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),
     )
     nothing = np.empty(0)

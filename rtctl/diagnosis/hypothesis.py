@@ -150,13 +150,16 @@ def fitted(
     """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
     sensitivity = sensitivity_of(data, simulation, still)
     sigma = np.array([data.size(name) for name in sensitivity.outputs])
+    values = np.array([one.value for one in simulation.parameters])
+    given = [simulation.starting(record.stimulus, values) for record in data.records]
     if starts is None:
-        values = np.array([one.value for one in simulation.parameters])
-        own = values[sensitivity.of_record]
-        starts = np.array([[*simulation.starting(r.stimulus, values), *own] for r in data.records])
+        starts = np.array([[*start, *values[sensitivity.of_record]] for start in given])
     cost = SegmentCost(
         sensitivity=sensitivity,
-        segments=[Segment(record, start, False) for record, start in zip(data.records, starts, strict=True)],
+        segments=[
+            Segment(record, start, False, near if record.first else None)
+            for record, start, near in zip(data.records, starts, given, strict=True)
+        ],
         sigma=sigma,
         executor=data.executor,
         steps_per_period=data.steps_per_period,

@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 T = TypeVar("T")
 NEAR = 0.1
 """Of a step: how far along it the second derivative is looked for."""
+HELD = 0.03
+"""A start that is near some state is held there as by so many readings of its size: what the scored samples still know
+of it outweighs that by far, and what they have forgotten would go anywhere."""
 WORTH_A_THREAD = 4000
 """Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
 
@@ -37,6 +40,8 @@ class Segment(NamedTuple):
     """State at its first sample: where it is free, the fit starts here."""
     joined: bool
     """The next segment goes on where this one ends."""
+    near: FloatArray | None = None
+    """(states,) What the start is known to be near, of a record of which the first samples are not scored."""
 
 
 class Pieces(NamedTuple):
@@ -97,6 +102,8 @@ class SegmentCost:
         def one(index: int) -> tuple[Linearised | None, Pieces | None]:
             found = self.linearise(index, unknowns)
             piece = None if found is None else self._piece(found, self.segments[index].joined)
+            if piece is not None and len(unknowns.own[index]):
+                piece = _held(piece, unknowns.own[index], self.segments[index], self.sensitivity.state_scale)
             return (found if self.kept else None), piece
 
         made = self._of_each(one)
@@ -177,6 +184,23 @@ class SegmentCost:
             begin=found.begin,
             end=found.end,
         )
+
+
+def _held(piece: Pieces, own: FloatArray, segment: Segment, scale: FloatArray) -> Pieces:
+    """With HELD readings of the start where it is known to be near some state; `own` and `scale` (q,)."""
+    if segment.near is None:
+        return piece
+    states = len(segment.near)
+    off = own[:states] - segment.near / scale[:states]
+    weight = np.zeros(len(own))
+    weight[:states] = HELD**2
+    gradient = piece.own_gradient.copy()
+    gradient[:states] += HELD**2 * off
+    return piece._replace(
+        cost=piece.cost + 0.5 * HELD**2 * float(off @ off),
+        own=piece.own + np.diag(weight),
+        own_gradient=gradient,
+    )
 
 
 def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:

@@ -12,7 +12,7 @@ from oscillator_cases import DUFFING, multisine, oscillator, record_of
 from rtctl.identification.arrow import NormalEquations, empty
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
-from rtctl.identification.segments import Segment, SegmentCost
+from rtctl.identification.segments import HELD, Segment, SegmentCost
 from rtctl.identification.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
@@ -152,3 +152,17 @@ def test_no_bend_is_looked_for_beyond_a_bound(cost: SegmentCost) -> None:
     here = cost.start(cost.sensitivity.own_values / cost.sensitivity.scale)
     through_no_damping = Unknowns(np.array([-20.0 * here.shared[0], 0.0, 0.0, 0.0]), np.zeros((2, 2)))
     assert cost.bend(here, through_no_damping) is None
+
+
+def test_a_start_that_is_near_some_state_is_held_there_by_so_much_of_a_reading(cost: SegmentCost) -> None:
+    scale, near = cost.sensitivity.state_scale, np.array([0.3, -2.0])
+    segments = [segment._replace(near=near) for segment in cost.segments]
+    at = cost.start(cost.sensitivity.own_values / cost.sensitivity.scale)
+    free, held = cost.equations(at), cost.at(segments=segments).equations(at)
+    assert free is not None
+    assert held is not None
+    off = -near / scale
+    assert held.cost - free.cost == pytest.approx(2 * 0.5 * HELD**2 * float(off @ off), rel=1e-6)
+    assert held.own_gradient - free.own_gradient == pytest.approx(np.tile(HELD**2 * off, (2, 1)), rel=1e-6)
+    assert held.diagonal - free.diagonal == pytest.approx(np.tile(HELD**2 * np.eye(2), (2, 1, 1)), abs=1e-9)
+    assert (held.shared == free.shared).all()

@@ -1,0 +1,128 @@
+"""Records that begin in motion, as a period of a steady state does: what acted before their first sample is unknown.
+
+The motion's own start is fitted, but what a lag, a delay, a yielding force or a second mass holds by then would be
+taken to be at rest; its traces in the first periods decide between causes that are one law otherwise, wrongly. There a
+record starts the state and is not scored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.identification.fit_record import FitRecord
+
+FloatArray = NDArray[np.float64]
+FEWEST = 6
+"""Readings whose cubic tells how a record begins; more where noise asks for it."""
+EXACT = 0.05
+"""Standard error of the velocity that is small enough."""
+LOOKED_AT = 0.15
+"""Of a period, at most: further on a cubic does not follow the motion."""
+MOVES = 0.3
+"""Velocity times the period over 2 pi, of the displacement or its RMS, whichever is larger, with which a record begins
+that is in motion; of the blind generator's, all at rest or released, the largest is 0.29, by noise."""
+CERTAIN = 4.0
+"""Standard errors that this is at least."""
+NOISE_OF_DIFFERENCES = 0.6745 * 70.0**0.5
+"""Median size of fourth differences of white noise of variance 1."""
+RESTS = 0.1
+"""Below, a record rests beside others that are in motion, if its displacement is that small too, or so large (RELEASED)
+that it was let go there."""
+RELEASED = 3.0
+WARM_PERIODS = (10.0, 30.0)
+"""That start the state, at least and at most: a light second mode takes long to forget."""
+SHARE = 0.1
+"""Of a record, between them."""
+MOST = 0.25
+"""Of a record, whatever its periods."""
+SAID = (
+    "{} of {} records begin in motion: what acted before their first sample is not known, so their first {:.3g} s "
+    "start the state and are not scored"
+)
+
+
+def warmed_up(
+    fit: Sequence[FitRecord], tests: Sequence[FitRecord], rate: float
+) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
+    """Records to fit and to test without the first periods, at `rate` [1/s], of those that begin in motion; what is to
+    be said. All of which the first samples are not scored know their velocity there.
+    """
+    both = [*fit, *tests]
+    begins = [_Beginning.of(record, rate) for record in both]
+    warm = both
+    if any(begin.moves for begin in begins):
+        warm = [
+            record if begin.rests else _from(record, 2.0 * np.pi / rate)
+            for record, begin in zip(both, begins, strict=True)
+        ]
+    moved = [new for new, old in zip(warm, both, strict=True) if new.first > old.first]
+    first_s = max((record.first * record.period_s for record in moved), default=0.0)
+    said = [SAID.format(len(moved), len(both), first_s)] if moved else []
+    warm = [_as_it_moves(record, begin) for record, begin in zip(warm, begins, strict=True)]
+    return tuple(warm[: len(fit)]), tuple(warm[len(fit) :]), said
+
+
+class _Beginning(NamedTuple):
+    """Sizes at a record's first sample, in RMS of its displacement about the mean."""
+
+    displacement: float
+    velocity: float
+    """Over the dominant angular frequency."""
+    error: float
+    """Standard, of that by noise."""
+    units_per_s: float
+    """The velocity, with its sign."""
+
+    @property
+    def moves(self) -> bool:
+        """For certain."""
+        return self.velocity > max(MOVES * max(1.0, self.displacement), CERTAIN * self.error)
+
+    @property
+    def rests(self) -> bool:
+        """Or is let go, as for a ring-down; as far as can be seen."""
+        still = self.velocity < RESTS * max(1.0, self.displacement)
+        return still and not RESTS < self.displacement < RELEASED
+
+    @classmethod
+    def of(cls, record: FitRecord, rate: float) -> _Beginning:
+        """By the cubic through the first readings, `rate` [1/s] of the motion."""
+        measured = record.measured.get("displacement")
+        size = float(measured.std()) if measured is not None and record.samples > FEWEST else 0.0
+        if measured is None or size == 0.0:
+            return cls(0.0, 0.0, 0.0, 0.0)
+        noise = float(np.median(np.abs(np.diff(measured, 4)))) / NOISE_OF_DIFFERENCES / size
+        most = min(record.samples, round(2.0 * np.pi * LOOKED_AT / rate / record.period_s))
+        count, solution = FEWEST, _cubic(FEWEST, rate * record.period_s)
+        while count < most and noise * float(np.linalg.norm(solution[1])) > EXACT:
+            count = min(2 * count, most)
+            solution = _cubic(count, rate * record.period_s)
+        displacement, velocity = solution @ (measured[:count] - measured.mean()) / size
+        error = noise * float(np.linalg.norm(solution[1]))
+        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate)
+
+
+def _cubic(count: int, step: float) -> FloatArray:
+    """(2, count) that makes value and slope at the first of readings a `step` apart of them."""
+    basis = np.vander(step * np.arange(count), 4, increasing=True)
+    found: FloatArray = np.linalg.pinv(basis)[:2]
+    return found
+
+
+def _from(record: FitRecord, period_s: float) -> FitRecord:
+    least, most = (round(periods * period_s / record.period_s) for periods in WARM_PERIODS)
+    warm = min(int(np.clip(SHARE * record.samples, least, most)), int(MOST * record.samples))
+    return replace(record, first=max(record.first, warm))
+
+
+def _as_it_moves(record: FitRecord, begin: _Beginning) -> FitRecord:
+    """With its velocity at the first sample, if that is not said already and the first samples are not scored."""
+    if not record.first or "velocity" in record.stimulus.initial:
+        return record
+    initial = {**record.stimulus.initial, "velocity": begin.units_per_s}
+    return replace(record, stimulus=replace(record.stimulus, initial=initial))
