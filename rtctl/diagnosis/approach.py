@@ -7,7 +7,7 @@ pace: one in the wrong well would drag the parameters with it, and is left out i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -273,23 +273,31 @@ def finely(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis]:
     Near a ridge between two wells, or over many periods of a light damping, the steps that suit most records leave
     more than the noise does.
     """
-    nominal = caught_up(data, nominal)
-    while data.steps_per_period is not None and _step_error(data, nominal) > STEP_ERROR * nominal.cost:
+    return fine_enough(data, caught_up(data, nominal), caught_up)
+
+
+def fine_enough(
+    data: Data, one: Hypothesis, put_right: Callable[[Data, Hypothesis], Hypothesis] = lambda data, one: one
+) -> tuple[Data, Hypothesis]:
+    """Data with steps so fine that they are not the error of `one`, and that fitted with them and `put_right`; the same
+    data where they are.
+    """
+    while data.steps_per_period is not None and _step_error(data, one) > STEP_ERROR * one.cost:
         steps = 2.0 * data.steps_per_period
         data = replace(data, steps_per_period=steps if steps <= FINEST_STEPS else None)
-        again = fitted(data, nominal.simulation, nominal.mechanisms, nominal.starts, still=nominal.still)
-        nominal = caught_up(data, again) if again is not None else nominal
-    return data, nominal
+        again = fitted(data, one.simulation, one.mechanisms, one.starts, still=one.still)
+        one = put_right(data, again) if again is not None else one
+    return data, one
 
 
-def _step_error(data: Data, nominal: Hypothesis) -> float:
+def _step_error(data: Data, one: Hypothesis) -> float:
     """What the steps add to the outputs, on the scale of the cost; infinite where fine ones diverge."""
     total = 0.0
     for index, record in enumerate(data.records):
-        lanes = (nominal.values_of(index)[None], nominal.start(index)[None])
-        coarse = nominal.simulation.predict(record.stimulus, *lanes, data.steps_per_period)
-        fine = nominal.simulation.predict(record.stimulus, *lanes)
-        for name in nominal.sensitivity.outputs:
+        lanes = (one.values_of(index)[None], one.start(index)[None])
+        coarse = one.simulation.predict(record.stimulus, *lanes, data.steps_per_period)
+        fine = one.simulation.predict(record.stimulus, *lanes)
+        for name in one.sensitivity.outputs:
             error = (coarse.outputs[name] - fine.outputs[name])[0, record.first :] / data.size(name)
             total += 0.5 * float(error @ error)
     return total if np.isfinite(total) else np.inf

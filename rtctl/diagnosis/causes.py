@@ -97,7 +97,7 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
         first, said, stopped = _searched(ask, mended.put_right if whole else as_it_is)
     found = first
     if whole and not stopped and found.learned is None:
-        found, unsupported = supported(found, ask.data, ask.tests, ask.ids, ask.budget)
+        found, unsupported = supported(found, found.finer or ask.data, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)

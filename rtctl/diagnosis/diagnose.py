@@ -194,7 +194,8 @@ def diagnose(
         ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
         found, said, stopped = caused(ask, whole=first.uncut)
         warnings += [*said, *far_off(comparable, found.nominal, data.scales)]
-        fits = _over_whole_records(first, data, found)
+        ask = ask._replace(data=found.finer or data)
+        fits = _over_whole_records(first, ask.data, found)
         answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer

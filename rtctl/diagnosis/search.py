@@ -9,12 +9,13 @@ passes, sets are ranked by plain cost: the noise is not known then, and what whi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.approach import fitted_again, over_stretches
+from rtctl.diagnosis.approach import fine_enough, fitted_again, over_stretches
 from rtctl.diagnosis.budget import Budget
 from rtctl.diagnosis.from_there import NEAR, beside_it, second_chance, unfinished
 from rtctl.diagnosis.gate import Examined, examine
@@ -83,6 +84,8 @@ class Search(NamedTuple):
     """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
     outdone: str | None = None
     """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
+    finer: Data | None = None
+    """What was searched with steps as fine as the causes need; None: as asked."""
 
     @property
     def fitted(self) -> list[Hypothesis]:
@@ -115,9 +118,10 @@ def search(
     found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
     if found.learned is not None:
         return found
-    return found._replace(
-        without=without_each(data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted)
+    without = without_each(
+        found.finer or data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted
     )
+    return found._replace(without=without)
 
 
 def level_of(false_claim_rate: float) -> float:
@@ -135,7 +139,12 @@ def _grown(
     kept(Search(at_nominal, at_nominal, passes, (), ()))
     if passes:
         return Search(at_nominal, at_nominal, True, (), ())
-    parents, tried, best = [at_nominal], list[tuple[Ranked, ...]](), at_nominal
+    parents, tried, best, asked = [at_nominal], list[tuple[Ranked, ...]](), at_nominal, data
+
+    def answer(found: Search, *, plain: bool = False) -> Search:
+        same = equivalents(data, found.tried, found.chosen, plain=plain)
+        return found._replace(equivalent=same, finer=None if data is asked else data)
+
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
         groups = [runners_of(parent) for parent in parents]
@@ -148,16 +157,23 @@ def _grown(
         if lower is not None:
             return _grown(data, lower, ids, level, told, kept, budget, put_right)
 
-        def from_there(ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents) -> list[Hypothesis]:
+        def from_there(
+            ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents, data: Data = data
+        ) -> list[Hypothesis]:
             return second_chance(data, parents, ones, ids, told, budget)
 
         field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
         last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
+        if not best.p_value > level and not budget.spent:
+            finer, again = fine_enough(data.until(budget), best.hypothesis)
+            if finer.steps_per_period != data.steps_per_period:
+                data = replace(data, steps_per_period=finer.steps_per_period)
+                best = examine(again, data, ids)
+                parents = [best, *(one for one in parents if one.hypothesis.mechanisms != again.mechanisms)]
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             found = _returned(data, Search(at_nominal, last, True, (), tuple(tried)), ids, level)
-            found = beside_it(data, found, last, ids, level, told, budget)
-            return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
+            return answer(beside_it(data, found, last, ids, level, told, budget))
         field = [*(one.hypothesis for one in parents), *field]
         tried.append(ranked(data, each_once(field), best, plain=not passes))
         kept(Search(at_nominal, best, False, (), tuple(tried)))
@@ -165,9 +181,8 @@ def _grown(
         if passes or not budget.spent:
             found = _returned(data, found, ids, level, passes=passes)
         if passes or found.chosen is not best:
-            found = _less_what_is_allowed(data, found, ids)
-            found = beside_it(data, found, best, ids, level, told, budget)
-            return found._replace(equivalent=equivalents(data, found.tried, found.chosen))
+            found = _less_what_is_allowed(data, _less_what_is_idle(data, found, ids), ids)
+            return answer(beside_it(data, found, best, ids, level, told, budget))
         told(f"{size} causes do not explain it")
         if size == GROWN and not budget.spent:
             mended = put_right(Search(at_nominal, best, False, (), tuple(tried)))
@@ -179,7 +194,7 @@ def _grown(
         if budget.spent:
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
-    return found._replace(equivalent=equivalents(data, found.tried, found.chosen, plain=not found.passes))
+    return answer(found, plain=not found.passes)
 
 
 def _unstuck(data: Data, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:
@@ -223,6 +238,22 @@ def _had_stopped_short(cost: float, before: float, larger: float) -> bool:
     does, so also where it is lower by little but as low as the `larger` set.
     """
     return cost < (1.0 - MOVED) * before or (cost < before and cost < (1.0 + MOVED) * larger)
+
+
+def _less_what_is_idle(data: Data, found: Search, ids: Sequence[str]) -> Search:
+    """Less the causes beside others of which all sizes ended at nothing: without them the motion is the same, and what
+    the gate says of the larger set holds.
+    """
+    nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
+    sizes = [one for one in chosen.simulation.parameters if one.declared.neutral is not None]
+    acting = {one.mechanism for one in sizes if one.declared.of_record or one.value != one.declared.neutral}
+    rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in acting)
+    if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
+        return found
+    fewer = fitted_without(data, nominal, chosen, rest, iterations=0)
+    if fewer is None:
+        return found
+    return in_its_place(data, found, examine(fewer, data, ids)._replace(tests=found.chosen.tests))
 
 
 def _less_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Search:

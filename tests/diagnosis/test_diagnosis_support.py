@@ -14,7 +14,7 @@ from rtctl.diagnosis.gate import examine
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
 from rtctl.diagnosis.pruning import without_each
 from rtctl.diagnosis.ranking import ranked
-from rtctl.diagnosis.search import Search
+from rtctl.diagnosis.search import Search, _less_what_is_idle
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.diagnosis.support import supported
 from rtctl.diagnosis.verdict import verdict_of
@@ -112,3 +112,17 @@ def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_
     assert supported(found, data, tests, IDS, Budget.of(0.0)) == (found, ())
     monkeypatch.setattr("rtctl.diagnosis.support.free_run_error", lambda *_: np.full(9, np.inf))
     assert supported(found, data, tests, IDS, Budget.of(60.0)) == (found, ())
+
+
+def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(searched: tuple[Data, Search]) -> None:
+    """The gate let both pass, and the motion without it is the same."""
+    data, found = searched
+    beside = device(FRICTION).extended(("stiffness.viscoelastic",))
+    made = fitted(data, beside, ("friction.coulomb", "stiffness.viscoelastic"), iterations=0)
+    assert made is not None
+    both = examine(made, data, IDS)
+    tried = (found.tried[0], ranked(data, [made], both, plain=False))
+    left = _less_what_is_idle(data, Search(found.nominal, both, True, (), tried), IDS)
+    assert left.chosen.hypothesis.mechanisms == ("friction.coulomb",)
+    assert left.chosen.tests == both.tests
+    assert _less_what_is_idle(data, found, IDS) is found

@@ -58,6 +58,7 @@ MECHANISM = OscillatorMechanism(
             default=0.5,
             low=-10.0,
             shape_range=(0.1, 3.0),
+            also=(-0.5,),
         ),
     ),
     memory=Memory(hysteretic, 1, lambda p: (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"])),
