@@ -29,7 +29,7 @@ from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.held import held
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.in_motion import warmed_up
+from rtctl.diagnosis.in_motion import forgotten, warmed_up
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
@@ -175,9 +175,12 @@ def diagnose(
         tuple(replace(one, measured=readings(one.measured)) for one in ones) for ones in (fit, tests)
     )
     scales = subject.scales(fit)
-    if "velocity" in comparable.state:
-        fit, tests, said = warmed_up(fit, tests, scales.rate)
-        warnings += said
+    fit, tests, said = (
+        forgotten(fit, tests, comparable)
+        if subject.is_at_rest_undriven
+        else warmed_up(fit, tests, scales.rate)
+    )
+    warnings += said
     with threads(options.threads) as executor:
         data = Data(
             subject=subject, records=fit, scales=scales,

@@ -2,7 +2,8 @@
 
 The motion's own start is fitted, but what a lag, a delay, a yielding force or a second mass holds by then would be
 taken to be at rest; its traces in the first periods decide between causes that are one law otherwise, wrongly. There a
-record starts the state and is not scored.
+record starts the state and is not scored. So it is with a plant that remembers, of a record that does not begin where a
+full cooling leaves it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +46,19 @@ SAID = (
     "{} of {} records begin in motion: what acted before their first sample is not known, so their first {:.3g} s "
     "start the state and are not scored"
 )
+OFF = 0.05
+"""Of a reading's variation, by which the first ones of a plant that remembers are off at least, and so many (FAR_OFF)
+times what they are off by later: then it began elsewhere."""
+FAR_OFF = 10.0
+FIRST = 3
+BLOCKS = 64
+"""Of a record; what it remembers is over after the first of which, and of the next, the error is usual (USUAL)."""
+USUAL = 3.0
+REMEMBERS = (
+    "{} not begin where a full cooling leaves the device (first readings are off by {:.0%} of the signal's RMS): what "
+    "acted before is not known, so the first {:.3g} s, until that is forgotten, are not scored. Was it cut from a "
+    "longer record?"
+)
 
 
 def warmed_up(
@@ -65,6 +80,54 @@ def warmed_up(
     said = [SAID.format(len(moved), len(both), first_s)] if moved else []
     warm = [_as_it_moves(record, begin) for record, begin in zip(warm, begins, strict=True)]
     return tuple(warm[: len(fit)]), tuple(warm[len(fit) :]), said
+
+
+def forgotten(
+    fit: Sequence[FitRecord], tests: Sequence[FitRecord], simulation: Simulation
+) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
+    """Records of a plant that remembers, without what of them depends on a history that is not known; what is to be
+    said.
+    """
+    both = [*fit, *tests]
+    values = np.array([one.value for one in simulation.parameters])
+    found = [_remembered(record, simulation, values) for record in both]
+    known = [
+        replace(record, first=max(record.first, count))
+        for record, (count, _) in zip(both, found, strict=True)
+    ]
+    moved = [new for new, old in zip(known, both, strict=True) if new.first > old.first]
+    said = []
+    if moved:
+        names = ", ".join(dict.fromkeys(one.name for one in moved))
+        words = f"record {names} does" if len(moved) == 1 else f"records {names} do"
+        first_s = max(one.first * one.period_s for one in moved)
+        said.append(REMEMBERS.format(words, max(off for _, off in found), first_s))
+    return tuple(known[: len(fit)]), tuple(known[len(fit) :]), said
+
+
+def _remembered(record: FitRecord, simulation: Simulation, values: FloatArray) -> tuple[int, float]:
+    """Samples until the errors of a run from a full cooling are as usual, and what the first are off by; 0 where they
+    begin so, or never become so.
+    """
+    block = max(FIRST, record.samples // BLOCKS)
+    count = record.samples // block
+    late, worst = 0, 0.0
+    try:
+        run = simulation.predict(record.stimulus, values)
+    except ValueError:  # said where it is fitted
+        return 0, 0.0
+    for name in (one for one in simulation.outputs if one in record.measured):
+        error = np.nan_to_num(run.outputs[name][0] - record.measured[name], posinf=0.0, neginf=0.0)
+        rms = np.sqrt(np.mean(error[: count * block].reshape(count, block) ** 2, axis=1))
+        usual, size = float(np.median(rms)), float(record.measured[name].std())
+        off = abs(float(error[:FIRST].mean()))
+        if not off > max(FAR_OFF * usual, OFF * size):
+            continue
+        good = rms < USUAL * usual
+        over = np.flatnonzero(good[:-1] & good[1:])
+        if len(over) and over[0] <= count // 2:
+            late, worst = max(late, int(over[0]) * block), max(worst, off / size)
+    return late, worst
 
 
 class _Beginning(NamedTuple):

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 import pytest
+from coarse_cases import dataset, identified
 from diagnosis_cases import MANIFEST, MODEL, PERIOD_S, answer_to, device, measured, noise_drive
 from numba import njit
 from numpy.typing import NDArray
+from vo2_model_cases import UNITS
 
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.comparison import simulation_for
+from rtctl.diagnosis.causes import DiagnosisOptions
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.hypothesis import Data, fitted
 from rtctl.diagnosis.in_motion import WARM_PERIODS, warmed_up
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
+from rtctl.simulations.vo2 import vo2_simulation
 
 FloatArray = NDArray[np.float64]
 RATE = 2.0 * np.pi * 20.0
@@ -201,3 +207,25 @@ def test_the_hysteretic_benchmark_is_named_from_its_linear_model_and_its_numbers
     assert values["stiffness"] == pytest.approx(2.5e4, rel=0.01)
     assert values["level"] / values["displacement"] == pytest.approx(2.5e4, rel=0.01)
     assert values["bend"] / values["loop"] == pytest.approx(-1.1 / 0.8, rel=0.01)
+
+
+@pytest.mark.parametrize("cut", [0, 340])
+def test_what_a_film_remembers_of_a_history_that_is_not_known_is_no_gap(cut: int) -> None:
+    """Cut from the middle of a record, it begins hot, on any branch; it forgets that with the next large swings."""
+    whole = dataset(share=0.0)
+    model = identified(whole)
+    records = tuple(
+        one
+        if one.use == "identify"
+        else dataclasses.replace(one, signals={name: values[cut:] for name, values in one.signals.items()})
+        for one in whole.records
+    )
+    data = dataclasses.replace(whole, records=records)
+    simulation = vo2_simulation(model, UNITS, "model.toml")
+    ids = ("actuation.delay", "sensor.lag", "sensor.ageing", "thermal.second_time_constant")
+    answer = diagnose(data, model, simulation, ids, DiagnosisOptions(threads=1))
+    assert answer.verdict == "adequate"
+    said = [one for one in answer.warnings if "where a full cooling leaves the device" in one]
+    assert len(said) == (cut > 0)
+    scored = [record.first for record in (*answer.data.records, *answer.tests)]
+    assert 0 < max(scored) < 700 if cut else max(scored) == 0
