@@ -93,6 +93,12 @@ def _parser() -> argparse.ArgumentParser:
         help="of all cases but the ambiguous ones; drawn by default",
     )
     parser.add_argument(
+        "--cut",
+        type=float,
+        default=0.0,
+        help="share of each oscillator's record that is left out, so that it begins in motion",
+    )
+    parser.add_argument(
         "--tables-only", action="store_true", help="run nothing, write the tables of what is done"
     )
     return parser
@@ -121,6 +127,8 @@ def tasks(asked: argparse.Namespace) -> list[Line]:
             overrides = overrides_of(sort, plant, seed)
             if asked.kind and sort == "main":
                 overrides = overrides | {"kind": asked.kind}
+            if asked.cut and sort == "main" and plant == "oscillator":
+                overrides = overrides | {"cut": asked.cut}
             task = {"sort": sort, "plant": plant, "seed": seed, "overrides": overrides}
             further = asked.next_experiment or sort == "ambiguous"
             task |= {"baselines": sort == "main", "next_experiment": further}

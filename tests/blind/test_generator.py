@@ -405,3 +405,18 @@ def test_wrong_words_are_refused(tmp_path: Path) -> None:
         generate(1, tmp_path, colour="pink")
     with pytest.raises(ValueError, match="no plant 'vo3'"):
         generate(1, tmp_path, plant="vo3")
+
+
+def test_a_record_that_is_cut_is_the_rest_of_the_whole_one_and_begins_in_motion(tmp_path: Path) -> None:
+    whole, rest = (generate(100_700, tmp_path / f"{cut}", **SMALL, cut=cut) for cut in (0.0, 0.3))
+    for one, other in zip(whole.records, rest.records, strict=True):
+        left_out = one.drive.size - other.drive.size
+        assert left_out == round(0.3 * one.drive.size)
+        assert (one.drive[left_out:] == other.drive).all()
+        assert (one.measured[left_out:] == other.measured).all()
+    tables = tomllib.loads((tmp_path / "0.3" / "dataset.toml").read_text())["records"]
+    assert not [table for table in tables if "initial" in table]
+    speeds = [np.abs(np.diff(one.clean[:2])).max() / np.abs(np.diff(one.clean)).max() for one in rest.records]
+    assert max(speeds) > 0.2
+    with pytest.raises(ValueError, match="share of a record"):
+        Options(cut=1.0)

@@ -37,6 +37,8 @@ class Options:
     """csv | parquet | npz | mat"""
     slices: bool | None = None
     """Records as slices of one file."""
+    cut: float = 0.0
+    """Share of each record, its beginning, that is not written: what is left begins in motion."""
     parameter_error: float | None = None
     """Largest relative error of the parameters of model.toml."""
 
@@ -44,5 +46,7 @@ class Options:
         unknown = set(self.proportions) - set(PROPORTIONS)
         if unknown or not sum(self.proportions.values()) > 0.0:
             raise ValueError(f"proportions are of {', '.join(PROPORTIONS)}; got {self.proportions!r}")
+        if not 0.0 <= self.cut < 1.0:
+            raise ValueError(f"cut is a share of a record, 0 or more and below 1; got {self.cut!r}")
         if self.kind is not None and self.kind not in PROPORTIONS:
             raise ValueError(f"kind is one of {', '.join(PROPORTIONS)}; got {self.kind!r}")

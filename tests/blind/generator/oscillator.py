@@ -178,9 +178,9 @@ def _written(rng: np.random.Generator, seed: int, folder: Path, options: Options
                 name=name,
                 use=record.use,
                 excitation=record.excitation,
-                drive=record.drive * drawn.drive_scale,
-                clean=y * device.length,
-                measured=x * device.length,
+                drive=_cut(record.drive, options) * drawn.drive_scale,
+                clean=_cut(y, options) * device.length,
+                measured=_cut(x, options) * device.length,
             )
             for name, record, y, x in zip(names, drawn.inputs, drawn.clean, drawn.measured, strict=True)
         ),
@@ -277,11 +277,11 @@ def _write(rng: np.random.Generator, folder: Path, name: str, options: Options, 
     numbers = [record.number for record in inputs]
     files = [
         RecordFile(
-            drive=record.drive * drawn.drive_scale,
-            displacement=y * device.length,
+            drive=_cut(record.drive, options) * drawn.drive_scale,
+            displacement=_cut(y, options) * device.length,
             use=record.use,
             repeat="A" if numbers.count(record.number) > 1 else None,
-            initial=start * device.length if record.displaced else None,
+            initial=start * device.length if record.displaced and not options.cut else None,
             ignore_first=ignored,
             excitation=record.excitation,
         )
@@ -291,6 +291,10 @@ def _write(rng: np.random.Generator, folder: Path, name: str, options: Options, 
     rate = device.f0_Hz * device.samples_a_period
     units = {"drive": device.drive_unit, "displacement": device.displacement_unit}
     return write_dataset(folder, name, layout, files, rate, units, device.manifest_hold)
+
+
+def _cut(series: FloatArray, options: Options) -> FloatArray:
+    return series[round(options.cut * series.size) :]
 
 
 def _parameters(device: Device, nominal: Plan, drive_scale: float) -> dict[str, Quantity]:
