@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import kurtosis
 
 from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data
 
+FloatArray = NDArray[np.float64]
 EXCESS = 3.0
 """Kurtosis beyond a normal distribution's, of all records: that of a Laplace distribution."""
 BURSTS = (
@@ -21,22 +23,8 @@ def bursts(examined: Examined, data: Data) -> list[str]:
     said: list[str] = []
     if data.allowed:
         return said
-    hypothesis = examined.hypothesis
-    runs = [
-        hypothesis.simulation.predict(
-            record.stimulus, hypothesis.values_of(k), hypothesis.start(k)[None], data.steps_per_period
-        )
-        for k, record in enumerate(data.records)
-    ]
-    for name in hypothesis.sensitivity.outputs:
-        errors = [
-            (run.outputs[name][0] - record.measured[name])[record.first :]
-            for record, run in zip(data.records, runs, strict=True)
-        ]
-        sizes = [float(np.std(error)) for error in errors]
-        if not (np.isfinite(sizes).all() and min(sizes) > 0.0):
-            continue
-        standard = [(error - error.mean()) / size for error, size in zip(errors, sizes, strict=True)]
+    for name, errors in leftovers(examined, data).items():
+        standard = [(error - error.mean()) / error.std() for error in errors]
         excess = float(kurtosis(np.concatenate(standard)))
         if excess > EXCESS:
             k = int(np.argmax([np.abs(one).max() for one in standard]))
@@ -44,3 +32,26 @@ def bursts(examined: Examined, data: Data) -> list[str]:
             at_s = record.period_s * (record.first + int(np.argmax(np.abs(standard[k]))))
             said.append(BURSTS.format(name.replace("_", " "), excess, record.name, at_s))
     return said
+
+
+def leftovers(examined: Examined, data: Data) -> dict[str, list[FloatArray]]:
+    """By output, what a fit leaves of each record's scored samples, (n,) in units; without outputs that it leaves
+    nothing of, or no number.
+    """
+    hypothesis = examined.hypothesis
+    runs = [
+        hypothesis.simulation.predict(
+            record.stimulus, hypothesis.values_of(k), hypothesis.start(k)[None], data.steps_per_period
+        )
+        for k, record in enumerate(data.records)
+    ]
+    found = {}
+    for name in hypothesis.sensitivity.outputs:
+        errors = [
+            (run.outputs[name][0] - record.measured[name])[record.first :]
+            for record, run in zip(data.records, runs, strict=True)
+        ]
+        sizes = [float(np.std(error)) for error in errors]
+        if np.isfinite(sizes).all() and min(sizes) > 0.0:
+            found[name] = errors
+    return found

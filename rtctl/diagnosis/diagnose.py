@@ -39,6 +39,7 @@ from rtctl.diagnosis.search import Search, level_of
 from rtctl.diagnosis.shape import Shape, residual_shape
 from rtctl.diagnosis.subjects import SUBJECTS, subject_for
 from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
+from rtctl.diagnosis.tones import tones
 from rtctl.diagnosis.unnamed import explaining_more, explaining_the_past
 from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
 from rtctl.diagnosis.wrong_values import wrong_value
@@ -267,7 +268,8 @@ def _answer(
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:
-        warnings += bursts(found.chosen if named else found.nominal, data)
+        told = found.chosen if named else found.nominal
+        warnings += [*bursts(told, data), *tones(told, data, units)]
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
