@@ -30,14 +30,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 1 where it was stopped; what was done by then is written."""
-    from rtctl.border.errors import InputError
+    from rtctl.border.errors import InputError, RunError
     from rtctl.cli.options import output_folder
     from rtctl.cli.report_diagnosis import print_diagnosis
     from rtctl.cli.watched_search import watched_search
     from rtctl.comparison import simulation_for
     from rtctl.diagnosis.causes import DiagnosisOptions
     from rtctl.diagnosis.diagnose import diagnose
-    from rtctl.diagnosis.files import write_diagnosis
+    from rtctl.diagnosis.files import provenance_of, write_diagnosis
     from rtctl.diagnosis.subjects import SUBJECTS
     from rtctl.measured import open_dataset, read_dataset
     from rtctl.metrics import finite
@@ -54,11 +54,18 @@ def run(args: argparse.Namespace) -> int:
     options = DiagnosisOptions(false_claim_rate=args.false_claims, seconds=args.seconds)
     with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as told:
         found = diagnose(dataset, model, simulation, ids, options, told)
-    write_diagnosis(folder, found, dataset, args.model, _command(args))
+    provenance = provenance_of(found, dataset, args.model, _command(args))
+    failure = ""
+    try:
+        write_diagnosis(folder, found, dataset, provenance)
+    except OSError as error:  # a full disk: minutes of work are told all the same
+        failure = f"{folder}: {error.strerror or error}: the files of this answer are not all there"
     if args.json:
-        print(json.dumps(finite(found.json), indent=2))
-    elif not args.quiet:
-        print_diagnosis(found, folder)
+        print(json.dumps(finite(found.json | {"provenance": provenance}), indent=2))
+    elif not args.quiet or failure:
+        print_diagnosis(found, folder, written=not failure)
+    if failure:
+        raise RunError(f"{failure}; free some space, or write elsewhere with --out")
     return 1 if found.stopped else 0
 
 

@@ -17,8 +17,8 @@ UNDECIDED = (
 )
 
 
-def print_diagnosis(found: Diagnosis, folder: Path) -> None:
-    """Verdict, causes, gain, place, warnings, and where the files are."""
+def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> None:
+    """Verdict, causes, gain, place, warnings, and where the files are, if they were `written`."""
     print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.data.subject.rest))
     for cause in found.causes:
         others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
@@ -45,6 +45,7 @@ def print_diagnosis(found: Diagnosis, folder: Path) -> None:
         print(f"  note: {warning}")
     if found.next_experiment is not None:
         print(f"  {found.next_experiment.statement}")
-        if not found.next_experiment.in_vain:
+        if written and not found.next_experiment.in_vain:
             print(f"  rtctl acquire {folder}/next-experiment.toml --out DIR")
-    print(f"results in {folder}: report.html, diagnosis.json, model-extended.toml")
+    if written:
+        print(f"results in {folder}: report.html, diagnosis.json, model-extended.toml")

@@ -23,12 +23,11 @@ HEAD = """# {statement}
 """
 
 
-def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, model: Path, command: str) -> None:
+def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
     """The answer last: a folder with a diagnosis.json has all of it, and nothing of an earlier one."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
-    provenance = provenance_of(found, dataset, model, command)
     found.data.subject.write_model(folder / "model-extended.toml", found.model, provenance)
     if found.next_experiment is not None:
         _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))

@@ -6,6 +6,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -100,9 +102,7 @@ def test_quiet_says_nothing_and_json_says_the_file(
     )
     said = capsys.readouterr()
     assert said.err == ""
-    written = json.loads((answered / "again" / "diagnosis.json").read_text())
-    written.pop("provenance")
-    assert json.loads(said.out) == written
+    assert json.loads(said.out) == json.loads((answered / "again" / "diagnosis.json").read_text())
 
 
 def test_a_log_names_each_fit_once(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -192,3 +192,27 @@ def test_a_stop_before_anything_is_known_is_a_message(answered: Path) -> None:
     simulation = simulation_for(model, open_dataset(data))
     with pytest.raises(RunError, match="nothing was written"):
         diagnose(read_dataset(data), read_oscillator_model(model), simulation, (), None, told)
+
+
+def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answered: Path) -> None:
+    """A limit on the size of files stands in for the disk: the page does not fit, the extended model does."""
+    command = (
+        "import resource, signal, sys; from rtctl.cli import main; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "import rtctl.diagnosis.files; whole = rtctl.diagnosis.files.write_diagnosis\n"
+        "def write(*args):\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY)); return whole(*args)\n"
+        "rtctl.diagnosis.files.write_diagnosis = write; sys.exit(main(sys.argv[1:]))"
+    )
+    words = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml"), "--json"]
+    words += ["--out", str(answered / "full"), "--mechanisms", "friction.coulomb"]
+    done = subprocess.run(
+        [sys.executable, "-c", command, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert f"rtctl diagnose: {answered / 'full'}: File too large" in done.stderr
+    assert "write elsewhere with --out" in done.stderr
+    told = json.loads(done.stdout)
+    assert told["causes"][0]["id"] == "friction.coulomb"
+    assert told["provenance"]["model"] == "model.toml"
+    assert not (answered / "full" / "diagnosis.json").exists()
