@@ -26,6 +26,11 @@ ANOTHER_INPUT = 0.05
 """Of a drive's RMS, by which repeats of one input may differ."""
 TONE_SHARE = 0.995
 """Of the drive's power in one line."""
+ANOTHER_SLOPE = 0.3
+"""Of itself, by which a displacement's slope may differ from the velocity that was read."""
+CERTAIN = 6.0
+"""Standard errors of a correlation, where one sample in TOGETHER is a reading of its own."""
+TOGETHER = 10.0
 FOREIGN_SHARE = 0.6
 """Of the signal's RMS that a re-fitted model of the same device would not leave."""
 
@@ -44,7 +49,7 @@ def split(
     usable, spikes = without_spikes(usable, subject.spikes_of, dataset.units)
     usable, still = _moving(usable, subject)
     usable, unlike = _repeating(usable, subject.drive)
-    warnings += spikes + still + unlike + _impossible(usable, dataset.units)
+    warnings += spikes + still + unlike + _impossible(usable, dataset.units) + _another_motion(usable)
     fit = [record for record in usable if record.use == "fit"]
     fit = fit or [record for record in usable if record.use != "test"]
     tests = [record for record in usable if record.use == "test"]
@@ -156,6 +161,29 @@ def foreign(data: Data, outputs: Sequence[str], cost: float) -> list[str]:
     return [
         f"the nominal model, re-fitted, leaves {share:.0%} of the {output}'s RMS: is it a model of this device, "
         "are the units and signs right? A cause named on this basis is doubtful; try rtctl identify first"
+    ]
+
+
+def _another_motion(records: Sequence[Record]) -> list[str]:
+    """Velocities that are no slope of the displacement beside them, by any share of noise in both (Frisch's bounds)."""
+    found: dict[str, float] = {}
+    for record in (one for one in records if one.has("velocity") and one.has("displacement")):
+        slope = np.gradient(record.signals["displacement"], record.period_s)
+        velocity = record.signals["velocity"] - record.signals["velocity"].mean()
+        sizes = float(slope.std()), float(velocity.std())
+        alike = float(np.mean((slope - slope.mean()) * velocity)) / max(sizes[0] * sizes[1], 1e-300)
+        if abs(alike) < CERTAIN * np.sqrt(
+            TOGETHER / record.samples
+        ):  # or nothing of the motion is seen in one of them
+            continue
+        least, most = (sizes[0] / sizes[1] * share for share in (abs(alike), 1.0 / abs(alike)))
+        if alike < 0.0 or least > 1.0 + ANOTHER_SLOPE or most < 1.0 - ANOTHER_SLOPE:
+            found[record.name] = float(np.copysign(sizes[0] / sizes[1], alike))
+    if not found:
+        return []
+    return [
+        f"{', '.join(found)}: the displacement's slope is {next(iter(found.values())):.3g} times the velocity that was "
+        "read beside it: are the velocity's unit, sign and column right, and both of one motion?"
     ]
 
 

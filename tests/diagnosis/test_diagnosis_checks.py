@@ -86,6 +86,28 @@ def test_a_resistance_that_no_film_has_is_said() -> None:
     assert any(f"{bad.name}: 3 readings of the resistance are 0 ohm or less" in one for one in warnings)
 
 
+@pytest.mark.parametrize(
+    ("scale", "noise", "said"), [(1.0, 0.0, ""), (1.0, 1.0, ""), (1e3, 0.0, "0.001 times"), (-1.0, 0.1, "-")]
+)
+def test_a_velocity_that_is_no_slope_of_the_displacement_is_said(
+    tmp_path: Path, scale: float, noise: float, said: str
+) -> None:
+    """Of its noise it may be any share: of a slope that is noisy too nothing is said."""
+    data = read_dataset(write_case(tmp_path, [record(1), record(2, "test")]))
+    rng, records = np.random.default_rng(0), []
+    for one in data.records:
+        displacement = one.signals["displacement"]
+        slope = np.gradient(displacement, PERIOD_S)
+        velocity = scale * (slope + noise * slope.std() * rng.standard_normal(len(slope)))
+        noisy = displacement + noise * 0.02 * rng.standard_normal(len(slope))
+        signals = {**one.signals, "velocity": velocity, "displacement": noisy}
+        records.append(replace(one, signals=signals))
+    warnings = split(replace(data, records=tuple(records)), OSCILLATOR)[2]
+    notes = [one for one in warnings if "the displacement's slope is" in one]
+    assert len(notes) == bool(said)
+    assert all(said in note for note in notes)
+
+
 def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None:
     drive, _, _ = record(1)
     case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
