@@ -65,7 +65,7 @@ def warmed_up(
     fit: Sequence[FitRecord], tests: Sequence[FitRecord], rate: float
 ) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
     """Records to fit and to test without the first periods, at `rate` [1/s], of those that begin in motion; what is to
-    be said. All of which the first samples are not scored know their velocity there.
+    be said. They know their velocity there.
     """
     both = [*fit, *tests]
     begins = [_Beginning.of(record, rate) for record in both]
@@ -184,8 +184,10 @@ def _from(record: FitRecord, period_s: float) -> FitRecord:
 
 
 def _as_it_moves(record: FitRecord, begin: _Beginning) -> FitRecord:
-    """With its velocity at the first sample, if that is not said already and the first samples are not scored."""
-    if not record.first or "velocity" in record.stimulus.initial:
+    """With its velocity at the first sample, if that is not said already; at rest where it hardly moves, as a
+    manifest that says nothing has it.
+    """
+    if not (record.first and begin.moves) or "velocity" in record.stimulus.initial:
         return record
     initial = {**record.stimulus.initial, "velocity": begin.units_per_s}
     return replace(record, stimulus=replace(record.stimulus, initial=initial))
