@@ -33,9 +33,9 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest
 
 # Hundreds of blind cases on all cores (over an hour on two; goes on where it was stopped): out/blind/blind.md.
-OSCILLATORS ?= 4280-4479
-VO2         ?= 52235-52289
-AMBIGUOUS   ?= 91040-91094
+OSCILLATORS ?= 4480-4679
+VO2         ?= 52290-52359
+AMBIGUOUS   ?= 91095-91154
 blind: $(STAMP)
 	$(BIN)/python tests/blind/campaign.py --oscillator $(OSCILLATORS) --vo2 $(VO2) --ambiguous $(AMBIGUOUS) --out out/blind
 

@@ -44,7 +44,7 @@ class Driven(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """The motion at the samples, and the drive that made it."""
+    """The motion at the samples, or at instants between them too, and the drive that made it."""
 
     displacement: FloatArray
     """(samples,): what the sensor would read; mechanisms replace it."""
@@ -89,6 +89,8 @@ class OscillatorMechanism(Mechanism):
     """Row of `plant_sim.oscillator.terms` -> parameter that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
+    looks_between: bool = False
+    """Of a sensor, whether its reading depends on the motion between samples: then it is told of more instants."""
     unread: Callable[[float, Values], float] | None = None
     """Of a sensor, a displacement at rest from its reading; None: the reading itself."""
     fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0

@@ -216,6 +216,24 @@ def test_what_acts_on_the_reading_acts_in_the_order_of_its_stages() -> None:
     assert off(z, expected) < ORACLES["sensor.lag"].tolerance
 
 
+def test_a_sensor_that_lags_reads_the_motion_and_not_the_samples() -> None:
+    """Of three samples a period a cubic from one to the next is off by a twentieth."""
+    device = simulation("sensor.lag")
+    values = lane(device, full("sensor.lag"))
+    period_s = 2.0 * math.pi / math.sqrt(STIFFNESS) / 3.2
+    drive = np.repeat(np.random.default_rng(0).choice([-1.0, 1.0], 40), 3)
+
+    def read(finer: int) -> FloatArray:
+        stimulus = Stimulus(
+            inputs={"drive": np.repeat(drive, finer)}, holds={"drive": "zero"}, period_s=period_s / finer,
+            initial={"displacement": Z_0, "velocity": V_0},
+        )  # fmt: skip
+        return device.predict(stimulus, values).outputs["displacement"][0, ::finer]
+
+    exact = read(32)
+    assert np.abs(read(1) - exact).max() < 1e-4 * np.abs(exact).max()
+
+
 # --- neutral values --------------------------------------------------------------------------------------------
 
 

@@ -37,5 +37,6 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=lagging,
+    looks_between=True,
     stage=1,
 )
