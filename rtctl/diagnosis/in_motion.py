@@ -33,9 +33,8 @@ CERTAIN = 4.0
 NOISE_OF_DIFFERENCES = 0.6745 * 70.0**0.5
 """Median size of fourth differences of white noise of variance 1."""
 RESTS = 0.1
-"""Below, a record rests beside others that are in motion, if its displacement is that small too, or so large (RELEASED)
-that it was let go there."""
-RELEASED = 3.0
+"""Below, a record rests beside others that are in motion, if its displacement is that small too, or the manifest says
+where it was let go: any ring-down has moments like that."""
 WARM_PERIODS = (10.0, 30.0)
 """That start the state, at least and at most: a light second mode takes long to forget."""
 SHARE = 0.1
@@ -140,6 +139,8 @@ class _Beginning(NamedTuple):
     """Standard, of that by noise."""
     units_per_s: float
     """The velocity, with its sign."""
+    told: bool
+    """Whether the manifest says where the record begins."""
 
     @property
     def moves(self) -> bool:
@@ -148,9 +149,9 @@ class _Beginning(NamedTuple):
 
     @property
     def rests(self) -> bool:
-        """Or is let go, as for a ring-down; as far as can be seen."""
+        """As far as can be seen."""
         still = self.velocity < RESTS * max(1.0, self.displacement)
-        return still and not RESTS < self.displacement < RELEASED
+        return still and (self.told or self.displacement < RESTS)
 
     @classmethod
     def of(cls, record: FitRecord, rate: float) -> _Beginning:
@@ -158,7 +159,7 @@ class _Beginning(NamedTuple):
         measured = record.measured.get("displacement")
         size = float(measured.std()) if measured is not None and record.samples > FEWEST else 0.0
         if measured is None or size == 0.0:
-            return cls(0.0, 0.0, 0.0, 0.0)
+            return cls(0.0, 0.0, 0.0, 0.0, told=False)
         noise = float(np.median(np.abs(np.diff(measured, 4)))) / NOISE_OF_DIFFERENCES / size
         most = min(record.samples, round(2.0 * np.pi * LOOKED_AT / rate / record.period_s))
         count, solution = FEWEST, _cubic(FEWEST, rate * record.period_s)
@@ -167,7 +168,8 @@ class _Beginning(NamedTuple):
             solution = _cubic(count, rate * record.period_s)
         displacement, velocity = solution @ (measured[:count] - measured.mean()) / size
         error = noise * float(np.linalg.norm(solution[1]))
-        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate)
+        told = "displacement" in record.stimulus.initial.keys() - record.stimulus.read
+        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate, told)
 
 
 def _cubic(count: int, step: float) -> FloatArray:

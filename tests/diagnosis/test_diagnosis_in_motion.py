@@ -83,9 +83,12 @@ def test_records_from_rest_or_let_go_are_scored_from_their_first_sample() -> Non
     assert said == []
 
 
-def test_beside_others_in_motion_those_at_rest_stay_whole() -> None:
-    (swung, rested, released), _, _ = warmed_up([of(swinging()), of(from_rest()), of(let_go())], [], RATE)
-    assert swung.first > 0
+def test_beside_others_in_motion_those_at_rest_stay_whole_and_those_that_are_said_to_be_let_go() -> None:
+    said = of(let_go())
+    said = dataclasses.replace(said, stimulus=dataclasses.replace(said.stimulus, read=frozenset()))
+    records = [of(swinging()), of(let_go()), of(from_rest()), said]
+    (swung, in_passing, rested, released), _, _ = warmed_up(records, [], RATE)
+    assert swung.first > 0 < in_passing.first
     assert rested.first == released.first == 0
 
 
