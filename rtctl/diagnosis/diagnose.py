@@ -29,7 +29,7 @@ from rtctl.diagnosis.gain import Gain, gain
 from rtctl.diagnosis.gate import Examined, examine
 from rtctl.diagnosis.held import held
 from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.in_motion import forgotten, warmed_up
+from rtctl.diagnosis.in_motion import forgotten, has_two_wells, warmed_up
 from rtctl.diagnosis.isolability import Isolability, isolability
 from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
@@ -179,7 +179,7 @@ def diagnose(
     fit, tests, said = (
         forgotten(fit, tests, comparable)
         if subject.is_at_rest_undriven
-        else warmed_up(fit, tests, scales.rate)
+        else warmed_up(fit, tests, scales.rate, two_wells=has_two_wells(comparable))
     )
     warnings += said
     with threads(options.threads) as executor:

@@ -37,6 +37,8 @@ RESTS = 0.1
 where it was let go: any ring-down has moments like that."""
 WARM_PERIODS = (10.0, 30.0)
 """That start the state, at least and at most: a light second mode takes long to forget."""
+WARM_PERIODS_OF_WELLS = (2.0, 2.0)
+"""The same where a motion has two wells: after a few periods that nothing scores it may be in the other one."""
 SHARE = 0.1
 """Of a record, between them."""
 MOST = 0.25
@@ -61,17 +63,17 @@ REMEMBERS = (
 
 
 def warmed_up(
-    fit: Sequence[FitRecord], tests: Sequence[FitRecord], rate: float
+    fit: Sequence[FitRecord], tests: Sequence[FitRecord], rate: float, *, two_wells: bool = False
 ) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
     """Records to fit and to test without the first periods, at `rate` [1/s], of those that begin in motion; what is to
     be said. They know their velocity there.
     """
     both = [*fit, *tests]
     begins = [_Beginning.of(record, rate) for record in both]
-    warm = both
+    warm, periods = both, WARM_PERIODS_OF_WELLS if two_wells else WARM_PERIODS
     if any(begin.moves for begin in begins):
         warm = [
-            record if begin.rests else _from(record, 2.0 * np.pi / rate)
+            record if begin.rests else _from(record, 2.0 * np.pi / rate, periods)
             for record, begin in zip(both, begins, strict=True)
         ]
     moved = [new for new, old in zip(warm, both, strict=True) if new.first > old.first]
@@ -79,6 +81,11 @@ def warmed_up(
     said = [SAID.format(len(moved), len(both), first_s)] if moved else []
     warm = [_as_it_moves(record, begin) for record, begin in zip(warm, begins, strict=True)]
     return tuple(warm[: len(fit)]), tuple(warm[len(fit) :]), said
+
+
+def has_two_wells(simulation: Simulation) -> bool:
+    """Whether its stiffness is negative: between two wells."""
+    return any(one.name == "stiffness" and one.value < 0.0 for one in simulation.parameters)
 
 
 def forgotten(
@@ -179,8 +186,8 @@ def _cubic(count: int, step: float) -> FloatArray:
     return found
 
 
-def _from(record: FitRecord, period_s: float) -> FitRecord:
-    least, most = (round(periods * period_s / record.period_s) for periods in WARM_PERIODS)
+def _from(record: FitRecord, period_s: float, periods: tuple[float, float]) -> FitRecord:
+    least, most = (round(count * period_s / record.period_s) for count in periods)
     warm = min(int(np.clip(SHARE * record.samples, least, most)), int(MOST * record.samples))
     return replace(record, first=max(record.first, warm))
 

@@ -19,7 +19,7 @@ from rtctl.comparison import simulation_for
 from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.hypothesis import Data, fitted
-from rtctl.diagnosis.in_motion import WARM_PERIODS, warmed_up
+from rtctl.diagnosis.in_motion import WARM_PERIODS, WARM_PERIODS_OF_WELLS, has_two_wells, warmed_up
 from rtctl.diagnosis.subjects import SUBJECTS
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
@@ -67,6 +67,13 @@ def test_what_begins_in_motion_warms_up_for_some_periods() -> None:
     for one, phase in ((fit, 0.0), (test, 1.0)):
         expected = np.sqrt(2.0) * RATE * np.cos(phase)
         assert one.stimulus.initial["velocity"] == pytest.approx(expected, abs=0.2 * RATE)
+
+
+def test_between_two_wells_few_periods_warm_up_since_nothing_scores_which_well_they_end_in() -> None:
+    (one,), _, _ = warmed_up([of(swinging())], [], RATE, two_wells=True)
+    assert one.first == round(WARM_PERIODS_OF_WELLS[0] * PERIOD)
+    assert has_two_wells(device(stiffness=(-1.6e4, "1/s^2"), stiffness_cubic=(10.0, "1/(mm^2*s^2)")))
+    assert not has_two_wells(device())
 
 
 def test_at_most_a_quarter_of_a_record_warms_up_and_what_is_ignored_already_counts() -> None:
