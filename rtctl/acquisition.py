@@ -17,8 +17,9 @@ from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
 from rtctl.measured.plant_kinds import PLANT_KINDS
 from rtctl.measured.writer import write_dataset
+from rtctl.played import played_levels
 from rtctl.scenario import Scenario
-from rtctl.session import open_driver, play, played_levels
+from rtctl.session import open_driver, play
 
 FloatArray = NDArray[np.float64]
 

@@ -33,6 +33,7 @@ from rtctl.models.span import Span
 from rtctl.parameters import ParameterChannel
 from rtctl.plants import support_of
 from rtctl.plants.support import Control, Tuning
+from rtctl.played import check_length, check_one_period, played_levels, settling
 from rtctl.realtime import Request, real_time
 from rtctl.run_folder import Recording, RunFolder, in_memory, run_metadata, write_tables
 from rtctl.scenario import Scenario
@@ -49,7 +50,6 @@ from rtctl.wiring import (
 )
 
 FloatArray = NDArray[np.float64]
-MOST_STEPS = 30_000_000
 LIVE_TIMEOUT_PERIODS = 5.0
 LEAST_LIVE_TIMEOUT_S = 0.05
 LOCKSTEP_TIMEOUT_S = 1.0
@@ -97,7 +97,7 @@ def setpoints_of(scenario: Scenario, reach: Span) -> FloatArray:
     """The setpoint of each sample [controlled unit]. Raises InputError where it leaves the range `reach`."""
     assert scenario.reference is not None
     period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
-    _check_length(duration_s / period_s)
+    check_length(duration_s / period_s)
     time_s = period_s * np.arange(round(duration_s / period_s), dtype=np.float64)
     try:
         setpoints = scenario.reference.build(time_s, *reach)
@@ -217,20 +217,10 @@ def _check_identity(scenario: Scenario, identified: str, found: str) -> None:
 
 def _plan_control(scenario: Scenario, model: Any, reach: Span) -> tuple[FloatArray, Control]:
     if scenario.reference is None:
-        _check_one_period(scenario)
+        check_one_period(scenario)
         return np.concatenate(played_levels(scenario)), Control(_playback(scenario), None)
     control = support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)
     return setpoints_of(scenario, reach), control
-
-
-def _check_one_period(scenario: Scenario) -> None:
-    """A run plays all excitations in one, at one period."""
-    for index, excitation in enumerate(scenario.excitation):
-        if excitation.period_s not in (None, scenario.scenario.period_s):
-            raise InputError(
-                f"excitation {index} has a period of its own, {excitation.period_s:g} s, and a run has one period "
-                f"({scenario.scenario.period_s:g} s); rtctl acquire plays each record at its own"
-            )
 
 
 def _playback(scenario: Scenario) -> PlaybackController:
@@ -241,60 +231,13 @@ def _playback(scenario: Scenario) -> PlaybackController:
     return PlaybackController(first.unit, [table.safe_level for table in tables])
 
 
-def played_levels(scenario: Scenario) -> list[FloatArray]:
-    """The levels of the first command [its unit] in each excitation, one array each, a value each of its periods.
-
-    Raises InputError.
-    """
-    limits = scenario.limits
-    built = []
-    for index, excitation in enumerate(scenario.excitation):
-        period_s = scenario.at_period_of(index).scenario.period_s
-        try:
-            level = excitation.build(limits.low, limits.high, period_s)
-        except ValueError as error:
-            raise InputError(f"excitation {index}: {error}") from None
-        if not (level.min() >= limits.low - 1e-9 and level.max() <= limits.high + 1e-9):
-            unit = scenario.profile.commands[0].unit
-            raise InputError(
-                f"excitation {index} asks for {level.min():.4g} to {level.max():.4g} {unit}, "
-                f"[limits] allow {limits.low:g} to {limits.high:g} {unit}"
-            )
-        built.append(level)
-    return built
-
-
-def _check_length(steps: float) -> None:
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"scenario.duration and scenario.period ask for {steps:.3g} steps, a run keeps at most {MOST_STEPS:.0e} in "
-            "memory; shorten the one or lengthen the other"
-        )
-
-
-def steps_of(scenario: Scenario) -> int:
-    """Exchanges that a run takes, the settling before each part included. Raises InputError."""
-    period_s = scenario.scenario.period_s
-    if scenario.reference is not None:
-        _check_length((scenario.scenario.duration_s or 0.0) / period_s)
-        return _settling(scenario) + round((scenario.scenario.duration_s or 0.0) / period_s)
-    return sum(
-        _settling(scenario.at_period_of(k)) + len(levels) for k, levels in enumerate(played_levels(scenario))
-    )
-
-
-def _settling(scenario: Scenario) -> int:
-    """Exchanges before a part begins."""
-    return round(scenario.clock.settle_s / scenario.scenario.period_s)
-
-
 def loop_plan(scenario: Scenario, setpoints: FloatArray) -> LoopPlan:
     """The loop's plan for given setpoints."""
     period_s = scenario.scenario.period_s
     return LoopPlan(
         period_s=period_s,
         setpoints=setpoints,
-        settle_steps=_settling(scenario),
+        settle_steps=settling(scenario),
         reading_delay=scenario.reading_delay,
         rearm_times=scenario.safety.rearm,
         rearm_after_s=scenario.safety.rearm_after_s,

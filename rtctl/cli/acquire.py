@@ -25,9 +25,9 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.bundled import find_scenario
     from rtctl.cli.options import output_folder, watched_run
     from rtctl.measured.aside import put_aside
+    from rtctl.played import steps_of
     from rtctl.progress import say
     from rtctl.scenario import load_scenario
-    from rtctl.session import steps_of
     from rtctl.wiring import build_driver
 
     path, folder = find_scenario(args.scenario), output_folder(args.out)

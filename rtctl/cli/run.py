@@ -29,10 +29,11 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.report import print_summary
     from rtctl.control_socket import listening
     from rtctl.parameters import ParameterChannel
+    from rtctl.played import steps_of
     from rtctl.progress import say
     from rtctl.run_folder import RunFolder, run_metadata
     from rtctl.scenario import load_scenario
-    from rtctl.session import steps_of, track, write_run
+    from rtctl.session import track, write_run
     from rtctl.wiring import build_driver, model_of, model_path, unused_extensions
 
     path = find_scenario(args.scenario)

@@ -164,12 +164,8 @@ def _grown(
 
         field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
         last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
-        if not best.p_value > level and not budget.spent:
-            finer, again = fine_enough(data.until(budget), best.hypothesis)
-            if finer.steps_per_period != data.steps_per_period:
-                data = replace(data, steps_per_period=finer.steps_per_period)
-                best = examine(again, data, ids)
-                parents = [best, *(one for one in parents if one.hypothesis.mechanisms != again.mechanisms)]
+        if not best.p_value > level:
+            data, best, parents = _at_steps_it_needs(data, best, parents, ids, budget)
         passes = best.p_value > level
         if passes and not _needed(data, last, best):
             found = _returned(data, Search(at_nominal, last, True, (), tuple(tried)), ids, level)
@@ -195,6 +191,21 @@ def _grown(
             break
     found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
     return answer(found, plain=not found.passes)
+
+
+def _at_steps_it_needs(
+    data: Data, best: Examined, parents: list[Examined], ids: Sequence[str], budget: Budget
+) -> tuple[Data, Examined, list[Examined]]:
+    """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
+    if budget.spent:
+        return data, best, parents
+    finer, again = fine_enough(data.until(budget), best.hypothesis)
+    if finer.steps_per_period == data.steps_per_period:
+        return data, best, parents
+    data = replace(data, steps_per_period=finer.steps_per_period)
+    best = examine(again, data, ids)
+    others = (one for one in parents if one.hypothesis.mechanisms != again.mechanisms)
+    return data, best, [best, *others]
 
 
 def _unstuck(data: Data, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from rtctl.border.errors import RunError
 from rtctl.bundled import bundled_scenarios
+from rtctl.played import played_levels
 from rtctl.plots.reproduce_vo2 import frequency_figure
 from rtctl.plots.small_png import save_small_png
 from rtctl.reproduce.study import Picture, Run, Section, Table
 from rtctl.reproduce.vo2.bench import devices, in_parallel, seeds, spread, variant
 from rtctl.reproduce.vo2.excitation import SteadyLoops, major_branches, mean_of, measured
 from rtctl.scenario import checked_scenario
-from rtctl.session import open_driver, play, played_levels
+from rtctl.session import open_driver, play
 from rtctl.wiring import build_driver
 
 FloatArray = NDArray[np.float64]

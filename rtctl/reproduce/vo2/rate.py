@@ -19,13 +19,14 @@ from rtctl.estimators import ESTIMATORS as BUILDERS
 from rtctl.estimators.gap_free import GapFreeEstimator
 from rtctl.interfaces import Estimate, Estimator
 from rtctl.models.vo2 import Vo2Model
+from rtctl.played import played_levels
 from rtctl.plots.reproduce_vo2 import errors_figure
 from rtctl.plots.small_png import save_small_png
 from rtctl.reproduce.study import Picture, Run, Section, Table
 from rtctl.reproduce.vo2.bench import model_of, seeds, spread, variant
 from rtctl.reproduce.vo2.models import Identification, all_identified, data_of, identification
 from rtctl.scenario import checked_scenario
-from rtctl.session import open_driver, play, played_levels
+from rtctl.session import open_driver, play
 from rtctl.wiring import build_driver
 
 FloatArray = NDArray[np.float64]
