@@ -18,9 +18,9 @@ from rtctl.identification.residual_noise import sampled_alike
 
 FloatArray = NDArray[np.float64]
 STANDS_OUT = 60.0
-"""Times the median power on both sides, in the mean of all records: noise gets to 20 once in a million bins."""
-AROUND = 65
-"""Bins that the median is taken of."""
+"""Times the median power on both sides, in each record: noise gets to 20 once in a million bins."""
+AROUND = 21
+"""Bins that the median is taken of: few, since noise may fall with frequency as steeply as a random walk does."""
 LEAST = 256
 """Samples of a record that has a spectrum."""
 WORTH_SAYING = 0.2

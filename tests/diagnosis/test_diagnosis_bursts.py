@@ -21,13 +21,14 @@ def noise(seed: int, kind: str) -> FloatArray:
         white = white + 0.7 * np.sin(
             2.0 * np.pi * TONE_HZ * PERIOD_S * np.arange(1500) + rng.uniform(0.0, 6.0)
         )
-    coloured = lfilter([1.0], [1.0, -1.6, 0.8] if kind in ("coloured", "bursts") else [1.0], white)
+    poles = {"coloured": [1.0, -1.6, 0.8], "bursts": [1.0, -1.6, 0.8], "walk": [1.0, -0.999]}
+    coloured = lfilter([1.0], poles.get(kind, [1.0]), white)
     return 5.0 * NOISE_MM * coloured / coloured.std()
 
 
 @pytest.mark.parametrize(
     ("kind", "said"),
-    [("white", ""), ("coloured", ""), ("bursts", "comes in bursts"), ("tone", "a tone of 0.0")],
+    [("white", ""), ("coloured", ""), ("walk", ""), ("bursts", "comes in bursts"), ("tone", "a tone of 0.0")],
 )
 def test_bursts_and_tones_are_said(tmp_path: Path, kind: str, said: str) -> None:
     records = [
