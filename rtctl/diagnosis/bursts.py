@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import kurtosis
@@ -18,12 +20,10 @@ BURSTS = (
 )
 
 
-def bursts(examined: Examined, data: Data) -> list[str]:
-    """Warnings, of what `examined` leaves of the records of `data`; none where a misfit is allowed, which has edges."""
+def bursts(left: Mapping[str, Sequence[FloatArray]], data: Data) -> list[str]:
+    """Warnings, of the `leftovers` of the records of `data`."""
     said: list[str] = []
-    if data.allowed:
-        return said
-    for name, errors in leftovers(examined, data).items():
+    for name, errors in left.items():
         standard = [(error - error.mean()) / error.std() for error in errors]
         excess = float(kurtosis(np.concatenate(standard)))
         if excess > EXCESS:
@@ -36,8 +36,10 @@ def bursts(examined: Examined, data: Data) -> list[str]:
 
 def leftovers(examined: Examined, data: Data) -> dict[str, list[FloatArray]]:
     """By output, what a fit leaves of each record's scored samples, (n,) in units; without outputs that it leaves
-    nothing of, or no number.
+    nothing of, or no number. Nothing where a misfit is allowed, which has edges and goes with the drive.
     """
+    if data.allowed:
+        return {}
     hypothesis = examined.hypothesis
     runs = [
         hypothesis.simulation.predict(

@@ -20,7 +20,7 @@ from rtctl.diagnosis.answer import (
 )
 from rtctl.diagnosis.beginning import Begun, begun
 from rtctl.diagnosis.budget import Budget
-from rtctl.diagnosis.bursts import bursts
+from rtctl.diagnosis.bursts import bursts, leftovers
 from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
 from rtctl.diagnosis.checks import short, split
 from rtctl.diagnosis.finer_loops import ID as SHAPE
@@ -268,8 +268,8 @@ def _answer(
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:
-        told = found.chosen if named else found.nominal
-        warnings += [*bursts(told, data), *tones(told, data, units)]
+        left = leftovers(found.chosen if named else found.nominal, data)
+        warnings += [*bursts(left, data), *tones(left, data, units)]
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
         gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,

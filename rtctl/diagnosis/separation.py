@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from rtctl.diagnosis.horizon import PARTED, followed, period_of
 from rtctl.diagnosis.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.in_motion import has_two_wells
 from rtctl.diagnosis.projection import Rows
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.residual_noise import NoiseModel
@@ -205,8 +206,7 @@ def excursion(data: Data, output: str) -> float:
 
 def rest(candidate: Hypothesis) -> FloatArray:
     """State (states,): zero, or where the first record began: a bistable beam rests in a well."""
-    values = {p.name: p.value for p in candidate.simulation.parameters}
     start = np.zeros(candidate.states)
-    if values.get("stiffness", 1.0) < 0.0:
+    if has_two_wells(candidate.simulation):
         start[0] = candidate.starts[0][0]
     return start

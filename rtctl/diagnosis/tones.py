@@ -5,14 +5,12 @@ A tone stands in every record at the same frequency, far above the spectrum on b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from rtctl.diagnosis.bursts import leftovers
-from rtctl.diagnosis.gate import Examined
 from rtctl.diagnosis.hypothesis import Data
 from rtctl.identification.residual_noise import sampled_alike
 
@@ -32,15 +30,11 @@ TONES = (
 )
 
 
-def tones(examined: Examined, data: Data, units: dict[str, str]) -> list[str]:
-    """Warnings, of what `examined` leaves of the records of `data`, the largest tones first; none where a misfit is
-    allowed, which goes with the drive.
-    """
+def tones(left: Mapping[str, Sequence[FloatArray]], data: Data, units: Mapping[str, str]) -> list[str]:
+    """Warnings, of the `leftovers` of the records of `data`, the largest tones first."""
     said: list[str] = []
-    if data.allowed:
-        return said
     together = max(sampled_alike([record.period_s for record in data.records]), key=len)
-    for name, errors in leftovers(examined, data).items():
+    for name, errors in left.items():
         chosen = [errors[k] for k in together if len(errors[k]) >= LEAST]
         if not chosen:
             continue
