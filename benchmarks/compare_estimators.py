@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.acquisition import acquire
 from rtctl.estimators import ESTIMATORS
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model
-from rtctl.scenario import load_scenario
-from rtctl.session import track
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.acquisition import acquire
+from rtctl.session.closed_loop import track
 from rtctl.wiring import build_driver
 
 SCENARIOS = Path(__file__).resolve().parent.parent / "scenarios"

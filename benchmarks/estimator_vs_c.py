@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.acquisition import acquire
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.estimators import ESTIMATORS
 from rtctl.estimators.composite import SURROGATE_MARGIN, composite_step
 from rtctl.estimators.observer import ObserverEstimator, packed_observer_step
@@ -28,13 +29,13 @@ from rtctl.hysteresis.egpi import EgpiParams, egpi_run
 from rtctl.hysteresis.gap_free import gap_free_inverse_run
 from rtctl.hysteresis.gpi import gpi_run
 from rtctl.hysteresis.gpi_inverse import GpiInverse, GpiInverseParams, gpi_inverse_run
-from rtctl.hysteresis.preisach import preisach_run
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
-from rtctl.kernels import FloatArray, kernel
+from rtctl.hysteresis.preisach.model import preisach_run
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model, read_model
-from rtctl.scenario import load_scenario
-from rtctl.session import track
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.acquisition import acquire
+from rtctl.session.closed_loop import track
 from rtctl.wiring import build_driver
 
 HERE = Path(__file__).resolve().parent

@@ -25,8 +25,8 @@ from drivers.fault_proxy import FaultPlan
 from plant_sim.journal import Entry, read_journal
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceStatus, Driver, Measurement
-from rtctl.scenario import Scenario, load_scenario
-from rtctl.session import open_driver, play, played_levels
+from rtctl.scenario.schema import Scenario, load_scenario
+from rtctl.session.closed_loop import open_driver, play, played_levels
 from rtctl.wiring import build_driver
 
 PERIOD_S, TIMEOUT_S, WATCHDOG_S = 10e-3, 100e-3, 200e-3

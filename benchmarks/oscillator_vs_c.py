@@ -21,17 +21,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.equation.terms import CUBIC, DAMPING, GAIN, STIFFNESS
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.sweep import sweep
-from plant_sim.oscillator.terms import CUBIC, DAMPING, GAIN, STIFFNESS
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.identification.oscillator import identify_oscillator
+from rtctl.identification.oscillator.identify import identify_oscillator
 from rtctl.measured.reading import read_dataset
 from rtctl.wiring import build_simulation
 

@@ -7,11 +7,11 @@ import shutil
 import sys
 from pathlib import Path
 
-from rtctl.demonstration import demonstrate
-from rtctl.identification.staircase import steady_states
+from rtctl.identification.vo2.staircase import steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.reading import read_dataset
 from rtctl.plots import plot_hysteresis, plot_scenarios
+from rtctl.session.demo import demonstrate
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES, RUN = ROOT / "docs" / "pictures", ROOT / "out" / "pictures"

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from rtctl.hysteresis.preisach_corners import corner_rows
-from rtctl.hysteresis.preisach_regressors import preisach_regressors
+from rtctl.hysteresis.preisach.corners import corner_rows
+from rtctl.hysteresis.preisach.regressors import preisach_regressors
 
 FloatArray = NDArray[np.float64]
 LEVELS = 300

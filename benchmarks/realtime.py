@@ -24,13 +24,14 @@ from pathlib import Path
 
 import numpy as np
 
+from rtctl.border.arrays import IntArray
 from rtctl.border.compiled_clock import clock_ns
-from rtctl.border.kernels import IntArray, background_kernel
-from rtctl.histogram import Histogram
-from rtctl.latency import cyclictest, latency_scenario, measure_period, served_device
-from rtctl.realtime import RealTime, real_time
+from rtctl.border.kernels import background_kernel
 from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.rows import Recorder
+from rtctl.session.latency import cyclictest, latency_scenario, measure_period, served_device
+from rtctl.timing.histogram import Histogram
+from rtctl.timing.realtime import RealTime, real_time
 
 SIGNALS = 20
 STEPS = 200_000

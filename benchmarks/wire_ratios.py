@@ -23,7 +23,7 @@ from pathlib import Path
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from drivers.serial_frames import SerialDriver
 from plant_sim.catalogue import bundled_plant, load_plant
-from plant_sim.serve import Wires, serve
+from plant_sim.wire.serve import Wires, serve
 from rtctl.border.records import VO2, Driver
 
 LEVEL_MA = 5.0

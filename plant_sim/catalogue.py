@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from plant_sim import vo2
-from plant_sim.oscillator import me_resonator
 from plant_sim.oscillator import plant as oscillator
 from plant_sim.plant import Plant
+from plant_sim.resonator import plant as me_resonator
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import read_toml
 

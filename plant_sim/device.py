@@ -26,8 +26,8 @@ import time
 from collections.abc import Callable, Sequence
 from math import isfinite
 
+from plant_sim.compiled_device import DeviceMemory, UnlockedDevice, UnlockedPlant
 from plant_sim.plant import Plant
-from plant_sim.unlocked_device import DeviceMemory, UnlockedDevice, UnlockedPlant
 from rtctl.border.records import DeviceStatus, Measurement
 from rtctl.border.wire_memory import UnlockedExchange
 

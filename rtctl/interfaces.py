@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import IntFlag
 from typing import NamedTuple, Protocol
 
-from rtctl.clock import Tick
+from rtctl.timing.clock import Tick
 
 Column = tuple[str, str]
 """Name and unit of a recorded quantity."""

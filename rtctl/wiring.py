@@ -12,13 +12,13 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
-from rtctl.clock import SimulatedClock
-from rtctl.guards import ReadingGuard
 from rtctl.interfaces import Clock, Estimator
-from rtctl.limits import CommandLimits, Plausibility
 from rtctl.models.vo2 import Vo2Model
 from rtctl.orbits.forced import Forced
-from rtctl.scenario import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
+from rtctl.safety.guards import ReadingGuard
+from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.scenario.schema import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
+from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
     from rtctl.plants.support import PlantSupport
@@ -238,7 +238,7 @@ def serve_plant(
 ) -> None:
     """Serve a plant file or bundled plant until interrupted. Raises InputError."""
     from plant_sim.catalogue import load_plant
-    from plant_sim.serve import Wires, serve
+    from plant_sim.wire.serve import Wires, serve
 
     wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
     serve(load_plant(find_plant(name, Path()), seed), wires, journal)

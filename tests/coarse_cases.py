@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from vo2_model_cases import PERIOD_S, TAU_S, UNITS, small_model
 
-from rtctl.identification.preisach_fit import fit_preisach
-from rtctl.identification.staircase import heated_hold_ends, steady_states
-from rtctl.identification.thermal import heat
+from rtctl.identification.vo2.heating import heat
+from rtctl.identification.vo2.preisach_fit import fit_preisach
+from rtctl.identification.vo2.staircase import heated_hold_ends, steady_states
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from plant_sim.catalogue import bundled_plant
-from plant_sim.oscillator.me_device_file import MeDeviceFile
+from plant_sim.resonator.device_file import MeDeviceFile
 from rtctl.border.quantities import check, read_toml
 from rtctl.models.harmonic_balance import backbone
 

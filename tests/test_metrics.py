@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.metrics import ErrorScore, score, write_json
+from rtctl.evaluation.metrics import ErrorScore, score, write_json
 
 
 def test_errors_by_hand() -> None:

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rtctl.progress import print_table, progress_bar, say
+from rtctl.output.progress import print_table, progress_bar, say
 
 
 def test_no_bar_where_nobody_watches(capfd: pytest.CaptureFixture[str]) -> None:
@@ -52,6 +52,6 @@ def test_a_table_shows_every_cell_even_what_looks_like_markup(capfd: pytest.Capt
 
 
 def test_importing_progress_does_not_import_rich() -> None:
-    code = "import sys, rtctl.progress; print('rich' in sys.modules)"
+    code = "import sys, rtctl.output.progress; print('rich' in sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "False"

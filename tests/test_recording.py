@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from rtctl.atomic import replacing
+from rtctl.output.atomic_write import replacing
 from rtctl.recording import CHUNK_ROWS, Recorder, write_parquet
 
 COLUMNS = [("index", ""), ("current", "mA"), ("deflection", "um")]

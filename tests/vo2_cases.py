@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.acquisition import acquire
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.interfaces import Estimator
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model, read_model, write_model
-from rtctl.scenario import Scenario, load_scenario
+from rtctl.scenario.schema import Scenario, load_scenario
+from rtctl.session.acquisition import acquire
 from rtctl.wiring import build_driver
 
 FloatArray = NDArray[np.float64]

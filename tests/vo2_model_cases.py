@@ -12,7 +12,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.models.span import Span
 from rtctl.models.vo2 import FitQuality, Vo2Model
 from rtctl.simulations.vo2 import Vo2Simulation, vo2_simulation

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import Wires, served
+from plant_sim.wire.serve import Wires, served
 from rtctl.border.records import Measurement
 
 

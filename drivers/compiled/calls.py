@@ -10,8 +10,9 @@ import errno
 import select
 import socket
 
+from rtctl.border.arrays import IntArray
 from rtctl.border.compiled_clock import SECOND_NS, clock_ns, external, types
-from rtctl.border.kernels import IntArray, background_kernel, carray
+from rtctl.border.kernels import background_kernel, carray
 from rtctl.border.wire_memory import CLOCK, ERRNO, FD, POLL, ByteArray
 
 _EINTR, _EAGAIN = errno.EINTR, errno.EAGAIN

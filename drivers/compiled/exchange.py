@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.compiled_clock import AVAILABLE
-from rtctl.border.kernels import FloatArray, IntArray, first_class, machine_code
+from rtctl.border.kernels import first_class, machine_code
 from rtctl.border.records import VO2, Measurement
 from rtctl.border.wire_memory import (
     ARRIVED,

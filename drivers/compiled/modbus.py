@@ -13,7 +13,8 @@ import numpy as np
 
 from drivers.compiled.calls import drained, now_ns, received, received_blocking, sent
 from drivers.modbus_frames import CRC_TABLE
-from rtctl.border.kernels import FloatArray, IntArray, background_kernel
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.kernels import background_kernel
 from rtctl.border.records import DeviceStatus
 from rtctl.border.registers import COMMAND, READING, SEQUENCE_IN_FORCE
 from rtctl.border.registers import COUNTER as COUNTER_REGISTER

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from drivers.compiled.calls import now_ns, received, sent
-from rtctl.border.kernels import FloatArray, IntArray, background_kernel
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.kernels import background_kernel
 from rtctl.border.records import DeviceStatus
 from rtctl.border.serial_frames import ERROR, MAX_BODY, Request
 from rtctl.border.serial_frames import REPLY as ANSWERS

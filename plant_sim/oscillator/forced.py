@@ -13,13 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation import Equation
-from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
-from plant_sim.oscillator.simulation import OscillatorSimulation
-from plant_sim.oscillator.sweep import BLOCK_STEPS, Trajectories, harmonic_nodes
-from plant_sim.oscillator.terms import (
+from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.equation.terms import (
     CUBIC,
     DAMPING,
     DAMPING_2,
@@ -30,10 +26,13 @@ from plant_sim.oscillator.terms import (
     QUINTIC,
     STIFFNESS,
 )
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
+from plant_sim.oscillator.simulation import OscillatorSimulation
+from plant_sim.oscillator.sweep import BLOCK_STEPS, Trajectories, harmonic_nodes
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.simulation import FreeParameter
 
-FloatArray = NDArray[np.float64]
 LANES = 64
 """Marched together: their state and coefficients stay in the fastest cache."""
 _BY_FREQUENCY_SQUARED = (GAIN, STIFFNESS, CUBIC, QUADRATIC, QUINTIC, PARAMETRIC, FRICTION)

@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 """Of one mechanism, by parameter name, in the units of the data."""
 
@@ -67,7 +66,7 @@ class Moved(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """A law with states of its own; see `plant_sim.oscillator.memory`."""
+    """A law with states of its own; see `plant_sim.oscillator.equation.memory`."""
 
     law: Any
     states: int
@@ -86,7 +85,7 @@ class OscillatorMechanism(Mechanism):
     input: Callable[[Sampled, Values], Sampled] | None = None
     drive: Callable[[Driven, Values], Driven] | None = None
     terms: Mapping[str, str] = field(default_factory=dict)
-    """Row of `plant_sim.oscillator.terms` -> parameter that is added to it."""
+    """Row of `plant_sim.oscillator.equation.terms` -> parameter that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
     looks_between: bool = False

@@ -1,6 +1,6 @@
 """An oscillator as a device: a model file's equation and mechanisms, driven by one held command after the other.
 
-The same equation and mechanisms as in a simulation of a record; `plant_sim.oscillator.streaming` has what lies before
+The same equation and mechanisms as in a simulation of a record; `plant_sim.resonator.streaming` has what lies before
 and behind the equation. The step is that of the fastest pole at the sensor's range, so the integrator is not the
 error; a device that nobody has looked at for long has forgotten what was longest ago, and is moved through the last
 `LONGEST_HOLD_S` alone.
@@ -13,22 +13,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from plant_sim.oscillator.device_table import DeviceTable, read_device_table
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.equation.terms import CUBIC, DRIFT, QUADRATIC, QUINTIC, STIFFNESS
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
-from plant_sim.oscillator.streaming import Path as SignalPath
-from plant_sim.oscillator.streaming import cannot_stream
-from plant_sim.oscillator.terms import CUBIC, DRIFT, QUADRATIC, QUINTIC, STIFFNESS
+from plant_sim.resonator.device_table import DeviceTable, read_device_table
+from plant_sim.resonator.streaming import Path as SignalPath
+from plant_sim.resonator.streaming import cannot_stream
 from plant_sim.sensing import NoiseSource
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import read_model_file
 from rtctl.border.records import oscillator_profile
 
-FloatArray = NDArray[np.float64]
 LONGEST_HOLD_S = 600.0
 BLOCK_STEPS = 4096
 FAST = 2e3

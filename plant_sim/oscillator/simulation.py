@@ -9,16 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.integration.node_cache import cached
+from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
 from plant_sim.oscillator.mechanisms import MECHANISMS
-from plant_sim.oscillator.node_cache import cached
-from plant_sim.oscillator.steps import Plan, check_work
-from plant_sim.oscillator.unnamed import UNNAMED
+from plant_sim.oscillator.nonparametric import UNNAMED
+from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 ABSURD = 1e100
 """A displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4

@@ -11,12 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.mechanism import Driven
+from rtctl.border.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 STEPS_PER_PERIOD = 128
 """Of the drive: the published sweep's."""
 BLOCK_STEPS = 4096

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_sim.compiled_device import UnlockedPlant
 from plant_sim.kernels import compiled, direct, pack
 from plant_sim.sensing import (
     OCTAVES,
@@ -24,7 +25,6 @@ from plant_sim.sensing import (
     read_deflection,
     read_resistance,
 )
-from plant_sim.unlocked_device import UnlockedPlant
 from plant_sim.vo2.deflection import deflection_at
 from plant_sim.vo2.device_file import DeviceFile
 from plant_sim.vo2.domains import ELECTRICAL, STRUCTURAL, Domains, Floats, draw
@@ -229,7 +229,7 @@ class Vo2Plant:
 
     def unlocked(self) -> UnlockedPlant | None:
         """For a compiled exchange with the device around it; None: there is none of a device with effects."""
-        from plant_sim.vo2.unlocked import exchange_of
+        from plant_sim.vo2.compiled import exchange_of
 
         if self._with_effects:
             return None

@@ -11,7 +11,8 @@ from typing import Any
 
 import numba
 
-from rtctl.border.kernels import IntArray, background_kernel
+from rtctl.border.arrays import IntArray
+from rtctl.border.kernels import background_kernel
 
 _of_numba: Any = numba  # which mypy knows by half
 types = _of_numba.types

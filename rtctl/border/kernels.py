@@ -25,12 +25,11 @@ import numpy as np
 from numba.core import cgutils
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
-from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
 
 P = ParamSpec("P")
 T = TypeVar("T")
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:

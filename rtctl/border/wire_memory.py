@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.kernels import FloatArray, IntArray
+from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.records import DeviceProfile, Measurement
 
 FD, TIMEOUT_NS, UNIT, TRANSACTION, SEQUENCE, REGISTERS, ARRIVED, ERRNO, REPLY_AT, REPLY_LENGTH, DAMAGED = (

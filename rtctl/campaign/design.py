@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from rtctl.border.arrays import FloatArray
+
 WordArray = NDArray[np.uint64]
 _BLOCK = 4096
 _ROUNDS = 6

@@ -181,7 +181,7 @@ def read_campaign(path: Path) -> Campaign:
 
 def find_campaign(name: str) -> Path:
     """A campaign by path, or a bundled one by name. Raises InputError."""
-    from rtctl.bundled import bundled_scenarios
+    from rtctl.scenario.bundled import bundled_scenarios
 
     path = Path(name)
     if path.is_file():

@@ -10,11 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.campaign.file import SETTINGS
 from rtctl.campaign.plan import Plan
 from rtctl.campaign.records import record_errors
 from rtctl.orbits.classes import Orbits, Patience, classify, regular
-from rtctl.orbits.forced import Drive, FloatArray, Lanes
+from rtctl.orbits.forced import Drive, Lanes
 
 STROBOSCOPIC_POINTS = 64
 """Of a motion that does not settle."""

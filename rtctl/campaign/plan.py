@@ -16,12 +16,12 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import parse_quantity
 from rtctl.campaign.design import Axis, Design, grid_size
 from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, RecordsTable, read_campaign
-from rtctl.comparison import simulation_for
 from rtctl.identification.fit_record import FitRecord, fit_record
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.orbits.forced import Forced
+from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import build_forced, find_plant
 
 STEPS_PER_PERIOD = 128

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.campaign.plan import Plan
 from rtctl.wiring import build_simulation
 
-FloatArray = NDArray[np.float64]
 LANES = 32
 """Simulated together."""
 

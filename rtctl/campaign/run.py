@@ -16,7 +16,7 @@ from rtctl.campaign.cluster import on_cluster
 from rtctl.campaign.local import on_this_machine
 from rtctl.campaign.plan import Plan
 from rtctl.campaign.store import Store, open_store
-from rtctl.metrics import write_json
+from rtctl.evaluation.metrics import write_json
 
 
 def run_campaign(

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 from typing import NamedTuple
 
-from rtctl.atomic import replacing
 from rtctl.border.errors import InputError
 from rtctl.campaign.plan import Plan, described
-from rtctl.metrics import write_json
+from rtctl.evaluation.metrics import write_json
+from rtctl.output.atomic_write import replacing
 
 
 class Store(NamedTuple):

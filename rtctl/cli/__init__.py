@@ -66,4 +66,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _module(verb: str) -> ModuleType:
-    return importlib.import_module(f"rtctl.cli.{verb}")
+    return importlib.import_module(f"rtctl.cli.verbs.{verb}")

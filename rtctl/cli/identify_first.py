@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from rtctl.acquisition import acquire
 from rtctl.border.errors import InputError
 from rtctl.border.records import Driver
-from rtctl.bundled import bundled_scenarios
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model, write_model
-from rtctl.progress import say
-from rtctl.scenario import Scenario, load_scenario
+from rtctl.output.progress import say
+from rtctl.scenario.bundled import bundled_scenarios
+from rtctl.scenario.schema import Scenario, load_scenario
+from rtctl.session.acquisition import acquire
 
 
 def identify_first(

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import FrameType
 
 from rtctl.border.errors import InputError
-from rtctl.progress import progress_bar
+from rtctl.output.progress import progress_bar
 
 
 def output_folder(path: Path) -> Path:

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
-from rtctl.hysteresis.preisach import PreisachParams, output_at, preisach_step
-from rtctl.kernels import FloatArray, kernel
+from rtctl.hysteresis.preisach.model import PreisachParams, output_at, preisach_step
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
 

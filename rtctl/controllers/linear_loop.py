@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import residue
 
+from rtctl.border.arrays import ComplexArray
 from rtctl.models.vo2_dynamics import Vo2Dynamics
 
-ComplexArray = NDArray[np.complex128]
 APART = 1e-4
 """Poles that are closer than that, relatively, are moved apart: a residue of a double pole has another form."""
 

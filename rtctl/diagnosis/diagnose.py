@@ -10,42 +10,42 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.amounts import check_speed, fewer
-from rtctl.diagnosis.answer import (
+from rtctl.diagnosis.experiment_design.isolability import Isolability, isolability
+from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, next_experiment
+from rtctl.diagnosis.nominal_fit.nominal_fit import Begun, begun
+from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
+from rtctl.diagnosis.problem.budget import Budget
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.report.answer import (
     Cause,
     apart_from_identification,
     as_json,
     causes_of,
     wrong_value_cause,
 )
-from rtctl.diagnosis.beginning import Begun, begun
-from rtctl.diagnosis.budget import Budget
-from rtctl.diagnosis.bursts import bursts, leftovers
-from rtctl.diagnosis.causes import Asked, DiagnosisOptions, Stopped, caused
-from rtctl.diagnosis.checks import short, split
-from rtctl.diagnosis.finer_loops import ID as SHAPE
-from rtctl.diagnosis.finer_loops import loops_cause
-from rtctl.diagnosis.gain import Gain, gain
-from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.held import held
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.in_motion import forgotten, has_two_wells, warmed_up
-from rtctl.diagnosis.isolability import Isolability, isolability
-from rtctl.diagnosis.next_experiment import NextExperiment, next_experiment
-from rtctl.diagnosis.noise_floor import left_over_noise, noise_cost_of
-from rtctl.diagnosis.place import Place, places
-from rtctl.diagnosis.refitted import far_off
-from rtctl.diagnosis.search import Search, level_of
-from rtctl.diagnosis.shape import Shape, residual_shape
-from rtctl.diagnosis.subjects import SUBJECTS, subject_for
-from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
-from rtctl.diagnosis.tones import tones
-from rtctl.diagnosis.unnamed import explaining_more, explaining_the_past
-from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
-from rtctl.diagnosis.wrong_values import wrong_value
+from rtctl.diagnosis.residual.bursts import bursts, leftovers
+from rtctl.diagnosis.residual.localization import Place, places
+from rtctl.diagnosis.residual.missing_force import Shape, residual_shape
+from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.screening.checks import short, split
+from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
+from rtctl.diagnosis.search.catalogue_search import Asked, DiagnosisOptions, Stopped, caused
+from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
+from rtctl.diagnosis.search.hysteresis_refit import loops_cause
+from rtctl.diagnosis.search.stepwise import Search, level_of
+from rtctl.diagnosis.verification.holdout_error import Gain, gain
+from rtctl.diagnosis.verification.nonparametric import explaining_more, explaining_the_past
+from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
+from rtctl.diagnosis.verification.verdict_checks import held
+from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.output_error import threads
+from rtctl.identification.simulation_error.output_error import threads
 from rtctl.measured.dataset import Dataset
+from rtctl.plants.subjects import SUBJECTS, subject_for
+from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""

@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gpi_inverse import GpiInverse, GpiInverseParams, InverseStep, gpi_inverse_step
 from rtctl.hysteresis.packing import array_at, egpi_at, gpi_inverse_at, number_at, pack
 from rtctl.interfaces import Estimate
-from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 SURROGATE_MARGIN = 0.1  # of the identified current range: beyond it an inverse near saturation says nothing

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiModel, egpi_step
 from rtctl.hysteresis.packing import array_at, egpi_at, pack, preisach_at
-from rtctl.hysteresis.preisach import PreisachModel, preisach_step
+from rtctl.hysteresis.preisach.model import PreisachModel, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
-from rtctl.kernels import FloatArray, kernel
 from rtctl.models.span import Span
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 

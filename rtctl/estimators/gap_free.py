@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.estimators.composite import SURROGATE_MARGIN
 from rtctl.hysteresis.egpi import EgpiParams, egpi_step
 from rtctl.hysteresis.gap_free import GapFreeParams, gap_free_inverse_step
 from rtctl.hysteresis.packing import array_at, egpi_at, gap_free_at, number_at, pack
 from rtctl.hysteresis.status import BranchPoint
 from rtctl.interfaces import Estimate, EstimateStatus
-from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)

@@ -26,10 +26,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.packing import array_at, number_at, pack, preisach_at
-from rtctl.hysteresis.preisach import PreisachParams, preisach_slope, preisach_step
+from rtctl.hysteresis.preisach.model import PreisachParams, preisach_slope, preisach_step
 from rtctl.interfaces import Estimate, EstimateStatus
-from rtctl.kernels import FloatArray, kernel
 from rtctl.models.vo2 import SURROGATE, Vo2Model
 
 PROBE_MA2 = 0.1

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.preisach import PreisachParams, cooled_stack, preisach_step
-from rtctl.kernels import FloatArray, kernel
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
+from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
 from rtctl.models.vo2 import Vo2Model
 from rtctl.models.vo2_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.heat import (
@@ -29,7 +30,7 @@ from rtctl.simulations.vo2.heat import (
     surrogate_power,
 )
 from rtctl.simulations.vo2.mechanism import Balance
-from rtctl.simulations.vo2.mechanisms.actuation_deadband import command_for
+from rtctl.simulations.vo2.mechanisms.actuation.deadband import command_for
 from rtctl.simulations.vo2.phases import Phases, mixed, switched
 from rtctl.simulations.vo2.relaxation import relax, turn
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.kernels import FloatArray, kernel
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 
 EnvelopeLines = tuple[FloatArray, FloatArray] | tuple[float, float]
 

@@ -16,12 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiParams, advance_plays, egpi_step
 from rtctl.hysteresis.envelopes import check_order, envelope, envelope_slope
 from rtctl.hysteresis.gpi import cooled_plays
 from rtctl.hysteresis.status import NOT_FINITE, OK, OUT_OF_RANGE, SATURATED, BranchPoint
 from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floats, table_of
-from rtctl.kernels import FloatArray, IntArray, kernel
 
 _MAX_ITERATIONS = 80  # bisection alone halves any range of doubles in fewer
 

@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.envelopes import check_order, envelope
 from rtctl.hysteresis.play import play
 from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floats, table_of
-from rtctl.kernels import FloatArray, kernel
 
 
 class GpiParams(NamedTuple):

@@ -16,12 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.envelopes import envelope_inverse, envelope_slope
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.play import classical_plays
 from rtctl.hysteresis.status import IN_GAP, NOT_FINITE, OK, OUT_OF_RANGE, SATURATED
 from rtctl.hysteresis.tables import inputs
-from rtctl.kernels import FloatArray, IntArray, kernel
 
 
 class GpiInverseParams(NamedTuple):

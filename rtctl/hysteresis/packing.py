@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 from rtctl.hysteresis.egpi import EgpiParams
 from rtctl.hysteresis.gap_free import GapFreeParams
 from rtctl.hysteresis.gpi_inverse import GpiInverseParams
-from rtctl.hysteresis.preisach import PreisachParams
-from rtctl.kernels import FloatArray, kernel
+from rtctl.hysteresis.preisach.model import PreisachParams
 
 
 def pack(*values: Any) -> FloatArray:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.kernels import FloatArray, kernel
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
 
 
 @kernel

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
-from rtctl.kernels import FloatArray
 
 ModelT = TypeVar("ModelT")
 Table = dict[str, Any]

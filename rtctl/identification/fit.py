@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.identification.determinability import Determinability
-from rtctl.identification.levenberg_marquardt import Status
-from rtctl.identification.residual_noise import NoiseModel
-
-FloatArray = NDArray[np.float64]
+from rtctl.identification.least_squares.determinability import Determinability
+from rtctl.identification.least_squares.levenberg_marquardt import Status
+from rtctl.identification.noise.residual_noise import NoiseModel
 
 
 class FitError(RunError):

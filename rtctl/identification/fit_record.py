@@ -6,13 +6,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.stimulus import stimulus_of
 
-FloatArray = NDArray[np.float64]
 ONWARD = 128
 """Samples of an input that a beginning knows beyond its end: a band-limited one depends on them before."""
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import FreeParameter
 from rtctl.identification.fit_record import FitRecord
 
-FloatArray = NDArray[np.float64]
 LONGEST_SPECTRUM = 2**16
 FLOOR_MARGIN = 20.0
 """Of the noise floor: no bin of white noise is so high, even in a spectrum of many."""

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.measured.columns import TableCache
+from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.measured.findings import Findings
-from rtctl.measured.manifest import RecordTable, read_manifest
+from rtctl.measured.manifest.findings import Findings
+from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.record_reading import Reading, check_record, read_record
 from rtctl.measured.stored import RecordHead, StoredDataset
 

@@ -9,20 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.border.quantities import parse_quantity
-from rtctl.measured.columns import FloatArray, TableCache, check_finite
-from rtctl.measured.dataset import Record
-from rtctl.measured.findings import Findings
-from rtctl.measured.manifest import Manifest, RecordTable
-from rtctl.measured.plant_kinds import PLANT_KINDS, held_unit
-from rtctl.measured.time_axis import (
+from rtctl.measured.columns.conversion import TableCache, check_finite
+from rtctl.measured.columns.time_axis import (
     check_stated_period,
     resampled,
     resampling_grid,
     uniform_period,
 )
-from rtctl.measured.units import convert_column
+from rtctl.measured.columns.units import convert_column
+from rtctl.measured.dataset import Record
+from rtctl.measured.manifest.findings import Findings
+from rtctl.measured.manifest.schema import Manifest, RecordTable
+from rtctl.measured.manifest.signal_kinds import PLANT_KINDS, held_unit
 
 _TIME = "[time]"  # no signal's name: those come from the kinds of plants
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.measured.dataset import Record
 from rtctl.measured.stored import StoredDataset
-
-FloatArray = NDArray[np.float64]
 
 
 def noise_floors(dataset: StoredDataset) -> dict[str, dict[str, float]]:

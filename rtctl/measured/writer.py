@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from rtctl.atomic import replacing
 from rtctl.border.errors import RunError
 from rtctl.measured.dataset import Record
-from rtctl.measured.plant_kinds import PLANT_KINDS
+from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
+from rtctl.output.atomic_write import replacing
 from rtctl.recording import write_parquet
 
 

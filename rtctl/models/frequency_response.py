@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from rtctl.border.arrays import ComplexArray, FloatArray
 
 HARMONICS = (1, 3, 5, 7)
 SAMPLES = 128

@@ -15,9 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from rtctl.border.arrays import FloatArray
 
 HARMONICS = (1, 3, 5, 7, 9)
 SAMPLES = 128

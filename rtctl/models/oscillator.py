@@ -6,8 +6,8 @@ from pathlib import Path
 
 import tomli_w
 
-from rtctl.atomic import replacing
 from rtctl.border.model_file import ModelFile, read_model_file
+from rtctl.output.atomic_write import replacing
 
 KIND = "oscillator"
 

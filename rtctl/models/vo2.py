@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import MechanismTable, Value
@@ -20,11 +19,10 @@ from rtctl.border.quantities import parse_quantity, read_toml
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.models.span import Span
 from rtctl.models.vo2_extensions import corrections_of, extension_tables, mechanisms_of
 
-FloatArray = NDArray[np.float64]
 NOMINAL_TIME_CONSTANT_S = 1.8e-3
 SURROGATE = ("surrogate", "mA")
 """Of temperature: the constant current that would hold it."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.models.span import Span
 
 

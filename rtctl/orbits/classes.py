@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.orbits.forced import Drive, FloatArray, IntArray, Lanes
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.orbits.forced import Drive, Lanes
 from rtctl.orbits.lyapunov import lyapunov
 from rtctl.orbits.settling import settle
 from rtctl.orbits.turning_points import ROUNDED_TO, different, turning_points_of

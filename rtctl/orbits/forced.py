@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.simulation import FreeParameter
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class Motion(Protocol):

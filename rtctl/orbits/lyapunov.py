@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.orbits.forced import Drive, FloatArray, Lanes
+from rtctl.border.arrays import FloatArray
+from rtctl.orbits.forced import Drive, Lanes
 
 APART = 1e-7
 ALIGNING_PERIODS = 20

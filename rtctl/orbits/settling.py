@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.orbits.forced import Drive, FloatArray, IntArray, Lanes
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.orbits.forced import Drive, Lanes
 
 TOLERANCE = 1e-6
 """Of the motion's size."""

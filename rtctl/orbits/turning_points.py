@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.orbits.forced import Drive, FloatArray, Lanes
+from rtctl.border.arrays import FloatArray
+from rtctl.orbits.forced import Drive, Lanes
 
 ROWS_PER_PERIOD = 32
 ROUNDED_TO = 0.1

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from rtctl.border.errors import InputError
-from rtctl.plants.me import MeSupport
+from rtctl.plants.me.control import MeSupport
 from rtctl.plants.support import PlantSupport
-from rtctl.plants.vo2 import Vo2Support
+from rtctl.plants.vo2.control import Vo2Support
 
 SUPPORT: dict[str, PlantSupport[Any]] = {
     "vo2": Vo2Support(),

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 from rtctl.interfaces import Controller, Estimator
-from rtctl.limits import CommandLimits
 from rtctl.models.span import Span
-from rtctl.scenario import Scenario
+from rtctl.safety.limits import CommandLimits
+from rtctl.scenario.schema import Scenario
 
 ModelT = TypeVar("ModelT")
 

@@ -10,10 +10,10 @@ import pyarrow.dataset as ds
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.campaign.plan import Plan
-from rtctl.plots.style import (
+from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -28,7 +28,6 @@ from rtctl.plots.style import (
     save_png,
 )
 
-FloatArray = NDArray[np.float64]
 COLORS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK, RAIL)
 MOST_POINTS = 400_000
 

@@ -12,14 +12,22 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from rtctl.plots.channels import written
-from rtctl.plots.decimation import extremes
-from rtctl.plots.lines import ABOVE, draw_line, note
-from rtctl.plots.style import BLACK, BLUE, GREY, SKY, VERMILION, headline, house_style, new_figure, save_png
-
-FloatArray = NDArray[np.float64]
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.decimation import extremes
+from rtctl.plots.elements.lines import ABOVE, draw_line, note
+from rtctl.plots.elements.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    SKY,
+    VERMILION,
+    headline,
+    house_style,
+    new_figure,
+    save_png,
+)
 
 SEGMENTS = 8
 """Of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from rtctl.plots.channels import written
+from rtctl.border.arrays import FloatArray
 from rtctl.plots.comparison import amplitude_density
-from rtctl.plots.decimation import extremes
-from rtctl.plots.lines import ABOVE, draw_line
-from rtctl.plots.style import BLACK, BLUE, GREEN, GREY, VERMILION, house_style, new_figure
+from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.decimation import extremes
+from rtctl.plots.elements.lines import ABOVE, draw_line
+from rtctl.plots.elements.style import BLACK, BLUE, GREEN, GREY, VERMILION, house_style, new_figure
 
-FloatArray = NDArray[np.float64]
 STRETCH_PERIODS = 12.0
 CELLS = 28
 """Of the state plane, a side."""

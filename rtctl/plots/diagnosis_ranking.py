@@ -6,12 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from rtctl.plots.channels import written
-from rtctl.plots.style import BLACK, BLUE, GREY, RAIL, VERMILION, few_decades, house_style, new_figure
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    RAIL,
+    VERMILION,
+    few_decades,
+    house_style,
+    new_figure,
+)
 
-FloatArray = NDArray[np.float64]
 TOLD_APART = 0.9
 """Cosines above it are written into their cell."""
 

@@ -10,11 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike, NDArray
 
-from rtctl.plots.decimation import extremes, path_points
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.decimation import extremes, path_points
+from rtctl.plots.elements.style import (
+    BLACK,
+    BLUE,
+    VERMILION,
+    headline,
+    house_style,
+    kilo,
+    new_figure,
+    save_png,
+)
 from rtctl.plots.loops import Outside, leaves_major_loop, window_around
-from rtctl.plots.style import BLACK, BLUE, VERMILION, headline, house_style, kilo, new_figure, save_png
-
-FloatArray = NDArray[np.float64]
 
 
 def plot_hysteresis(

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from rtctl.plots.decimation import extremes, path_points
-from rtctl.plots.errors import ErrorFigures, error_figures, percent
-from rtctl.plots.style import CYCLE, RAIL, headline, house_style, kilo, new_figure, save_png
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.decimation import extremes, path_points
+from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
+from rtctl.plots.elements.style import CYCLE, RAIL, headline, house_style, kilo, new_figure, save_png
 
-FloatArray = NDArray[np.float64]
 ModelOutputs = Mapping[str, tuple[ArrayLike | None, ArrayLike | None]]
 """Resistance [ohm] and deflection [um] of each model (n,), None where it has no such output."""
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from rtctl.histogram import Histogram
-from rtctl.plots.style import BLACK, CYCLE, GREY, headline, house_style, new_figure, save_png
+from rtctl.plots.elements.style import BLACK, CYCLE, GREY, headline, house_style, new_figure, save_png
+from rtctl.timing.histogram import Histogram
 
 
 class Curve(NamedTuple):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from rtctl.border.arrays import FloatArray
 
 
 class Outside(NamedTuple):

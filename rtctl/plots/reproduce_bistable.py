@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from rtctl.plots.style import (
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
     GREEN,
@@ -25,7 +26,6 @@ from rtctl.plots.style import (
     save_png,
 )
 
-FloatArray = NDArray[np.float64]
 COLOURS = 96
 COLORS = {
     "HM": BLUE, "local RM": VERMILION, "RM5": GREEN, "RM5c": PURPLE, "weak form": ORANGE, "truth": BLACK,

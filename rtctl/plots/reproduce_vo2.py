@@ -7,12 +7,10 @@ from typing import Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from rtctl.plots.lines import ABOVE, draw_line
-from rtctl.plots.style import BLACK, CYCLE, RAIL, headline, house_style, kilo, new_figure
-
-FloatArray = NDArray[np.float64]
+from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.lines import ABOVE, draw_line
+from rtctl.plots.elements.style import BLACK, CYCLE, RAIL, headline, house_style, kilo, new_figure
 
 
 class Loops(Protocol):

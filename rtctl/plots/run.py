@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import convert
 from rtctl.border.records import VO2, Channel, DeviceProfile
-from rtctl.plots.channels import Shown, label_of, scale_axis, shown, written
-from rtctl.plots.errors import ErrorFigures, error_figures, percent
-from rtctl.plots.lines import ABOVE, draw_line
-from rtctl.plots.planes import draw_planes
-from rtctl.plots.run_errors import draw_errors
-from rtctl.plots.style import (
+from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown, written
+from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
+from rtctl.plots.elements.lines import ABOVE, draw_line
+from rtctl.plots.elements.planes import draw_planes
+from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
     GREY,
@@ -28,8 +28,7 @@ from rtctl.plots.style import (
     new_figure,
     save_png,
 )
-
-FloatArray = NDArray[np.float64]
+from rtctl.plots.run_errors import draw_errors
 
 LABEL_IN_ONE_LINE = 16
 """Letters that fit beside one of the low panels."""

@@ -9,16 +9,14 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.records import Channel
-from rtctl.plots.channels import written
-from rtctl.plots.decimation import extremes
-from rtctl.plots.errors import error_figures, percent_axis, shown_limit
-from rtctl.plots.lines import ABOVE, draw_line, note
-from rtctl.plots.style import BLACK, SKY, VERMILION
-
-FloatArray = NDArray[np.float64]
+from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.decimation import extremes
+from rtctl.plots.elements.errors import error_figures, percent_axis, shown_limit
+from rtctl.plots.elements.lines import ABOVE, draw_line, note
+from rtctl.plots.elements.style import BLACK, SKY, VERMILION
 
 
 def draw_errors(

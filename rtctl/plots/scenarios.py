@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rtctl.plots.errors import percent
-from rtctl.plots.style import BLUE, RAIL, headline, house_style, new_figure, save_png
+from rtctl.plots.elements.errors import percent
+from rtctl.plots.elements.style import BLUE, RAIL, headline, house_style, new_figure, save_png
 
 Row = tuple[str, float | None, float | None]
 """Scenario, our mean error and the paper's [% of range]; None where there is no such figure."""

@@ -18,13 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 
 MAGIC = b"RTCTLREC"
 PAGE = 4096
 _PREFIX = struct.Struct("<8sI")
-
-FloatArray = NDArray[np.float64]
 
 
 class Header(NamedTuple):

@@ -19,8 +19,8 @@ from pathlib import Path
 from queue import SimpleQueue
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.recording.layout import PAGE, Rows, header_bytes, stride_of
 from rtctl.recording.rows import Columns
@@ -28,7 +28,6 @@ from rtctl.recording.rows import Columns
 WINDOW_ROWS = 4096
 _POPULATE_WRITE = 23  # MADV_POPULATE_WRITE, Linux 5.14
 
-FloatArray = NDArray[np.float64]
 Window = tuple[int, mmap.mmap]
 """Which one, and its memory."""
 

@@ -6,11 +6,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rtctl.atomic import replacing
+from rtctl.border.arrays import FloatArray
+from rtctl.output.atomic_write import replacing
 
-FloatArray = NDArray[np.float64]
 ROWS_OF_A_GROUP = 1 << 20
 
 

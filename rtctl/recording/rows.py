@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.recording.parquet import write_parquet
 
-FloatArray = NDArray[np.float64]
 Columns = Sequence[tuple[str, str]]
 """Names and units, in the order of a row."""
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from rtctl.atomic import replacing
-from rtctl.metrics import finite
-from rtctl.page import figure, page, table
+from rtctl.evaluation.metrics import finite
+from rtctl.output.atomic_write import replacing
+from rtctl.output.html_page import figure, page, table
 from rtctl.reproduce.study import Comparison, Part, Picture, Row, Section, Study, Table, as_json
 
 HEADERS = ("", "unit", "paper", "ours", "ratio", "")

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rtctl import __version__
-from rtctl.atomic import replacing
-from rtctl.metrics import finite
+from rtctl.evaluation.metrics import finite
+from rtctl.output.atomic_write import replacing
 from rtctl.reproduce.study import Picture, Run, Section, Step, Study, as_json, from_json
 
 Told = Callable[[str], None]

@@ -11,8 +11,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import Checked, Quantity
-from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in, whole_microseconds
+from rtctl.signals.levels import Level, LevelOf, hold, samples_in, whole_microseconds
 
 Use = Literal["identify", "fit", "test"]
 

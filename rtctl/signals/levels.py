@@ -10,13 +10,11 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import parse_quantity
 from rtctl.border.records import VO2, DeviceProfile
-
-FloatArray = NDArray[np.float64]
 
 
 def whole_microseconds(period_s: float) -> None:

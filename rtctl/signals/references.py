@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import Checked, Quantity
-from rtctl.signals.levels import FloatArray, Level, LevelOf, hold, samples_in
+from rtctl.signals.levels import Level, LevelOf, hold, samples_in
 
 
 class Steps(Checked):

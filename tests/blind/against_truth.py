@@ -18,10 +18,10 @@ from case import diagnosed
 from generator import generate
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.hypothesis import Hypothesis
-from rtctl.diagnosis.own_rows import as_converted
-from rtctl.diagnosis.projection import Projected, Rows
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.residual.projection import Projected, Rows
+from rtctl.diagnosis.residual.residual_rows import as_converted
+from rtctl.diagnosis.residual.residual_tests import examine
 
 FloatArray = NDArray[np.float64]
 

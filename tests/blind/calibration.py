@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 from generator import Truth, generate
 
-from rtctl.comparison import simulation_for
-from rtctl.diagnosis.approach import finely, fitted_nominal
-from rtctl.diagnosis.checks import split
-from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
 Line = dict[str, Any]

@@ -16,13 +16,13 @@ from judge import judged
 from least_bic import least_bic
 from sindy import sindy
 
-from rtctl.comparison import simulation_for
-from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import Diagnosis, diagnose
-from rtctl.diagnosis.subjects import SUBJECTS
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.vo2 import write_model
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
 Line = dict[str, Any]

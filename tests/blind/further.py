@@ -12,7 +12,7 @@ from generator import more
 from judge import single_and_right
 
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.next_experiment import DECIDES, Scored
+from rtctl.diagnosis.experiment_design.next_experiment import DECIDES, Scored
 
 Line = dict[str, Any]
 RANDOM = 5

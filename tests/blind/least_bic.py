@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.directions import acting_together
-from rtctl.diagnosis.gate import Examined
-from rtctl.diagnosis.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.own_rows import own_rows
-from rtctl.diagnosis.projection import leftover
-from rtctl.diagnosis.ranking import unknowns
-from rtctl.identification.residual_noise import NoiseModel, fit_noise
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.residual.directions import acting_together
+from rtctl.diagnosis.residual.projection import leftover
+from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.search.model_selection import unknowns
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
 OF_A_SIZE = 3
 """Best sets of each size that are weighed again: the others are far off."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from rtctl.diagnosis.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Data
 from rtctl.identification.fit_record import FitRecord
 
 FloatArray = NDArray[np.float64]

@@ -14,10 +14,10 @@ import pytest
 from case import diagnosed, identified, run_case
 from generator import generate
 
-from rtctl.diagnosis import causes
-from rtctl.diagnosis.hypothesis import fitted
-from rtctl.diagnosis.ranking import Ranked
-from rtctl.diagnosis.search import _less_what_is_allowed
+from rtctl.diagnosis.problem.hypothesis import fitted
+from rtctl.diagnosis.search import catalogue_search as causes
+from rtctl.diagnosis.search.model_selection import Ranked
+from rtctl.diagnosis.search.stepwise import _less_what_is_allowed
 from rtctl.wiring import mechanism_ids
 
 SMALL: dict[str, Any] = {

@@ -10,9 +10,9 @@ import pytest
 
 from rtctl.border.errors import Fault
 from rtctl.cli import main
-from rtctl.latency import Ladder, Rung, cyclictest
-from rtctl.latency_report import conclusion, document, rows, text_histogram, verdict
-from rtctl.step_timing import StepTiming
+from rtctl.session.latency import Ladder, Rung, cyclictest
+from rtctl.session.latency_report import conclusion, document, rows, text_histogram, verdict
+from rtctl.timing.step_timing import StepTiming
 
 
 def rung(period_s: float, *, missed: int = 0, busy_us: float = 100.0, fault: Fault | None = None) -> Rung:

@@ -89,7 +89,7 @@ def test_a_run_that_breaks_while_writing_leaves_no_summary_of_an_older_one(
     def no_space(*_: Any) -> None:
         raise OSError(28, "No space left on device", "signals.parquet")
 
-    monkeypatch.setattr("rtctl.run_folder.write_parquet_parts", no_space)
+    monkeypatch.setattr("rtctl.session.run_folder.write_parquet_parts", no_space)
     assert run(model_file, tmp_path, "--quiet") == 1
     assert not (tmp_path / "summary.json").exists()
 

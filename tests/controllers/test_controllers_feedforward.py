@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.controllers.feedforward import InverseFeedforward
-from rtctl.identification.thermal import heat
+from rtctl.identification.vo2.heating import heat
 from rtctl.models.span import Span
 from rtctl.models.working_range import working_range
 

@@ -16,8 +16,8 @@ from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
 from rtctl.controllers.tuning import loop_transfer, margins, tune
 from rtctl.interfaces import Estimate
 from rtctl.models.working_range import working_range
-from rtctl.plants.vo2 import build_controller
-from rtctl.scenario import load_scenario
+from rtctl.plants.vo2.control import build_controller
+from rtctl.scenario.schema import load_scenario
 
 claim = settings(deadline=None, max_examples=8, derandomize=True)  # twenty-five responses each
 PLANT = {"plant_gain": 110.0, "time_constant_s": 1.8e-3, "period_s": 1e-3}

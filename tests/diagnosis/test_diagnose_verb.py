@@ -15,12 +15,12 @@ from diagnosis_cases import NOISE_MM, answer_to, device, friction_case, measured
 
 from rtctl.border.errors import RunError
 from rtctl.cli import main
-from rtctl.cli.watched_search import watched_search
-from rtctl.comparison import simulation_for
-from rtctl.diagnosis.causes import Stopped
+from rtctl.cli.printing.watched_search import watched_search
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.search.catalogue_search import Stopped
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.session.model_validation import simulation_for
 
 FEW = "friction.coulomb,damping.quadratic,stiffness.cubic"
 
@@ -198,10 +198,10 @@ def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answe
     """A limit on the size of files stands in for the disk: the page does not fit, the extended model does."""
     command = (
         "import resource, signal, sys; from rtctl.cli import main; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
-        "import rtctl.diagnosis.files; whole = rtctl.diagnosis.files.write_diagnosis\n"
+        "import rtctl.diagnosis.report.files; whole = rtctl.diagnosis.report.files.write_diagnosis\n"
         "def write(*args):\n"
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, resource.RLIM_INFINITY)); return whole(*args)\n"
-        "rtctl.diagnosis.files.write_diagnosis = write; sys.exit(main(sys.argv[1:]))"
+        "rtctl.diagnosis.report.files.write_diagnosis = write; sys.exit(main(sys.argv[1:]))"
     )
     words = ["diagnose", str(answered / "dataset.toml"), "--model", str(answered / "model.toml"), "--json"]
     words += ["--out", str(answered / "full"), "--mechanisms", "friction.coulomb"]

@@ -11,13 +11,13 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
-from rtctl.diagnosis.hypothesis import Data
-from rtctl.diagnosis.subjects import SUBJECTS
-from rtctl.diagnosis.subjects.log_reading import LOG_RESISTANCE
-from rtctl.diagnosis.subjects.vo2 import ON_OTHER_LOOPS
+from rtctl.diagnosis.problem.hypothesis import Data
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset, Record
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
+from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 SUBJECT = SUBJECTS["vo2"]
 

@@ -11,16 +11,16 @@ import numpy as np
 from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.comparison import simulation_for
-from rtctl.diagnosis.budget import AFTER, LEAST, Budget
-from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.hypothesis import Data, fitted
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.problem.budget import AFTER, LEAST, Budget
+from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.session.model_validation import simulation_for
 
 
 def test_a_budget_is_spent_when_its_clock_has_run_so_far() -> None:

@@ -12,12 +12,12 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.diagnosis.checks import foreign, short, split
-from rtctl.diagnosis.hypothesis import Data
-from rtctl.diagnosis.subjects import OSCILLATOR, VO2
+from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.screening.checks import foreign, short, split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
+from rtctl.plants.subjects import OSCILLATOR, VO2
 
 PLANT = device()
 

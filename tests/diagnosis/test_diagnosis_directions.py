@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, measured, noise_drive
 
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.directions import catalogue_directions, mechanism_slopes
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.subjects import SUBJECTS
-from rtctl.diagnosis.subjects.steps import slope
+from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_slopes
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
 from rtctl.wiring import build_simulation
 
 

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from diagnosis_cases import device, measured, noise_drive, write_case
 
-from rtctl.comparison import simulation_for
-from rtctl.diagnosis.checks import split
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.hypothesis import Data, fitted, polished
-from rtctl.diagnosis.runners import runners_of
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.problem.hypothesis import Data, fitted, polished
+from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.search.candidates import runners_of
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.session.model_validation import simulation_for
 
 
 def second_mode(
@@ -130,7 +130,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     begun = fitted(data, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.diagnosis.hypothesis._determined", lambda *of: True)
+        patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
         end = polished(data, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}

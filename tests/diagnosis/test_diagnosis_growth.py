@@ -7,11 +7,11 @@ import pytest
 from diagnosis_cases import NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.gate import examine
-from rtctl.diagnosis.hypothesis import Data, fitted
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.residual.residual_tests import examine
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
 
 SAMPLES, DRIVEN = 4000, 600
 

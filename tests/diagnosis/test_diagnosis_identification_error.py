@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.answer import Cause, apart_from_identification
+from rtctl.diagnosis.report.answer import Cause, apart_from_identification
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 
 LAGS = ("hysteresis.rate_dependence", 0.9, ())

@@ -9,14 +9,14 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.directions import mechanism_slopes
-from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.hypothesis import Data, fitted
-from rtctl.diagnosis.isolability import isolability
-from rtctl.diagnosis.shape import residual_shape
-from rtctl.diagnosis.subjects import OSCILLATOR
+from rtctl.diagnosis.experiment_design.isolability import isolability
+from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.residual.directions import mechanism_slopes
+from rtctl.diagnosis.residual.missing_force import residual_shape
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import OSCILLATOR
 
 IDS = (
     "stiffness.cubic",

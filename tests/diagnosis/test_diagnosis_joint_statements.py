@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from diagnosis_cases import FRICTION, device
 
-from rtctl.diagnosis.joint_statements import friction_by_direction, joint_statements
+from rtctl.diagnosis.report.joint_statements import friction_by_direction, joint_statements
 
 OFFSET = {"id": "drive.offset", "parameters": {"offset": {"value": 0.1, "unit": "V"}}}
 

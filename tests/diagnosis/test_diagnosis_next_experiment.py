@@ -14,18 +14,32 @@ from scipy.optimize import least_squares
 
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
-from rtctl.diagnosis.files import scenario_text
-from rtctl.diagnosis.gate import start_of
-from rtctl.diagnosis.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.menu import LONGER, MOST_SAMPLES, band_limited, drive_range, menu
-from rtctl.diagnosis.next_experiment import NextExperiment, _chosen, next_experiment
-from rtctl.diagnosis.record_plan import ALIKE, DECIDES, MOST_TIMES, Planned, Scored, chosen, planned
-from rtctl.diagnosis.separation import PARTED, Pair, Played, played, together
-from rtctl.diagnosis.subjects import OSCILLATOR
+from rtctl.diagnosis.experiment_design.candidate_inputs import (
+    LONGER,
+    MOST_SAMPLES,
+    band_limited,
+    drive_range,
+    menu,
+)
+from rtctl.diagnosis.experiment_design.design import (
+    ALIKE,
+    DECIDES,
+    MOST_TIMES,
+    Planned,
+    Scored,
+    chosen,
+    planned,
+)
+from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, _chosen, next_experiment
+from rtctl.diagnosis.experiment_design.t_optimality import PARTED, Pair, Played, played, together
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.report.files import scenario_text
+from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.residual_noise import NoiseModel
+from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
+from rtctl.plants.subjects import OSCILLATOR
 
 NOISE_MM = 0.1
 """What the readings are judged by; they are computed without it, so that evidence is its expectation."""
@@ -199,7 +213,7 @@ def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_ran
 
 def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
     data, rivals, proposed = ambiguous()
-    monkeypatch.setattr("rtctl.diagnosis.separation.FURTHEST", 1.0)
+    monkeypatch.setattr("rtctl.diagnosis.experiment_design.t_optimality.FURTHEST", 1.0)
     careful = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
     assert careful is not None
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
@@ -408,7 +422,7 @@ def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_de
 ) -> None:
     proposed = ambiguous()[2]
     assert all(one.whole for one in proposed.menu)
-    monkeypatch.setattr("rtctl.diagnosis.separation.PARTED", 0.05)
+    monkeypatch.setattr("rtctl.diagnosis.experiment_design.t_optimality.PARTED", 0.05)
     quiet, noisy = with_noise(0.25), with_noise(0.5)
     assert not quiet.menu[0].whole
     assert quiet.best.whole

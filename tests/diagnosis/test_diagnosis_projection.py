@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
-from rtctl.diagnosis.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
-from rtctl.identification.residual_noise import NoiseModel, autoregression, order_within
+from rtctl.diagnosis.residual.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
+from rtctl.identification.noise.residual_noise import NoiseModel, autoregression, order_within
 
 
 @pytest.mark.parametrize("own", [0, 2])

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.comparison import simulation_for
 from rtctl.diagnosis.diagnose import Diagnosis, diagnose
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.session.model_validation import simulation_for
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 FORCES = ("stiffness.quadratic", "stiffness.cubic", "damping.quadratic", "friction.coulomb")

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.gate import beyond_repeats
-from rtctl.diagnosis.projection import Rows, beyond_unknowns, project
+from rtctl.diagnosis.residual.projection import Rows, beyond_unknowns, project
+from rtctl.diagnosis.residual.residual_tests import beyond_repeats
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.residual_noise import NoiseModel
+from rtctl.identification.noise.residual_noise import NoiseModel
 
 FloatArray = NDArray[np.float64]
 N = 2000

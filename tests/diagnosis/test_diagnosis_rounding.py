@@ -9,13 +9,13 @@ import pytest
 from diagnosis_cases import PERIOD_S, device
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.converter import heard, rounding_errors, step_of
-from rtctl.diagnosis.gate import Examined, examine
-from rtctl.diagnosis.hypothesis import Data, fitted
-from rtctl.diagnosis.own_rows import own_rows
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.residual.quantization import heard, rounding_errors, step_of
+from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
 
 STEP_MM = 0.01
 IDS = ("stiffness.cubic", "damping.quadratic", "friction.coulomb", "sensor.offset")
@@ -60,15 +60,19 @@ def test_ring_downs_through_the_steps_show_nothing_wrong() -> None:
 
 
 def test_without_the_error_of_the_steps_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rtctl.diagnosis.gate.BARELY", 0.0)  # the noise is taken to be as large everywhere
-    monkeypatch.setattr("rtctl.diagnosis.converter.OVERTONES", 0)
+    monkeypatch.setattr(
+        "rtctl.diagnosis.residual.residual_tests.BARELY", 0.0
+    )  # the noise is taken to be as large everywhere
+    monkeypatch.setattr("rtctl.diagnosis.residual.quantization.OVERTONES", 0)
     assert smallest_of_six()[2] < 1e-3
 
 
 def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rtctl.diagnosis.own_rows.heard", lambda readings, *_: np.ones(len(readings), bool))
+    monkeypatch.setattr(
+        "rtctl.diagnosis.residual.residual_rows.heard", lambda readings, *_: np.ones(len(readings), bool)
+    )
     assert smallest_of_six()[0] > 1e-2  # of a noise that need not be as large everywhere
-    monkeypatch.setattr("rtctl.diagnosis.gate.BARELY", 0.0)
+    monkeypatch.setattr("rtctl.diagnosis.residual.residual_tests.BARELY", 0.0)
     assert smallest_of_six()[2] < 1e-3
 
 

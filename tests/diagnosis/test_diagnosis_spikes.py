@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import FloatArray, answer_to, device, measured, noise_drive
 
-from rtctl.diagnosis.spikes import spikes_in
+from rtctl.diagnosis.screening.spikes import spikes_in
 
 RNG = np.random.default_rng(5)
 MOTION = np.sin(0.3 * np.arange(2000)) + 0.01 * RNG.standard_normal(2000)

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.gain import Gain
-from rtctl.diagnosis.verdict import confirmed, doubtful, verdict_of
+from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
 
 
 def of_ratio(ratio: float) -> Gain:

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from typing import Protocol
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import Wires, served
+from plant_sim.wire.serve import Wires, served
 
 Script = list[tuple[bytes, bytes]]
 """(expected request, what is sent back); an empty reply is silence."""

@@ -20,8 +20,8 @@ from drivers.serial_frames import SerialDriver
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.journal import JournalledDevice, read_journal
-from plant_sim.register_file import RegisterFile
-from plant_sim.serve import Wires
+from plant_sim.wire.register_file import RegisterFile
+from plant_sim.wire.serve import Wires
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import VO2, DeviceStatus, Driver
 

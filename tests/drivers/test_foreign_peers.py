@@ -25,7 +25,7 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 from drivers.modbus import ModbusDriver, ModbusRtuDriver, ModbusTcpDriver
 from plant_sim.catalogue import bundled_plant, load_plant
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import Wires
+from plant_sim.wire.serve import Wires
 from rtctl.border.records import VO2, DeviceStatus
 
 pytestmark = pytest.mark.wire

@@ -12,7 +12,7 @@ from vo2_cases import RANGE_MA, run_over
 
 from rtctl.estimators import ESTIMATORS
 from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, believed, condition_on, predict
-from rtctl.identification.thermal import heat
+from rtctl.identification.vo2.heating import heat
 from rtctl.interfaces import EstimateStatus
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)

@@ -21,7 +21,7 @@ from rtctl.hysteresis.packing import (
     pack,
     preisach_at,
 )
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.model import PreisachModel
 
 RADII = np.arange(6) / 6.0
 PLAYS = {

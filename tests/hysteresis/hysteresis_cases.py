@@ -10,7 +10,7 @@ from rtctl.hysteresis.egpi import EgpiModel, egpi_run
 from rtctl.hysteresis.envelopes import Line, cooling_line
 from rtctl.hysteresis.gap_free import GapFreeModel, gap_free_run
 from rtctl.hysteresis.gpi import GpiModel, gpi_run
-from rtctl.hysteresis.preisach import PreisachModel, preisach_run
+from rtctl.hysteresis.preisach.model import PreisachModel, preisach_run
 
 LOW, HIGH = 3.6, 8.5
 RUN = {GpiModel: gpi_run, EgpiModel: egpi_run, GapFreeModel: gap_free_run, PreisachModel: preisach_run}

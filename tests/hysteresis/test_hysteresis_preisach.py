@@ -9,10 +9,16 @@ from hypothesis import strategies as st
 from hysteresis_cases import HIGH, LOW, claim, histories, preisach_models, scale
 from hysteresis_oracles import relay_grid
 
-from rtctl.hysteresis.everett import cell_index, everett, everett_table
-from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachModel, preisach_run, preisach_slope, preisach_step
-from rtctl.hysteresis.preisach_corners import corner_rows
-from rtctl.hysteresis.preisach_regressors import preisach_regressors
+from rtctl.hysteresis.preisach.corners import corner_rows
+from rtctl.hysteresis.preisach.everett import cell_index, everett, everett_table
+from rtctl.hysteresis.preisach.model import (
+    MAX_EXTREMA,
+    PreisachModel,
+    preisach_run,
+    preisach_slope,
+    preisach_step,
+)
+from rtctl.hysteresis.preisach.regressors import preisach_regressors
 from rtctl.interfaces import EstimateStatus
 
 

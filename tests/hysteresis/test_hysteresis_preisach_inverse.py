@@ -8,13 +8,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hysteresis_cases import HIGH, LOW, claim, histories, preisach_models, scale
 
-from rtctl.hysteresis.preisach import PreisachModel, preisach_run, preisach_slope
-from rtctl.hysteresis.preisach_inverse import (
+from rtctl.hysteresis.preisach.inverse import (
     check_invertible,
     invert_preisach,
     preisach_inverse_step,
     preisach_invert,
 )
+from rtctl.hysteresis.preisach.model import PreisachModel, preisach_run, preisach_slope
 from rtctl.interfaces import EstimateStatus
 
 STAIRS = PreisachModel(grid=np.array([4.0, 5.0, 6.0]), mu=np.array([1.0, 0.0, 1.0]), c=0.0)

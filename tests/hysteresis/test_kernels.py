@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.kernels import FloatArray, kernel, uncounted
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel, uncounted
 
 PAIR = """
 from typing import NamedTuple
@@ -21,7 +22,7 @@ class Pair(NamedTuple):
     second: float
 """
 INNER = """
-from rtctl.kernels import kernel
+from rtctl.border.kernels import kernel
 
 @kernel
 def inner(x: float) -> float:
@@ -30,7 +31,7 @@ def inner(x: float) -> float:
 OUTER = """
 from inner import inner
 from pair import Pair
-from rtctl.kernels import kernel
+from rtctl.border.kernels import kernel
 
 @kernel
 def outer(x: float) -> float:
@@ -112,7 +113,7 @@ def test_a_view_without_a_count_of_references_is_the_array():
 
 
 def test_uncompiled_it_is_the_array_itself():
-    script = "import numpy, rtctl.kernels as k; a = numpy.zeros(2); print(k.uncounted(a) is a)"
+    script = "import numpy, rtctl.border.kernels as k; a = numpy.zeros(2); print(k.uncounted(a) is a)"
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True

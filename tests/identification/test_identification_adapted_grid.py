@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.hysteresis.preisach import PreisachModel
-from rtctl.identification.adapted_grid import adapted_nodes, switching_densities
+from rtctl.hysteresis.preisach.model import PreisachModel
+from rtctl.identification.vo2.adapted_grid import adapted_nodes, switching_densities
 
 CELLS = 40
 UPPER, LOWER = np.tril_indices(CELLS)

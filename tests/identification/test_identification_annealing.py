@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.identification.annealing import AnnealingOptions, anneal, paper_letter
+from rtctl.identification.oscillator.annealing import AnnealingOptions, anneal, paper_letter
 
 LOW, HIGH = np.full(4, -1.0), np.full(4, 1.0)
 FLOOR = np.array([0.31, -0.22, 0.4, -0.5])

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from rtctl.identification.arrow import NormalEquations, eliminated, empty, step
-from rtctl.identification.levenberg_marquardt import Minimum, Status, Unknowns, linear_gain
-from rtctl.identification.residual_noise import NoiseModel, coloured_gram, fit_noise
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, eliminated, empty, step
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, Status, Unknowns, linear_gain
+from rtctl.identification.noise.residual_noise import NoiseModel, coloured_gram, fit_noise
 
 FloatArray = NDArray[np.float64]
 

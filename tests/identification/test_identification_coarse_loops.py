@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from coarse_cases import PERIOD_S, TAU_S, dataset, identified, readings, stepped_film
 
-import rtctl.identification.coarse_loops
-from rtctl.identification.coarse_loops import (
+import rtctl.identification.vo2.coarse_loops
+from rtctl.identification.vo2.coarse_loops import (
     LACKS,
     TOO_COARSE,
     Coarse,
@@ -18,7 +18,7 @@ from rtctl.identification.coarse_loops import (
     lack_of_fit,
     relearned,
 )
-from rtctl.identification.thermal import heat
+from rtctl.identification.vo2.heating import heat
 
 STATES = np.repeat(np.arange(60), 10)
 
@@ -123,14 +123,14 @@ def test_loops_learned_from_records_too_follow_a_record_that_no_fit_saw(stepped,
 
 @pytest.mark.parametrize(("together", "first"), [(True, None), (False, 10)])
 def test_only_relays_that_switch_together_want_a_first_grid_of_all_cells(found, monkeypatch, together, first):
-    monkeypatch.setattr(rtctl.identification.coarse_loops, "SMOOTH", 10)
-    fit, tried = rtctl.identification.coarse_loops.fit_preisach, []
+    monkeypatch.setattr(rtctl.identification.vo2.coarse_loops, "SMOOTH", 10)
+    fit, tried = rtctl.identification.vo2.coarse_loops.fit_preisach, []
 
     def watched(*samples, nodes, sign):
         tried.append(len(nodes) - 1)
         return fit(*samples, nodes=nodes, sign=sign)
 
-    monkeypatch.setattr(rtctl.identification.coarse_loops, "fit_preisach", watched)
+    monkeypatch.setattr(rtctl.identification.vo2.coarse_loops, "fit_preisach", watched)
     one = found["deflection"]
     relearned(one if together else one._replace(finer=one.given, left_finer=one.left), [])
     cells = len(one.given.grid) - 1

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from oscillator_cases import DUFFING, free_values, multisine, oscillator, record_of, tone
 
-from rtctl.identification.determinability import determinability
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.output_error import FitOptions, fit_output_error
+from rtctl.identification.least_squares.determinability import determinability
+from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 
 RATE_HZ = 1000.0
 

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 from oscillator_cases import DUFFING, multisine, oscillator, record_of
 
-from rtctl.identification.arrow import NormalEquations, empty
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
-from rtctl.identification.segments import HELD, Segment, SegmentCost
-from rtctl.identification.sensitivity import Linearised, Sensitivity
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, empty
+from rtctl.identification.least_squares.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
+from rtctl.identification.simulation_error.segments import HELD, Segment, SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
 
 FloatArray = NDArray[np.float64]
 NARROW = 100.0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from rtctl.identification.linear import fit_partly_nonnegative
+from rtctl.identification.least_squares.linear import fit_partly_nonnegative
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from rtctl.identification import nonnegative
-from rtctl.identification.nonnegative import nonnegative_least_squares
+from rtctl.identification.least_squares import nonnegative
+from rtctl.identification.least_squares.nonnegative import nonnegative_least_squares
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 

@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.output_error import FitOptions, fit_output_error
-from rtctl.identification.sensitivity import Sensitivity
-from rtctl.identification.start_values import start_values
+from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 FloatArray = NDArray[np.float64]
 ONE_THREAD = FitOptions(threads=1)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.envelopes import crossing_depth
 from rtctl.hysteresis.gpi import GpiModel
-from rtctl.identification import play_fit
-from rtctl.identification.play_fit import (
+from rtctl.identification.vo2 import play_fit
+from rtctl.identification.vo2.play_fit import (
     PARAMETERS,
     PlayProblem,
     envelopes_of,

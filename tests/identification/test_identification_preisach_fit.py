@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.hysteresis.everett import cell_index
-from rtctl.identification.preisach_fit import ALONG_AXES, choose_grid, fit_preisach, roughness
+from rtctl.hysteresis.preisach.everett import cell_index
+from rtctl.identification.vo2.preisach_fit import ALONG_AXES, choose_grid, fit_preisach, roughness
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 

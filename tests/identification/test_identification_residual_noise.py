@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from rtctl.diagnosis.projection import Rows, noise_of, project
-from rtctl.identification.residual_noise import NoiseModel, fit_noise
+from rtctl.diagnosis.residual.projection import Rows, noise_of, project
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
 FloatArray = NDArray[np.float64]
 SLOW = NoiseModel(np.array([-0.97]), 0.5)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from oscillator_cases import HM, oscillator, record_of, tone
 
 from rtctl.border.simulation import Prediction, Stimulus
-from rtctl.identification.sensitivity import Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 FloatArray = NDArray[np.float64]
 RATE_HZ, SECONDS = 500.0, 2.0

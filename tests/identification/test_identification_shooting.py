@@ -8,10 +8,10 @@ from oscillator_cases import DUFFING, HM, beam_records, free_values, multisine, 
 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.multiple_shooting import fit_multiple_shooting
-from rtctl.identification.output_error import fit_output_error
-from rtctl.identification.parting import parting
-from rtctl.identification.start_values import start_values
+from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.simulation_error.multiple_shooting import fit_multiple_shooting
+from rtctl.identification.simulation_error.output_error import fit_output_error
+from rtctl.identification.simulation_error.trajectory_divergence import parting
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.projection import Rows, noise_of, project
-from rtctl.identification.slow_noise import LEVELS, SlowPart, by_level, fitted_slow
+from rtctl.diagnosis.residual.projection import Rows, noise_of, project
+from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, by_level, fitted_slow
 
 FloatArray = NDArray[np.float64]
 STEEP = SlowPart(4.0 ** np.arange(LEVELS))

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rtctl.identification.staircase import (
+from rtctl.identification.vo2.staircase import (
     heated_hold_ends,
     hold_ends,
     settled_samples,

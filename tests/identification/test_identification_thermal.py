@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from rtctl.identification import thermal
-from rtctl.identification.thermal import fit_time_constant, heat
+from rtctl.identification.vo2 import heating as thermal
+from rtctl.identification.vo2.heating import fit_time_constant, heat
 from rtctl.measured.dataset import Record
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rtctl.identification.tone_cost import (
+from rtctl.identification.oscillator.tone_cost import (
     LANES,
     Objective,
     ToneRecord,

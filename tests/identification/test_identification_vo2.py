@@ -11,11 +11,11 @@ from vo2_cases import RANGE_MA, measure
 
 from rtctl.border.errors import InputError
 from rtctl.hysteresis.gpi_inverse import GpiInverse
-from rtctl.identification import vo2
-from rtctl.identification.staircase import heated_hold_ends, hold_ends, steady_states
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2 import identify as vo2
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.staircase import heated_hold_ends, hold_ends, steady_states
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, model_tables
-from rtctl.scenario import load_scenario
+from rtctl.scenario.schema import load_scenario
 
 QUICK = Vo2FitOptions(plays=2, starts=1, fine_cells=12, paper_levels=5)
 TRUE_TIME_CONSTANT_S = {"vo2_a": 1.8e-3, "vo2_b": 2.4e-3, "vo2_l2p": 1.8e-3}  # of the plant files

@@ -8,9 +8,9 @@ from oscillator_cases import DUFFING, HM, RM5, RM5_QUINTIC, beam_records, multis
 
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.mean_filter import regress_filtered
+from rtctl.identification.oscillator.mean_filter import regress_filtered
+from rtctl.identification.oscillator.weak_form import half_width, regress, white_noise
 from rtctl.identification.scales import dominant_rate
-from rtctl.identification.weak_form import half_width, regress, white_noise
 
 RUNS = (
     (7.0, 5.0),

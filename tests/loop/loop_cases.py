@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from rtctl.border.records import VO2, DeviceStatus, Measurement
-from rtctl.clock import SimulatedClock
 from rtctl.controllers.playback import PlaybackController
 from rtctl.interfaces import Clock, Controller, Estimate, Estimator
-from rtctl.limits import CommandLimits, Plausibility
-from rtctl.loop import TIMING_COLUMNS, LoopParts, LoopPlan, signal_columns
+from rtctl.loop.supervisor import TIMING_COLUMNS, LoopParts, LoopPlan, signal_columns
 from rtctl.recording import Recorder
+from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.timing.clock import SimulatedClock
 
 SAFE = 1.0
 SETTLE = 3

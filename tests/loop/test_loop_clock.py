@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.clock import MonotonicClock, SimulatedClock, Tick
+from rtctl.timing.clock import MonotonicClock, SimulatedClock, Tick
 
 PERIOD_NS = 1_000_000
 START_NS = 123_456_789

@@ -11,15 +11,15 @@ import pytest
 from vo2_cases import IdentifiedDevice
 
 from rtctl.border.errors import DriverError, Fault, InputError
-from rtctl.compiled_step import CompiledStep, compiled_step
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
 from rtctl.estimators.gap_free import GapFreeEstimator
 from rtctl.estimators.observer import ObserverEstimator
-from rtctl.limits import CommandLimits
+from rtctl.loop.compiled.step import CompiledStep, compiled_step
+from rtctl.loop.step import Decision, ReadableStep, Step
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
-from rtctl.step import Decision, ReadableStep, Step
+from rtctl.safety.limits import CommandLimits
 
 LIMITS = (CommandLimits(low=4.0, high=7.5, safe=3.68, slew_per_s=200.0),)
 STEPS = 3000

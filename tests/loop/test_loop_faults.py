@@ -12,7 +12,7 @@ from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceStatus, Measurement
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
 from rtctl.interfaces import ControlAction, Estimate
-from rtctl.loop import run_loop
+from rtctl.loop.supervisor import run_loop
 
 ENABLED = int(DeviceStatus.ENABLED)
 

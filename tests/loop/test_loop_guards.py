@@ -12,9 +12,9 @@ from loop_cases import FIRST, SAFE, SETTLE, Change, ScriptedDriver, levels_mA, p
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.guards import EnergyGuard, ReadingGuard, ReadingRules
-from rtctl.limits import CommandLimits
-from rtctl.loop import LoopParts, LoopPlan, run_loop
+from rtctl.loop.supervisor import LoopParts, LoopPlan, run_loop
+from rtctl.safety.guards import EnergyGuard, ReadingGuard, ReadingRules
+from rtctl.safety.limits import CommandLimits
 
 NAMES = ("resistance [ohm]",)
 ENABLED = int(DeviceStatus.ENABLED)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from loop_cases import FIRST, SAFE, SETTLE, ScriptedDriver, WrittenEstimator, levels_mA, parts_of
 
-from rtctl.clock import Tick
 from rtctl.controllers.playback import PlaybackController
-from rtctl.loop import run_loop, signal_columns
-from rtctl.step import upcoming_setpoints
+from rtctl.loop.step import upcoming_setpoints
+from rtctl.loop.supervisor import run_loop, signal_columns
+from rtctl.timing.clock import Tick
 
 PLAYED = [levels_mA(k) for k in range(10)]
 

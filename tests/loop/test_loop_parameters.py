@@ -12,9 +12,9 @@ from loop_cases import FIRST, ScriptedDriver, WrittenEstimator, parts_of
 from rtctl.border.errors import InputError
 from rtctl.border.records import Measurement
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
-from rtctl.events import Events, append_to, read_events
-from rtctl.loop import LoopPlan, run_loop
-from rtctl.parameters import ParameterChannel
+from rtctl.loop.events import Events, append_to, read_events
+from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.loop.supervisor import LoopPlan, run_loop
 
 
 class AskingDriver(ScriptedDriver):

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from loop_cases import FIRST, SAFE, ScriptedDriver, parts_of
 
 from rtctl.border.errors import DriverError, Fault
-from rtctl.clock import MOST_BEHIND, Missed, MonotonicClock, Tick, TrackedSpin
-from rtctl.histogram import BUCKETS, Histogram, bounds_ns
-from rtctl.loop import run_loop
-from rtctl.metrics import write_json
-from rtctl.realtime import RealTime, real_time
-from rtctl.step_timing import GRACE_STEPS, StepTiming
+from rtctl.evaluation.metrics import write_json
+from rtctl.loop.supervisor import run_loop
+from rtctl.timing.clock import MOST_BEHIND, Missed, MonotonicClock, Tick, TrackedSpin
+from rtctl.timing.histogram import BUCKETS, Histogram, bounds_ns
+from rtctl.timing.realtime import RealTime, real_time
+from rtctl.timing.step_timing import GRACE_STEPS, StepTiming
 
 PERIOD_NS = 1_000_000
 

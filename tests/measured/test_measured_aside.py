@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rtctl.cli import main
 from rtctl.measured import read_dataset
-from rtctl.measured.aside import put_aside
+from rtctl.measured.backup import put_aside
 
 SCENARIO = """
 [scenario]

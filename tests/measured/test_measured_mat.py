@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from rtctl.measured.columns import TableCache
+from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.readers import open_table
 
 X = np.linspace(0.0, 1.0, 12)

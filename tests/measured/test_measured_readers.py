@@ -15,7 +15,7 @@ import pytest
 from measured_files import uff58, write_tdms, write_uff
 from scipy.io import savemat
 
-from rtctl.measured.columns import TableCache
+from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.readers import READERS, open_table
 
 A, B = np.round(np.linspace(-1.0, 1.0, 50) ** 3, 9), np.arange(50)  # nine digits: text files keep twelve
@@ -252,7 +252,7 @@ def test_a_file_of_several_records_is_read_once_where_a_part_costs_the_whole(tmp
 
 
 def test_what_is_kept_has_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rtctl.measured.columns.KEPT_BYTES", 4 * A.nbytes)
+    monkeypatch.setattr("rtctl.measured.columns.conversion.KEPT_BYTES", 4 * A.nbytes)
     path = tmp_path / "r.mat"
     savemat(path, dict.fromkeys("abcdefgh", A))
     cache = TableCache(shared=[path])

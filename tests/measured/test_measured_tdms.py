@@ -11,7 +11,7 @@ from measured_files import write_tdms
 
 from rtctl.border.errors import InputError
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.measured.columns import TableCache
+from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.readers import open_table
 
 Write = Callable[..., Path]

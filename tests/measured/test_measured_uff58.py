@@ -12,7 +12,7 @@ from measured_files import uff58, write_uff
 
 from rtctl.border.errors import InputError
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.measured.columns import TableCache
+from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.readers import open_table
 
 Write = Callable[..., Path]

@@ -14,7 +14,7 @@ from rtctl.border.errors import InputError
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.models.span import Span
 from rtctl.models.vo2 import FitQuality, Vo2Model, model_tables, read_model, write_model
 

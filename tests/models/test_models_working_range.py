@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.hysteresis.everett import cell_index
-from rtctl.hysteresis.preisach import PreisachModel
+from rtctl.hysteresis.preisach.everett import cell_index
+from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.models.span import Span
 from rtctl.models.working_range import working_range
 

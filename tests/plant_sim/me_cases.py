@@ -11,8 +11,8 @@ from me_plants import SILENT, me_file
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from plant_sim.oscillator.me_device_file import MeDeviceFile
-from plant_sim.oscillator.me_resonator import MeResonator
+from plant_sim.resonator.device_file import MeDeviceFile
+from plant_sim.resonator.plant import MeResonator
 
 FloatArray = NDArray[np.float64]
 

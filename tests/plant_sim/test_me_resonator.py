@@ -11,8 +11,8 @@ from me_cases import SILENT, me_file, phasor, settled, silent, solved
 from scipy import integrate
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.oscillator.me_kernel import STATE, demodulated, half_grid, hold, langevin
-from plant_sim.oscillator.me_resonator import MeResonator, kernel_parameters
+from plant_sim.resonator.kernel import STATE, demodulated, half_grid, hold, langevin
+from plant_sim.resonator.plant import MeResonator, kernel_parameters
 from rtctl.border.errors import InputError
 from rtctl.border.records import DeviceStatus
 

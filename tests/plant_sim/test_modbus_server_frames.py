@@ -8,8 +8,8 @@ import pytest
 from recording_plant import ManualClock, RecordingPlant
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.modbus_server import RtuDevice, TcpConnection, serve_tcp
-from plant_sim.register_file import RegisterFile
+from plant_sim.wire.modbus_server import RtuDevice, TcpConnection, serve_tcp
+from plant_sim.wire.register_file import RegisterFile
 
 
 def frame(text: str) -> bytes:

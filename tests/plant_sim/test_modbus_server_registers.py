@@ -6,8 +6,8 @@ import pytest
 from recording_plant import RecordingPlant
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.modbus_pdu import answer
-from plant_sim.register_file import RegisterFile
+from plant_sim.wire.modbus_pdu import answer
+from plant_sim.wire.register_file import RegisterFile
 
 ENABLE_LOCKSTEP_1S = "10 0003 0005 0A 0001 0000 0001 000F 4240"  # 3-7: enable, no watchdog, lockstep, 1e6 us
 READ_ALL = "03 0064 001C"

@@ -16,8 +16,8 @@ import pytest
 from recording_plant import RecordingPlant
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.serve import Wires, parse_address, served
-from plant_sim.virtual_port import virtual_port
+from plant_sim.wire.serve import Wires, parse_address, served
+from plant_sim.wire.virtual_port import virtual_port
 from rtctl.border.errors import InputError
 
 pytestmark = pytest.mark.wire
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.wire
 SERVE = """
 import sys
 from pathlib import Path
-from plant_sim.serve import Wires, serve
+from plant_sim.wire.serve import Wires, serve
 from recording_plant import RecordingPlant
 serve(RecordingPlant(), Wires(rtu_path=Path(sys.argv[1]), tcp="127.0.0.1:0"))
 """

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import pytest
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.modbus_pdu import answer
-from plant_sim.register_file import RegisterFile
+from plant_sim.wire.modbus_pdu import answer
+from plant_sim.wire.register_file import RegisterFile
 from rtctl.border.records import ME
 
 ENABLE_LOCKSTEP_1S = "10 0003 0005 0A 0001 0000 0001 000F 4240"

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from duffing_cases import UNITS, model, multisine, stimulus
 
-from plant_sim.oscillator.holds import nodes
+from plant_sim.oscillator.integration.holds import nodes
+from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.mechanism import Driven, Sampled
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
-from plant_sim.oscillator.node_cache import cached
 from rtctl.border.errors import InputError
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from duffing_cases import PERIOD_S, STIFFNESS, FloatArray, lane, multisine, simulation, stick_slip, stimulus
 
-from plant_sim.oscillator.friction import from_rest, through_turn
+from plant_sim.oscillator.integration.friction import from_rest, through_turn
 
 LEVEL = 60.0
 

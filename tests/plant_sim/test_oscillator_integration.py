@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from duffing_cases import CUBIC, GAIN, PERIOD_S, STIFFNESS, FloatArray, lane, multisine, simulation
 
-from plant_sim.oscillator.binding import bind
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.memory import combined
+from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.equation.terms import TERMS, nominal
+from plant_sim.oscillator.integration.binding import bind
+from plant_sim.oscillator.integration.rk4_memory import rk4_memory
+from plant_sim.oscillator.integration.steps import Plan
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.mechanisms import MECHANISMS
-from plant_sim.oscillator.memory import combined
-from plant_sim.oscillator.rk4_memory import rk4_memory
-from plant_sim.oscillator.steps import Plan
-from plant_sim.oscillator.terms import TERMS, nominal
 from rtctl.border.simulation import Stimulus
 
 

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad, solve_ivp
 
-from plant_sim.oscillator.linear import PARABOLA, SERIES_BELOW, lag, lagging_nodes, mode_response
+from plant_sim.oscillator.integration.linear import PARABOLA, SERIES_BELOW, lag, lagging_nodes, mode_response
 
 FloatArray = NDArray[np.float64]
 

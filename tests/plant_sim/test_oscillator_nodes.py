@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from plant_sim.oscillator.holds import nodes
+from plant_sim.oscillator.integration.holds import nodes
 
 SAMPLES = np.random.default_rng(4).standard_normal(12)
 DELAYS = [0.0, 0.25, 1.0, 1.37, 3.0, 20.0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant_sim.oscillator.equation import Equation
+from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.sweep import follow, sweep

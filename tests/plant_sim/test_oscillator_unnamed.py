@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plant_sim.oscillator.mechanisms import MECHANISMS
-from plant_sim.oscillator.unnamed import UNNAMED
+from plant_sim.oscillator.nonparametric import UNNAMED
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.wiring import build_simulation, mechanism_ids

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.plots.decimation import LINE_POINTS, PLANE_POINTS, extremes, path_points, visited
+from rtctl.plots.elements.decimation import LINE_POINTS, PLANE_POINTS, extremes, path_points, visited
 
 
 @given(count=st.integers(1, 3000), points=st.integers(8, 400), seed=st.integers(0, 2**32 - 1))

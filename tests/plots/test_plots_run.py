@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from plots_cases import run_signals
 
-from rtctl.plots.errors import shown_limit
+from rtctl.plots.elements.errors import shown_limit
 from rtctl.plots.run import plot_run, run_figure
 
 LABELS = {"deflection [µm]", "error [µm]", "current [mA]", "resistance [kΩ]", "time [s]"}

@@ -9,8 +9,8 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
+from rtctl.plots.elements.style import headline, house_style, new_figure
 from rtctl.plots.scenarios import plot_scenarios
-from rtctl.plots.style import headline, house_style, new_figure
 
 
 @pytest.mark.parametrize("length", [20, 100, 160])

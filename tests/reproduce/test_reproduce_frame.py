@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.plots.style import house_style, new_figure, save_png
+from rtctl.plots.elements.style import house_style, new_figure, save_png
 from rtctl.reproduce.report import write_report
 from rtctl.reproduce.run import run_study
 from rtctl.reproduce.study import (

@@ -10,12 +10,13 @@ import pytest
 from PIL import Image
 
 from rtctl.cli import main
-from rtctl.identification.tone_cost import trajectory
-from rtctl.reproduce.me import coil, device
-from rtctl.reproduce.me.array import drift_alone, mode
+from rtctl.identification.oscillator.tone_cost import trajectory
+from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import sized, tone_record, truth
 from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, langevin, magnetisation
 from rtctl.reproduce.me.printed import TABLE_A1, below_the_drive, quality
+from rtctl.reproduce.me.steps import coil
+from rtctl.reproduce.me.steps.array import drift_alone, mode
 from rtctl.reproduce.me.study import STUDY
 
 

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from rtctl.reproduce.me.sensitivity import PERTURBATION, latin_hypercube, sensitivity
+from rtctl.reproduce.me.steps.sensitivity import PERTURBATION, latin_hypercube, sensitivity
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

@@ -14,10 +14,10 @@ from rtctl.estimators.gap_free import GapFreeEstimator
 from rtctl.models.vo2 import read_model
 from rtctl.reproduce.vo2 import paper
 from rtctl.reproduce.vo2.bench import IDENTIFICATION_SEEDS, SEEDS, spread
-from rtctl.reproduce.vo2.equation_11 import inverse_error
-from rtctl.reproduce.vo2.excitation import SteadyLoops, finer, major_branches, widths
-from rtctl.reproduce.vo2.frequency import PHASES, change
-from rtctl.reproduce.vo2.rate import RateTermEstimator
+from rtctl.reproduce.vo2.steps.equation_11 import inverse_error
+from rtctl.reproduce.vo2.steps.excitation import SteadyLoops, finer, major_branches, widths
+from rtctl.reproduce.vo2.steps.frequency import PHASES, change
+from rtctl.reproduce.vo2.steps.rate import RateTermEstimator
 from rtctl.reproduce.vo2.study import STUDY
 
 Parts = dict[str, dict[str, dict[str, Any]]]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.cli import main
-from rtctl.cli.report import print_summary
+from rtctl.cli.printing.runs import print_summary
 from rtctl.measured.reading import read_dataset
 
 ACQUIRE = """

@@ -20,7 +20,7 @@ from rtctl.cli import main
 from rtctl.estimators.observer import ObserverEstimator
 from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import Vo2Model
-from rtctl.scenario import Scenario
+from rtctl.scenario.schema import Scenario
 from rtctl.wiring import build_driver
 
 SAFE_MA = 3.68
@@ -33,7 +33,7 @@ Change = Callable[[Measurement], Measurement]
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take most of a short run's time."""
-    monkeypatch.setattr("rtctl.session.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
 
 
 class FaultyDevice(WatchedDevice):
@@ -123,7 +123,7 @@ def test_a_nan_of_the_estimator_never_reaches_the_device(
 ) -> None:
     device = WatchedDevice()
     monkeypatch.setattr("rtctl.wiring.build_driver", lambda scenario, folder: InProcessDriver(device))
-    monkeypatch.setattr("rtctl.session.build_estimator", lambda kind, model: LostEstimator(model))
+    monkeypatch.setattr("rtctl.session.closed_loop.build_estimator", lambda kind, model: LostEstimator(model))
     assert run(model_file, tmp_path) == 1
     assert [entry["fault"] for entry in summary_of(tmp_path)["faults"]] == ["not_finite"]
     assert len(device.commands) == SETTLE + AT + 2
@@ -151,7 +151,9 @@ def test_the_kernels_are_compiled_before_a_device_waits_for_them(
             )
 
     monkeypatch.setattr("rtctl.wiring.build_driver", lambda scenario, folder: NotedDriver(WatchedDevice()))
-    monkeypatch.setattr("rtctl.session.build_estimator", lambda kind, model: NotedEstimator(model))
+    monkeypatch.setattr(
+        "rtctl.session.closed_loop.build_estimator", lambda kind, model: NotedEstimator(model)
+    )
     run(model_file, tmp_path, *settings("scenario.duration=5 ms"))
     assert "step" in events[: events.index("open")]
 

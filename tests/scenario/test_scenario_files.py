@@ -9,9 +9,9 @@ import pytest
 from vo2_cases import SCENARIOS
 from wire_cases import settings, signals_of, summary_of
 
-from rtctl.bundled import find_scenario
 from rtctl.cli import main
-from rtctl.scenario import load_scenario
+from rtctl.scenario.bundled import find_scenario
+from rtctl.scenario.schema import load_scenario
 
 FILES = sorted(SCENARIOS.glob("*.toml"))
 RUNS = [file.stem for file in FILES if not file.stem.startswith("acquire")]
@@ -46,7 +46,9 @@ def test_it_meets_its_checks_and_repeats_to_the_byte(
     assert summary["verdict"] == "pass"
     assert all(check["met"] for check in summary["checks"])
     assert summary["checks"]
-    monkeypatch.setattr("rtctl.session.draw_run", lambda path, scenario, result: None)  # once is enough
+    monkeypatch.setattr(
+        "rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None
+    )  # once is enough
     assert (tmp_path / "one" / "run.png").stat().st_size > 10_000
     assert run(name, model_file, tmp_path / "two") == 0
     first, second = (tmp_path / folder / "signals.parquet" for folder in ("one", "two"))

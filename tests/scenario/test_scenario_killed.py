@@ -21,9 +21,9 @@ from wire_cases import settings, signals_of, summary_of
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.events import read_events
+from rtctl.loop.events import read_events
 from rtctl.recording.layout import Rows
-from rtctl.recovery import _timing
+from rtctl.session.recovery import _timing
 
 SCENARIO = "me_amplitude"
 
@@ -31,7 +31,7 @@ SCENARIO = "me_amplitude"
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take most of a short run's time."""
-    monkeypatch.setattr("rtctl.session.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
 
 
 @contextmanager

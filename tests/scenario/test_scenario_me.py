@@ -12,7 +12,7 @@ from wire_cases import served_process, settings, signals_of, summary_of
 
 from drivers.inprocess import InProcessDriver
 from plant_sim.device import SimulatedDevice
-from plant_sim.oscillator.me_resonator import MeResonator
+from plant_sim.resonator.plant import MeResonator
 from rtctl.cli import main
 
 STEPS = 'reference.levels=["0.2 um", "0.5 um", "0.8 um", "1 um"]'
@@ -22,7 +22,7 @@ SHORT = [STEPS, "reference.hold=0.3 s", "scenario.duration=1.2 s", "clock.settle
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take most of a short run's time."""
-    monkeypatch.setattr("rtctl.session.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
 
 
 def device_settings(name: str) -> list[str]:

@@ -11,7 +11,7 @@ from vo2_model_cases import PERIOD_S, TAU_S, UNITS, predict, simulation, small_m
 
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, Value
-from rtctl.identification.thermal import heat
+from rtctl.identification.vo2.heating import heat
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import MECHANISMS, extended_model, vo2_simulation
 

@@ -8,7 +8,7 @@ from vo2_dense_oracle import STEPS, dense
 from vo2_model_cases import predict, simulation, stimulus, telegraph
 
 from rtctl.simulations.vo2 import MECHANISMS, Vo2Simulation
-from rtctl.simulations.vo2.unnamed import UNNAMED
+from rtctl.simulations.vo2.nonparametric import UNNAMED
 from rtctl.wiring import mechanism_ids
 
 CURRENT = telegraph(120, seed=4)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 from vo2_model_cases import PERIOD_S, TAU_S, small_model
 
-from rtctl.hysteresis.preisach import PreisachModel, preisach_step
+from rtctl.hysteresis.preisach.model import PreisachModel, preisach_step
 
 STEPS = 400
 """In a sample period."""

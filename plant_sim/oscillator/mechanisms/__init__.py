@@ -4,30 +4,30 @@ The order is that of the file formats; where two act at one place, their `stage`
 """
 
 from plant_sim.oscillator.mechanism import OscillatorMechanism
-from plant_sim.oscillator.mechanisms import (
+from plant_sim.oscillator.mechanisms.dissipation import (
     damping_nonlinear,
     damping_quadratic,
-    drive_deadband,
-    drive_delay,
-    drive_harmonics,
-    drive_lag,
-    drive_offset,
-    drive_saturation,
     friction_coulomb,
     hysteresis_bouc_wen,
-    input_hold,
-    mode_second,
-    sensor_hum,
-    sensor_lag,
-    sensor_offset,
-    sensor_saturation,
-    stiffness_cubic,
-    stiffness_drift,
-    stiffness_parametric,
-    stiffness_quadratic,
-    stiffness_quintic,
-    stiffness_viscoelastic,
 )
+from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
+from plant_sim.oscillator.mechanisms.drive import delay as drive_delay
+from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
+from plant_sim.oscillator.mechanisms.drive import input_hold
+from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
+from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
+from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
+from plant_sim.oscillator.mechanisms.sensor import hum as sensor_hum
+from plant_sim.oscillator.mechanisms.sensor import lag as sensor_lag
+from plant_sim.oscillator.mechanisms.sensor import offset as sensor_offset
+from plant_sim.oscillator.mechanisms.sensor import saturation as sensor_saturation
+from plant_sim.oscillator.mechanisms.stiffness import cubic as stiffness_cubic
+from plant_sim.oscillator.mechanisms.stiffness import drift as stiffness_drift
+from plant_sim.oscillator.mechanisms.stiffness import mode_second
+from plant_sim.oscillator.mechanisms.stiffness import parametric as stiffness_parametric
+from plant_sim.oscillator.mechanisms.stiffness import quadratic as stiffness_quadratic
+from plant_sim.oscillator.mechanisms.stiffness import quintic as stiffness_quintic
+from plant_sim.oscillator.mechanisms.stiffness import viscoelastic as stiffness_viscoelastic
 
 MECHANISMS: dict[str, OscillatorMechanism] = {
     module.MECHANISM.id: module.MECHANISM

@@ -14,17 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.atomic import replacing
-from rtctl.identification.mean_filter import mean_filtered
-from rtctl.identification.streaming_gram import filtered_gram, weak_gram
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.identification.oscillator.mean_filter import mean_filtered
+from rtctl.identification.oscillator.streaming_gram import filtered_gram, weak_gram
 from rtctl.orbits.classes import Kind, rule
 from rtctl.orbits.settling import repeats
 from rtctl.orbits.turning_points import turning_points
+from rtctl.output.atomic_write import replacing
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded, Shaker, record, shaker
 from rtctl.reproduce.study import Run
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 HALF_WIDTH_S = 0.025
 DECIMATION = 10
 TAIL_S = 3.0

@@ -12,20 +12,19 @@ from typing import Any
 
 import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
-from rtctl.diagnosis.causes import DiagnosisOptions
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.subjects import SUBJECTS
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
+from rtctl.plants.subjects import SUBJECTS
 from rtctl.recording import write_parquet
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded
 from rtctl.wiring import build_simulation, mechanism_ids
 
-FloatArray = NDArray[np.float64]
 DECIMATION = 10
 SECONDS = 8.0
 """Of each record: a few dozen periods say what is in it."""

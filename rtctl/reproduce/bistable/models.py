@@ -11,11 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 
-FloatArray = NDArray[np.float64]
 OUTER_MM = 12.5
 """Where the truth's force is RM5's: the campaign's largest regular displacements are 11 to 15 mm."""
 

@@ -14,13 +14,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.reproduce.bistable.models import TRUTH, Beam, SecondMode, model_file
 from rtctl.wiring import build_simulation
 
-FloatArray = NDArray[np.float64]
 UNITS = {"drive": "m/s^2", "displacement": "mm"}
 SEED = 4200
 """Of the reported campaign; what was developed was developed on `DEVELOPMENT_SEED`."""

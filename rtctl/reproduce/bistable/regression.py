@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rtctl.identification.streaming_gram import COLUMNS
+from rtctl.border.arrays import FloatArray
+from rtctl.identification.oscillator.streaming_gram import COLUMNS
 from rtctl.reproduce.bistable.models import Beam
 
-FloatArray = NDArray[np.float64]
 CUBIC = ("v", "z", "z^3")
 QUINTIC = (*CUBIC, "z^5")
 

@@ -1,15 +1,15 @@
 """`rtctl reproduce bistable`: the order of the steps."""
 
-from rtctl.reproduce.bistable.step_bias import bias
-from rtctl.reproduce.bistable.step_campaign import campaign
-from rtctl.reproduce.bistable.step_cost import cost
-from rtctl.reproduce.bistable.step_freerun import freerun
-from rtctl.reproduce.bistable.step_global import globally
-from rtctl.reproduce.bistable.step_local import local
-from rtctl.reproduce.bistable.step_orbits import orbits
-from rtctl.reproduce.bistable.step_outliers import outliers
-from rtctl.reproduce.bistable.step_portraits import portraits
-from rtctl.reproduce.bistable.step_selection import selection
+from rtctl.reproduce.bistable.steps.bias import bias
+from rtctl.reproduce.bistable.steps.campaign import campaign
+from rtctl.reproduce.bistable.steps.cost import cost
+from rtctl.reproduce.bistable.steps.free_run import freerun
+from rtctl.reproduce.bistable.steps.global_fit import globally
+from rtctl.reproduce.bistable.steps.local_fit import local
+from rtctl.reproduce.bistable.steps.orbits import orbits
+from rtctl.reproduce.bistable.steps.outliers import outliers
+from rtctl.reproduce.bistable.steps.portraits import portraits
+from rtctl.reproduce.bistable.steps.selection import selection
 from rtctl.reproduce.study import Step, Study
 
 STUDY = Study(

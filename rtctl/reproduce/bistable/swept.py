@@ -8,15 +8,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.orbits.classes import Orbits, Patience, classify
 from rtctl.orbits.forced import Drive, Lanes
 from rtctl.reproduce.bistable.models import Beam, model_file
 from rtctl.reproduce.bistable.protocol import AMPLITUDE, STARTS, UNITS, shaker
 from rtctl.wiring import build_forced
 
-FloatArray = NDArray[np.float64]
 ROWS_PER_PERIOD = 64
 STEPS_PER_PERIOD = 128
 THREADS = 2

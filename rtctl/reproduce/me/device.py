@@ -13,13 +13,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.wiring import build_simulation
-
-FloatArray = NDArray[np.float64]
 
 SENSITIVITY = 2.6
 """mT/A."""

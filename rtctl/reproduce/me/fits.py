@@ -8,18 +8,16 @@ from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.identification.annealing import Annealed, AnnealingOptions, anneal
 from rtctl.identification.fit import FitError
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.output_error import FitOptions, fit_output_error
-from rtctl.identification.start_values import start_values
-from rtctl.identification.tone_cost import Objective, ToneRecord, cost_of, scores_of, sizes_of
+from rtctl.identification.oscillator.annealing import Annealed, AnnealingOptions, anneal
+from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.oscillator.tone_cost import Objective, ToneRecord, cost_of, scores_of, sizes_of
+from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 from rtctl.reproduce.me import device
-
-FloatArray = NDArray[np.float64]
 
 FIELD = 0.28
 """mT: what the paper trains at."""

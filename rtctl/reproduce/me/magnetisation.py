@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.reproduce.me.device import ARGUMENT, SATURATION
 
-FloatArray = NDArray[np.float64]
 SERIES_BELOW = 0.02
 SAMPLES = 4096
 

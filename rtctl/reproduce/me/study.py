@@ -1,7 +1,8 @@
 """The study of the ME microresonator: its steps, and what its paper has wrong."""
 
-from rtctl.identification.annealing import FAULTS
-from rtctl.reproduce.me import (
+from rtctl.identification.oscillator.annealing import FAULTS
+from rtctl.reproduce.me import printed
+from rtctl.reproduce.me.steps import (
     array,
     coefficients,
     coil,
@@ -10,7 +11,6 @@ from rtctl.reproduce.me import (
     hysteresis,
     least_squares,
     noise,
-    printed,
     response,
     sensitivity,
 )

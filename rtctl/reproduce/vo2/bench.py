@@ -15,19 +15,18 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import tomli_w
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import read_toml
-from rtctl.bundled import bundled_scenarios
 from rtctl.models.vo2 import Vo2Model, read_model
-from rtctl.plants.vo2 import build_controller, controllable
+from rtctl.plants.vo2.control import build_controller, controllable
 from rtctl.reproduce.study import Run
-from rtctl.scenario import Scenario, load_scenario
-from rtctl.session import track
+from rtctl.scenario.bundled import bundled_scenarios
+from rtctl.scenario.schema import Scenario, load_scenario
+from rtctl.session.closed_loop import track
 from rtctl.wiring import build_driver, find_plant
 
-FloatArray = NDArray[np.float64]
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from rtctl.acquisition import acquire
-from rtctl.bundled import bundled_scenarios
-from rtctl.identification.vo2 import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model, write_model
 from rtctl.reproduce.study import Run
 from rtctl.reproduce.vo2.bench import IDENTIFICATION_SEEDS, devices, in_parallel, scenario_of, seeds
+from rtctl.scenario.bundled import bundled_scenarios
+from rtctl.session.acquisition import acquire
 from rtctl.wiring import build_driver
 
 Protocol = Literal["damped", "full"]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from rtctl.reproduce.study import Step, Study
-from rtctl.reproduce.vo2 import (
+from rtctl.reproduce.vo2 import paper
+from rtctl.reproduce.vo2.steps import (
     beyond,
     excitation,
     frequency,
     identification,
     levels,
-    paper,
     random_current,
     rate,
     tracking,

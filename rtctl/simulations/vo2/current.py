@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from rtctl.simulations.vo2.mechanism import Commanded, FloatArray, Pieces
+from rtctl.border.arrays import FloatArray
+from rtctl.simulations.vo2.mechanism import Commanded, Pieces
 
 
 def pieces_of(commanded: Commanded) -> Pieces:

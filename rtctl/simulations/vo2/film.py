@@ -10,14 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.preisach import (
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel, uncounted
+from rtctl.hysteresis.preisach.model import (
     MAX_EXTREMA,
     PreisachParams,
     cooled_stack,
     preisach_step,
     uncounted_params,
 )
-from rtctl.kernels import FloatArray, background_kernel, uncounted
 
 
 class ReadOut(NamedTuple):

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.hysteresis.everett import everett
-from rtctl.hysteresis.preisach import MAX_EXTREMA, PreisachParams, preisach_step, uncounted_params
-from rtctl.kernels import FloatArray, background_kernel, kernel, uncounted
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel, kernel, uncounted
+from rtctl.hysteresis.preisach.everett import everett
+from rtctl.hysteresis.preisach.model import MAX_EXTREMA, PreisachParams, preisach_step, uncounted_params
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.mechanism import Balance, Pieces
 from rtctl.simulations.vo2.phases import Phases

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter, Scales
 from rtctl.models.span import Span
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S
 from rtctl.simulations.vo2.phases import Phases
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 """Of one mechanism, by parameter name."""
 TYPICAL_TIME_S = NOMINAL_TIME_CONSTANT_S

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.simulation import FreeParameter
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
-from rtctl.simulations.vo2.mechanism import FloatArray, Values
+from rtctl.simulations.vo2.mechanism import Values
 
 TIME_CONSTANT = Parameter(
     name="time_constant", unit="s", meaning="of the heating", scale=lambda s: 1e-3, low=1e-6, high=1.0

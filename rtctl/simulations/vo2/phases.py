@@ -17,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.kernels import FloatArray, background_kernel, kernel
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel, kernel
 
 LEAST_CONTRAST = 0.2
 """Of that of the cold film: a semiconductor comes no nearer to its metal."""

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from rtctl.kernels import FloatArray, background_kernel, kernel
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel, kernel
 
 TURN_ITERATIONS = 3
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.current import pieces_of
@@ -18,10 +19,9 @@ from rtctl.simulations.vo2.heat import heat_balance, phases_of, temperatures
 from rtctl.simulations.vo2.mechanism import Balance, Commanded, Pieces, Read, Values, Vo2Mechanism, Warm
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 from rtctl.simulations.vo2.nominal import corrected, middle, middle_reading
+from rtctl.simulations.vo2.nonparametric import UNNAMED
 from rtctl.simulations.vo2.relaxation import heat_pieces
-from rtctl.simulations.vo2.unnamed import UNNAMED
 
-FloatArray = NDArray[np.float64]
 STEPS_PER_TIME_CONSTANT = 8.0
 MOST_SUBSTEPS = 64
 

@@ -1,0 +1,1 @@
+"""The equation of motion: its terms and the states of its mechanisms."""

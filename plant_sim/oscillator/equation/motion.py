@@ -1,0 +1,228 @@
+"""The equation of motion of several lanes: which terms and memories it has, its table of rows, its integration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from plant_sim.oscillator.equation.memory import combined
+from plant_sim.oscillator.equation.terms import (
+    CUBIC,
+    DAMPING,
+    DAMPING_2,
+    DAMPING_ABS,
+    DRIFT,
+    FRICTION,
+    NOMINAL,
+    PARAMETRIC,
+    QUADRATIC,
+    QUINTIC,
+    STIFFNESS,
+    TERMS,
+    law_for,
+)
+from plant_sim.oscillator.integration.binding import bind
+from plant_sim.oscillator.integration.friction import note, resistance, settle
+from plant_sim.oscillator.integration.rk4 import rk4
+from plant_sim.oscillator.integration.rk4_memory import rk4_memory
+from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting
+from plant_sim.oscillator.integration.steps import Plan, plan
+from plant_sim.oscillator.mechanism import Driven, Memory, OscillatorMechanism
+from plant_sim.oscillator.nominal import ROWS
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import FreeParameter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equation:
+    """`rows` (rows, lanes): the terms, then the constants of each memory."""
+
+    rows: FloatArray
+    terms: frozenset[str]
+    memories: tuple[Memory, ...]
+    constants: tuple[int, ...] = ()
+    """Rows of each memory."""
+    own_rate: Callable[[float], float] = lambda speed: 0.0
+    """Rate [1/s] that mechanisms add at speeds up to the given one."""
+
+    @classmethod
+    def of(
+        cls, parameters: Sequence[FreeParameter], active: Sequence[OscillatorMechanism], values: FloatArray
+    ) -> Equation:
+        """From the values (lanes, parameters) and the mechanisms that act in them."""
+        column = {parameter.name: k for k, parameter in enumerate(parameters)}
+        table = np.zeros((len(TERMS), len(values)))
+        for name, row in ROWS.items():
+            table[TERMS.index(row)] = values[:, column[name]]
+        terms = set(NOMINAL)
+        for mechanism in active:
+            for row, name in mechanism.terms.items():
+                table[TERMS.index(row)] += values[:, column[f"{mechanism.id}.{name}"]]
+                terms.add(row)
+        own = [
+            (
+                one,
+                [
+                    {p.name: float(lane[column[f"{one.id}.{p.name}"]]) for p in one.parameters}
+                    for lane in values
+                ],
+            )
+            for one in sorted(active, key=lambda one: one.id)  # one kernel, whichever was added first
+        ]
+        remembering = [
+            (one, one.memory, of_all)
+            for one, of_all in own
+            if one.memory is not None and any(one.memory.acts(lane) for lane in of_all)
+        ]
+        constants = [
+            np.array([memory.constants(lane) for lane in of_all]).T for _, memory, of_all in remembering
+        ]
+        return cls(
+            rows=np.ascontiguousarray(np.vstack([table, *constants])),
+            terms=frozenset(terms),
+            memories=tuple(memory for _, memory, _ in remembering),
+            constants=tuple(len(rows) for rows in constants),
+            own_rate=lambda speed: max(
+                math.hypot(*(one.fastest_rate(of_all[j], speed) for one, of_all in own))
+                for j in range(len(values))
+            ),
+        )
+
+    def rest(self) -> float:
+        """Distance of the farthest equilibrium without drive: 0, or that of the wells."""
+        stiffness, cubic = self.rows[STIFFNESS], self.rows[CUBIC]
+        bistable = (stiffness < 0.0) & (cubic > 0.0)
+        return float(np.sqrt(-stiffness[bistable] / cubic[bistable]).max(initial=0.0))
+
+    def rates(
+        self, reach: float, drive: float = 0.0, duration_s: float = 0.0, swing: float = math.inf
+    ) -> tuple[float, float]:
+        """Fastest angular frequency and damping [1/s] of motions up to `reach` under drives up to `drive`.
+
+        swing: half of their range, if it is less.
+        """
+        p, reach2 = np.abs(self.rows), reach * reach
+        stiffness = p[STIFFNESS] + 2.0 * p[QUADRATIC] * reach + 3.0 * p[CUBIC] * reach2
+        stiffness += 5.0 * p[QUINTIC] * reach2 * reach2 + p[PARAMETRIC] * drive + p[DRIFT] * duration_s
+        rate = float(np.sqrt(stiffness.max()))
+        speed = rate * min(reach, swing)
+        damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * speed
+        return math.hypot(rate, self.own_rate(speed)), float(damping.max())
+
+    def share(self, reach: float) -> float:
+        """Of the nonlinear force in the linear one at `reach`; infinite where a splitting cannot take it apart."""
+        if self.memories or not self.terms <= KICKS or not (self.rows[STIFFNESS] > 0.0).all():
+            return 0.0 if self._is_linear else math.inf
+        p, reach2 = np.abs(self.rows), reach * reach
+        nonlinear = p[QUADRATIC] * reach + (p[CUBIC] + p[QUINTIC] * reach2) * reach2
+        return float((nonlinear / p[STIFFNESS]).max())
+
+    @property
+    def _is_linear(self) -> bool:
+        """Whether there are no forces but linear ones, of any sign."""
+        linear = {"gain", "damping", "stiffness"}
+        others = [TERMS.index(term) for term in self.terms - linear]
+        return not self.memories and not self.rows[others].any()
+
+    def plan(
+        self,
+        period_s: float,
+        reach: float,
+        hold: str = "",
+        steps_per_period: float | None = None,
+        *,
+        drive: float = 0.0,
+        duration_s: float = 0.0,
+        swing: float = math.inf,
+    ) -> Plan:
+        """How motions up to `reach` under drives up to `drive` are integrated between samples `period_s` apart.
+
+        swing: see `rates`; hold: of the drive between its samples; "" where mechanisms make of it what no hold
+        describes, and RK4's short steps are needed. Raises ValueError where no sensible step resolves the model.
+        """
+        share = self.share(reach) if hold else math.inf
+        rate, damping = self.rates(reach, drive, duration_s, swing)
+        return plan(
+            period_s,
+            rate,
+            damping,
+            share,
+            parabolic=hold != "band-limited",
+            steps_per_period=steps_per_period,
+        )
+
+    def integrate(self, drive: Driven, how: Plan, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
+        lanes, samples = self.rows.shape[1], len(drive.nodes) // how.substeps + 1
+        z, v = start[:, 0].copy(), start[:, 1].copy()
+        out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
+        if how.splitting:
+            present = {term for term in self.terms if self.rows[TERMS.index(term)].any()}
+            split = _splitting(kick_for(present))
+            split(z, v, drive.nodes, how.substeps, propagator(self.rows, drive.step_s), out_z, out_v)
+        else:
+            self.march(z, v, drive, how.substeps, out_z, out_v)
+        return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
+
+    @property
+    def states(self) -> int:
+        """Of all memories."""
+        return sum(memory.states for memory in self.memories)
+
+    def own_start(self, z: FloatArray, v: FloatArray) -> FloatArray:
+        """States (states, lanes) of all memories where motions start from displacement z and velocity v (lanes,)."""
+        found = [
+            np.zeros((memory.states, len(z)))
+            if memory.start is None
+            else np.array([memory.start(*pair) for pair in zip(z.tolist(), v.tolist(), strict=True)]).T
+            for memory in self.memories
+        ]
+        return np.ascontiguousarray(np.vstack(found)) if found else np.zeros((0, len(z)))
+
+    def march(
+        self,
+        z: FloatArray,
+        v: FloatArray,
+        drive: Driven,
+        substeps: int,
+        out_z: FloatArray,
+        out_v: FloatArray,
+        own: FloatArray | None = None,
+    ) -> None:
+        """RK4 into `out_z` and `out_v` (samples, lanes).
+
+        z, v (lanes,) and the memories' `own` (states, lanes), None: `own_start`, are left at the drive's end.
+        """
+        layout = [
+            (memory.law, memory.states, constants)
+            for memory, constants in zip(self.memories, self.constants, strict=True)
+        ]
+        integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
+        memory = [self.own_start(z, v) if own is None else own] if layout else []
+        integrator(z, v, *memory, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+
+
+@lru_cache(maxsize=256)
+def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
+    """The compiled integrator of an equation with these parts."""
+    memoryless = law_for(terms - {"friction"}, memory=bool(memories))
+    rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
+    if not memories:
+        return bind(rk4, acceleration=memoryless, **rubbing)
+    row, laws = len(TERMS), []
+    for law, states, constants in memories:
+        laws.append((law, row, states))
+        row += constants
+    zeros = (0.0,) * sum(states for _, states, _ in memories)
+    return bind(rk4_memory, acceleration=combined(memoryless, laws), **rubbing, ZEROS=zeros)
+
+
+@lru_cache
+def _splitting(kick: Any) -> Any:
+    """The compiled splitting with this nonlinear force."""
+    return bind(splitting, kick=kick)

@@ -1,0 +1,83 @@
+"""The memoryless part of the equation of motion: rows of a table of coefficients, one column a lane.
+
+z'' = gain u - (damping + damping_2 z^2 + damping_abs |v|) v
+      - (stiffness + quadratic z + cubic z^2 + quintic z^4 + parametric u + drift t) z
+
+and dry friction, which the integrator applies in each step. Most mechanisms are a coefficient in here and bring
+no code of their own; the laws below are the same sum with fewer terms, for models that need no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from typing import Any
+
+from plant_sim.oscillator.integration.binding import law
+
+TERMS = (
+    "gain", "damping", "stiffness", "cubic",
+    "quadratic", "quintic", "parametric", "drift", "damping_2", "damping_abs",
+    "friction",
+)  # fmt: skip
+GAIN, DAMPING, STIFFNESS, CUBIC, QUADRATIC, QUINTIC, PARAMETRIC, DRIFT, DAMPING_2, DAMPING_ABS, FRICTION = (
+    range(len(TERMS))
+)
+NOMINAL = frozenset(TERMS[:4])
+
+
+@law
+def nominal(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
+    """z'' of lane `j` of the nominal model; `p` (rows, lanes)."""
+    return p[GAIN, j] * u - p[DAMPING, j] * v - (p[STIFFNESS, j] + p[CUBIC, j] * (z * z)) * z
+
+
+@law
+def elastic(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
+    """z'' with a restoring force of every order."""
+    zz = z * z
+    stiffness = p[STIFFNESS, j] + p[CUBIC, j] * zz + (p[QUADRATIC, j] * z + p[QUINTIC, j] * (zz * zz))
+    return p[GAIN, j] * u - p[DAMPING, j] * v - stiffness * z
+
+
+@law
+def modulated(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
+    """z'' with a stiffness that the drive and time change."""
+    stiffness = p[STIFFNESS, j] + p[CUBIC, j] * (z * z) + (p[PARAMETRIC, j] * u + p[DRIFT, j] * t)
+    return p[GAIN, j] * u - p[DAMPING, j] * v - stiffness * z
+
+
+@law
+def damped(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
+    """z'' with a damping that depends on amplitude and speed."""
+    zz = z * z
+    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * abs(v))
+    return p[GAIN, j] * u - damping * v - (p[STIFFNESS, j] + p[CUBIC, j] * zz) * z
+
+
+@law
+def polynomial(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
+    """z'' with every term."""
+    zz = z * z
+    stiffness = p[STIFFNESS, j] + p[CUBIC, j] * zz + (p[QUADRATIC, j] * z + p[QUINTIC, j] * (zz * zz))
+    modulation = p[PARAMETRIC, j] * u + p[DRIFT, j] * t
+    damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * abs(v))
+    return p[GAIN, j] * u - damping * v - (stiffness + modulation) * z
+
+
+_LAWS = (
+    (NOMINAL, nominal),
+    (NOMINAL | {"quadratic", "quintic"}, elastic),
+    (NOMINAL | {"parametric", "drift"}, modulated),
+    (NOMINAL | {"damping_2", "damping_abs"}, damped),
+)
+_BESIDE_MEMORY = (_LAWS[1],)
+
+
+def law_for(terms: Set[str], *, memory: bool = False) -> Any:
+    """The cheapest law that has these terms (friction is none of them).
+
+    Beside a `memory`, of few: its own work hides what a shorter law saves, and each combination is compiled.
+    """
+    return next(
+        (found for known, found in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial
+    )

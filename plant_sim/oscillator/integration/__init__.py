@@ -1,0 +1,1 @@
+"""Integrators, and the drive between its samples."""

@@ -1,0 +1,57 @@
+"""The drive between samples, kept while a fit simulates one record again and again."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections import OrderedDict
+
+import numpy as np
+
+from plant_sim.oscillator.integration.holds import compiled, nodes
+from plant_sim.oscillator.mechanism import Sampled
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Stimulus
+
+MOST_BYTES = 256 * 2**20
+_kept: OrderedDict[tuple[object, ...], tuple[weakref.ref[Stimulus], FloatArray]] = OrderedDict()
+_lock = threading.Lock()
+
+
+def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
+    """Drive (steps, 3) at the integrator's instants; not to be written to.
+
+    Of a blend its holds are kept: its weights are what a fit moves.
+    """
+    if drive.blend:
+        declared = cached(stimulus, drive._replace(blend=()), substeps)
+        made = declared.copy()
+        for hold, weight in drive.blend:
+            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps)
+            _move_towards(made, weight, other, declared)
+        return made
+    key = (id(stimulus), drive.hold, drive.delay_s, substeps)
+    with _lock:
+        found = _kept.get(key)
+        if found is not None and found[0]() is stimulus:
+            _kept.move_to_end(key)
+            return found[1]
+    known = np.concatenate((drive.samples, drive.onward))
+    made = nodes(known, drive.hold, substeps, drive.delay_s / drive.period_s)
+    made = made[: (len(drive.samples) - 1) * substeps]
+    made.setflags(write=False)
+    with _lock:
+        for gone in [old for old, (owner, _) in _kept.items() if owner() is None]:
+            del _kept[gone]
+        _kept[key] = (weakref.ref(stimulus), made)
+        while sum(values.nbytes for _, values in _kept.values()) > MOST_BYTES and len(_kept) > 1:
+            _kept.popitem(last=False)
+    return made
+
+
+@compiled
+def _move_towards(made: FloatArray, weight: float, other: FloatArray, declared: FloatArray) -> None:
+    """made + weight (other - declared), in one pass through the memory."""
+    for i in range(len(made)):
+        for c in range(3):
+            made[i, c] += weight * (other[i, c] - declared[i, c])

@@ -1,0 +1,1 @@
+"""Dissipative forces and hysteresis."""

@@ -1,0 +1,66 @@
+"""`hysteresis.bouc_wen`: - level h, displacement h' = z' - loop |z'| h - bend z' |h| (exponent 1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.mechanism import (
+    RELAXATION,
+    Memory,
+    OscillatorMechanism,
+    Values,
+    coefficient,
+    shape,
+)
+
+
+@law
+def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
+    """p: level, 1 / displacement, loop, bend; w: h, which stays within 1 / (loop + bend)."""
+    h = w[0]
+    rate = v - p[row + 2, j] * abs(v) * h - p[row + 3, j] * v * abs(h)
+    return -p[row, j] * h, (rate * p[row + 1, j],)
+
+
+def fastest_rate(p: Values, speed: float) -> float:
+    """Of the spring before it yields, and of the yielding."""
+    yielding = (p["loop"] + abs(p["bend"])) * speed / p["displacement"]
+    return math.hypot((p["level"] / p["displacement"]) ** 0.5, RELAXATION * yielding)
+
+
+MECHANISM = OscillatorMechanism(
+    id="hysteresis.bouc_wen",
+    statement="A hysteretic force of up to {level} yields over {displacement} (Bouc and Wen).",
+    parameters=(
+        coefficient("level", "{z}/s^2", "of the hysteretic force", lambda s: s.acceleration, low=0.0),
+        shape(
+            "displacement",
+            "{z}",
+            "over which the force yields",
+            lambda s: s.excursion,
+            shape_range=(0.1, 3.0),
+        ),
+        shape(
+            "loop",
+            "dimensionless",
+            "share of yielding that makes the loop",
+            lambda s: 0.5,
+            default=0.5,
+            redundant=True,
+        ),
+        shape(
+            "bend",
+            "dimensionless",
+            "share that bends it",
+            lambda s: 0.5,
+            default=0.5,
+            low=-10.0,
+            shape_range=(0.1, 3.0),
+            also=(-0.5,),
+        ),
+    ),
+    memory=Memory(hysteretic, 1, lambda p: (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"])),
+    fastest_rate=fastest_rate,
+)

@@ -1,0 +1,1 @@
+"""Mechanisms between the command and the force."""

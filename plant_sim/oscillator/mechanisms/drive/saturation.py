@@ -1,0 +1,69 @@
+"""`drive.saturation`: 3 L(x) / sqrt(curvature), x = sqrt(curvature) u, L(x) = coth x - 1 / x (Langevin)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from plant_sim.oscillator.integration.holds import compiled
+from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, coefficient
+from rtctl.border.arrays import FloatArray
+
+SMALL = 0.5
+"""Below it coth x - 1 / x loses digits: 3e-16 / x^2 of the drive."""
+SERIES = (
+    -349222 / 510443155096875, 87734 / 12993098493375, -3617 / 54273594375, 4 / 6081075, -1382 / 212837625,
+    2 / 31185, -1 / 1575, 2 / 315, -1 / 15, 1.0,
+)  # fmt: skip
+"""3 L(x) / x in powers of x^2, the highest first."""
+
+
+def saturated(drive: Driven, p: Values) -> Driven:
+    """The drive as a magnetisation follows it: u (1 - curvature u^2 / 15 + ...)."""
+    if p["curvature"] == 0.0:
+        return drive
+    out = np.empty_like(drive.nodes)
+    _saturate(drive.nodes, math.sqrt(p["curvature"]), out)
+    return drive._replace(nodes=out)
+
+
+@compiled
+def bent(x: float) -> float:
+    """3 L(x) / x by its series where it is small."""
+    if abs(x) < SMALL:
+        total = 0.0
+        for c in SERIES:
+            total = total * (x * x) + c
+        return total
+    e = math.exp(-2.0 * abs(x))
+    return 3.0 * ((1.0 + e) / (1.0 - e) - 1.0 / abs(x)) / abs(x)
+
+
+@compiled
+def _saturate(nodes: FloatArray, root: float, out: FloatArray) -> None:
+    """Every instant of `nodes` (steps, 3) once: most steps start where the one before ended, or are constant."""
+    before = made = math.nan
+    for i in range(len(nodes)):
+        for c in range(3):
+            u = nodes[i, c]
+            if u != before:
+                before, made = u, u * bent(root * u)
+            out[i, c] = made
+
+
+MECHANISM = OscillatorMechanism(
+    id="drive.saturation",
+    statement="The drive saturates as a magnetisation does (Langevin), with a curvature of {curvature}.",
+    parameters=(
+        coefficient(
+            "curvature",
+            "1/({u})^2",
+            "inverse square of the drive at which it bends: u (1 - curvature u^2 / 15 + ...)",
+            lambda s: 15.0 / s.drive**2,
+            low=0.0,
+        ),
+    ),
+    drive=saturated,
+    stage=4,
+)

@@ -1,0 +1,1 @@
+"""Restoring forces, and a second mode."""

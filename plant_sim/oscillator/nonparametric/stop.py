@@ -1,0 +1,47 @@
+"""`unnamed.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
+
+
+@law
+def stopped(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
+    """p: above, below [1/s^2], place; w: no state is needed, and one there must be."""
+    place = p[row + 2, j]
+    force = 0.0 * z
+    if z > place:
+        force = -p[row, j] * (z - place)
+    elif z < -place:
+        force = -p[row + 1, j] * (z + place)
+    return force, (0.0 * z,)
+
+
+def constants(p: Values) -> tuple[float, ...]:
+    """In the law's order."""
+    return p["above"], p["below"], p["place"]
+
+
+def fastest_rate(p: Values, speed: float) -> float:
+    """Against the stiffer side."""
+    return math.sqrt(max(p["above"], p["below"], 0.0))
+
+
+MECHANISM = OscillatorMechanism(
+    id="unnamed.stop",
+    statement="The restoring force has a kink, as of a stop or of play that is used up, {place} from the origin.",
+    parameters=(
+        coefficient("above", "1/s^2", "beyond the place", lambda s: s.rate**2, default=0.0),
+        coefficient("below", "1/s^2", "beyond it on the other side", lambda s: s.rate**2, default=0.0),
+        shape(
+            "place", "{z}", "of the kink, from the origin", lambda s: s.displacement, shape_range=(0.5, 2.5),
+            grid=6,
+        ),
+    ),
+    memory=Memory(stopped, 1, constants),
+    fastest_rate=fastest_rate,
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""The magnetoelectric resonator and its lock-in bench."""

@@ -1,0 +1,244 @@
+"""Mechanisms in hardware that runs sample by sample: what each remembers from one held drive to the next.
+
+A mechanism of the equation (terms, memory) needs nothing here, one without memory acts on the instants of a step as it
+does on a record's. Those with a state of their own have it below, from rest. A mechanism that has neither form is
+refused: a device that leaves an effect out in silence would be worse than none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from plant_sim.oscillator.equation.terms import DAMPING, GAIN, STIFFNESS, TERMS
+from plant_sim.oscillator.integration.binding import bind
+from plant_sim.oscillator.integration.holds import compiled
+from plant_sim.oscillator.integration.splitting import no_kick, propagator, splitting
+from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Values
+from rtctl.border.arrays import FloatArray
+
+_SAME_S = 1e-9
+"""Times closer than that are one: a step of a picosecond would resolve nothing but rounding."""
+
+
+class DriveStage(Protocol):
+    """A part of the drive's path with memory."""
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """The drive (steps, 3) behind it, of steps of `h` [s] from the device's time `start_s` on."""
+        ...
+
+
+class SensorStage(Protocol):
+    """A part of the reading's path with memory."""
+
+    def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
+        """The reading (steps + 1,) behind it, at the ends of the steps that `nodes` drive; the first is the start."""
+        ...
+
+
+class DelayLine:
+    """The held levels of the past, and when each began."""
+
+    def __init__(self, values: Values) -> None:
+        self._delay_s = values["delay"]
+        self._changes: deque[tuple[float, float]] = deque([(-math.inf, 0.0)])
+
+    def command(self, level: float, start_s: float) -> None:
+        """`level` is held from the device's time `start_s` on."""
+        if level != self._changes[-1][1]:
+            self._changes.append((start_s, level))
+
+    def jumps(self, start_s: float, end_s: float) -> list[float]:
+        """When, between the two, a change of the past arrives."""
+        arrivals = (time + self._delay_s for time, _ in self._changes)
+        return [time for time in arrivals if start_s + _SAME_S < time < end_s - _SAME_S]
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """What was held so much earlier; between two jumps it is one level."""
+        then = start_s + 0.5 * h * len(nodes) - self._delay_s
+        while len(self._changes) > 1 and self._changes[1][0] <= then:
+            self._changes.popleft()
+        return np.full_like(nodes, self._changes[0][1])
+
+
+class DriveLag:
+    """A first-order follower of the drive."""
+
+    def __init__(self, values: Values) -> None:
+        self._time_constant_s = values["time_constant"]
+        self._state = np.zeros(1)
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """Exact for a drive that is constant over each step."""
+        behind = np.empty_like(nodes)
+        _follow_held(self._state, nodes, math.exp(-0.5 * h / self._time_constant_s), behind)
+        return behind
+
+
+class SensorLag:
+    """A first-order follower of the motion."""
+
+    def __init__(self, values: Values) -> None:
+        self._time_constant_s = values["time_constant"]
+        self._state = np.full(1, math.nan)
+
+    def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
+        """Exact for a motion that is linear over each step; settled at first."""
+        behind = np.empty_like(reading)
+        _follow_linear(self._state, reading, h / self._time_constant_s, behind)
+        return behind
+
+
+class SecondMode:
+    """A linear mode that the drive moves too and the sensor sees."""
+
+    def __init__(self, values: Values) -> None:
+        rate = 2.0 * math.pi * values["frequency"]
+        self._rows = np.zeros((len(TERMS), 1))
+        self._rows[GAIN], self._rows[STIFFNESS] = values["gain"], rate**2
+        self._rows[DAMPING] = 2.0 * values["damping_ratio"] * rate
+        self._q, self._rate = np.zeros(1), np.zeros(1)
+        self._step_s, self._propagator = 0.0, np.empty(0)
+        self._march = bind(splitting, kick=no_kick)
+
+    def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
+        """Exact for a drive that is a parabola over each step."""
+        if h != self._step_s:
+            self._step_s, self._propagator = h, propagator(self._rows, h)
+        q, rate = np.empty((len(reading), 1)), np.empty((len(reading), 1))
+        self._march(self._q, self._rate, nodes, 1, self._propagator, q, rate)
+        both: FloatArray = reading + q[:, 0]
+        return both
+
+
+class _WithoutMemory:
+    """A mechanism that acts on each instant by itself, as it does on a record."""
+
+    def __init__(self, mechanism: OscillatorMechanism, values: Values) -> None:
+        self._mechanism, self._values = mechanism, values
+
+    def of_drive(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """The drive behind it."""
+        assert self._mechanism.drive is not None
+        return self._mechanism.drive(Driven(nodes, h), self._values).nodes
+
+    def of_reading(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
+        """The readings (instants,) behind it, at the device's times."""
+        assert self._mechanism.sensor is not None
+        moved = Moved(
+            displacement=readings, velocity=np.zeros_like(readings), time_s=times_s, period_s=1.0,
+            drive=_NO_DRIVE, substeps=1,
+        )  # fmt: skip
+        return self._mechanism.sensor(moved, self._values).displacement
+
+
+_NO_DRIVE = Driven(np.zeros((0, 3)), 1.0)
+DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {"drive.delay": DelayLine, "drive.lag": DriveLag}
+SENSOR_STAGES: dict[str, Callable[[Values], SensorStage]] = {
+    "mode.second": SecondMode,
+    "sensor.lag": SensorLag,
+}
+WITHOUT_MEMORY = frozenset(
+    {"drive.offset", "drive.deadband", "drive.saturation", "drive.harmonics"}
+    | {"sensor.saturation", "sensor.offset", "sensor.hum"}
+)
+
+
+def cannot_stream(mechanism: OscillatorMechanism) -> bool:
+    """Whether it acts outside the equation and has no form here."""
+    outside = mechanism.acts_before_the_equation or mechanism.sensor is not None
+    known = DRIVE_STAGES.keys() | SENSOR_STAGES.keys() | WITHOUT_MEMORY
+    return outside and mechanism.id not in known
+
+
+class Path:
+    """Everything between a command and the equation, and between the motion and the reading; from rest."""
+
+    def __init__(self, mechanisms: list[tuple[OscillatorMechanism, Values]]) -> None:
+        ordered = sorted(mechanisms, key=lambda one: one[0].stage)
+        self._delays: list[DelayLine] = []
+        self._drive: list[Callable[[FloatArray, float, float], FloatArray]] = []
+        self._motion: list[SensorStage] = []
+        self._reading: list[Callable[[FloatArray, FloatArray], FloatArray]] = []
+        # what is late passes first, as it is in a record: a delay acts between samples, the rest on the instants
+        for mechanism, values in sorted(ordered, key=lambda one: one[0].input is None):
+            if mechanism.id in DRIVE_STAGES:
+                stage = DRIVE_STAGES[mechanism.id](values)
+                self._drive.append(stage.pass_on)
+                self._delays += [stage] if isinstance(stage, DelayLine) else []
+            elif mechanism.drive is not None:
+                self._drive.append(_WithoutMemory(mechanism, values).of_drive)
+            if mechanism.id in SENSOR_STAGES:
+                self._motion.append(SENSOR_STAGES[mechanism.id](values))
+            elif mechanism.sensor is not None:
+                self._reading.append(_WithoutMemory(mechanism, values).of_reading)
+
+    def jumps(self, level: float, start_s: float, end_s: float) -> list[float]:
+        """A command is held from `start_s` to `end_s`: when, in between, the drive that acts jumps."""
+        for delay in self._delays:
+            delay.command(level, start_s)
+        return [time for delay in self._delays for time in delay.jumps(start_s, end_s)]
+
+    def to_equation(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """The drive (steps, 3) that acts."""
+        for stage in self._drive:
+            nodes = stage(nodes, start_s, h)
+        return nodes
+
+    def follow(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[float, float]:
+        """True position of the sensor's spot, and what reaches the sensor, at the end of a stretch of motion."""
+        spot, reading = self.trace(displacement, nodes, h)
+        return float(spot[-1]), float(reading[-1])
+
+    def trace(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+        """The same at every instant (steps + 1,) of the stretch."""
+        spot = reading = displacement
+        for stage in self._motion:
+            reading = stage.pass_on(reading, nodes, h)
+            if isinstance(stage, SecondMode):
+                spot = reading
+        return spot, reading
+
+    def to_reading(self, reading: float, time_s: float) -> float:
+        """What the sensor makes of it."""
+        return float(self.to_readings(np.array([reading]), np.array([time_s]))[0])
+
+    def to_readings(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
+        """The same at several instants."""
+        for stage in self._reading:
+            readings = stage(readings, times_s)
+        return readings
+
+
+@compiled
+def _follow_held(state: FloatArray, nodes: FloatArray, decay_half: float, out: FloatArray) -> None:
+    """x' = (u - x) / time constant at the start, middle and end of each step."""
+    x = state[0]
+    for i in range(len(nodes)):
+        u = nodes[i, 0]
+        out[i, 0] = x
+        x = u + (x - u) * decay_half
+        out[i, 1] = x
+        x = u + (x - u) * decay_half
+        out[i, 2] = x
+    state[0] = x
+
+
+@compiled
+def _follow_linear(state: FloatArray, motion: FloatArray, ratio: float, out: FloatArray) -> None:
+    """y' = (z - y) / time constant, z linear over each step of `ratio` time constants."""
+    y = state[0]
+    if math.isnan(y):
+        y = motion[0]
+    out[0] = y
+    decay = math.exp(-ratio)
+    slope = 1.0 - (1.0 - decay) / ratio
+    for i in range(len(motion) - 1):
+        y = decay * y + (1.0 - decay) * motion[i] + slope * (motion[i + 1] - motion[i])
+        out[i + 1] = y
+    state[0] = y

@@ -1,0 +1,1 @@
+"""Servers that put a simulated device on a wire."""

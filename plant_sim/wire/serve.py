@@ -1,0 +1,113 @@
+"""Simulated hardware for whoever connects: a plant on a pty, a TCP port or several, until a signal ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import signal
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant_sim.device import SimulatedDevice
+from plant_sim.journal import JournalledDevice
+from plant_sim.plant import Plant
+from plant_sim.wire.modbus_server import UNIT, RtuDevice, serve_tcp
+from plant_sim.wire.pty_server import Answer, serve_pty
+from plant_sim.wire.register_file import RegisterFile
+from plant_sim.wire.serial_server import SerialDevice
+from plant_sim.wire.virtual_port import virtual_port
+from rtctl.border.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wires:
+    """Where a device is served; at least one is given."""
+
+    rtu_path: Path | None = None
+    """Where a serial port with Modbus RTU appears."""
+    serial_path: Path | None = None
+    """Where a serial port with the plain serial protocol appears."""
+    tcp: str | None = None
+    """HOST:PORT of Modbus TCP, port 0 for a free one."""
+    baud: int | None = None
+    """Of the serial ports: bytes take the time of a line of so many bit/s; None: none, as ptys do by themselves."""
+
+    def __post_init__(self) -> None:
+        if self.rtu_path is None and self.serial_path is None and self.tcp is None:
+            raise InputError(
+                "nothing to serve on: give a path for Modbus RTU or the serial protocol, or HOST:PORT for Modbus TCP"
+            )
+        if self.baud is not None and not self.baud > 0:
+            raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
+
+
+def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
+    """Serve `plant` until SIGINT or SIGTERM; prints one line `ready ...` when clients may connect.
+
+    SIGUSR1 restarts the device. `journal`: where it writes at the end what it did. Raises InputError.
+    """
+    plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
+    plant.reset()
+    if journal is None:
+        asyncio.run(_serve_until_signal(SimulatedDevice(plant), wires))
+        return
+    device = JournalledDevice(plant)
+    try:
+        asyncio.run(_serve_until_signal(device, wires))
+    finally:
+        device.write_journal(journal)
+
+
+@asynccontextmanager
+async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
+    """Serve while the block runs; yields what is served where, for the `ready` line. Raises InputError."""
+    registers = RegisterFile(device)
+    restart_on_signal(registers)
+    ends: list[str] = []
+    async with AsyncExitStack() as stack:
+
+        async def on_a_port(path: Path, answer: Answer) -> None:
+            master = stack.enter_context(virtual_port(path))
+            await stack.enter_async_context(serve_pty(answer, master, wires.baud))
+
+        if wires.rtu_path is not None:
+            await on_a_port(wires.rtu_path, RtuDevice(registers).receive)
+            ends.append(f"modbus-rtu {wires.rtu_path}")
+        if wires.serial_path is not None:
+            await on_a_port(wires.serial_path, SerialDevice(device).receive)
+            ends.append(f"serial {wires.serial_path}")
+        if wires.tcp is not None:
+            host, port = parse_address(wires.tcp)
+            try:
+                port = await stack.enter_async_context(serve_tcp(registers, host, port))
+            except OSError as error:
+                raise InputError(f"{wires.tcp}: cannot serve there: {error.strerror or error}") from None
+            ends.append(f"modbus-tcp {f'[{host}]' if ':' in host else host}:{port}")
+        yield f"{' '.join(ends)} unit {UNIT} identity {device.identity}"
+
+
+def restart_on_signal(registers: RegisterFile) -> None:
+    """SIGUSR1 is the device's power switch, where this is the main thread."""
+    with suppress(ValueError, RuntimeError):
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, registers.power_cycle)
+
+
+def parse_address(address: str) -> tuple[str, int]:
+    """HOST:PORT, an IPv6 host in brackets. Raises InputError."""
+    host, colon, port = address.rpartition(":")
+    if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise InputError(f'"{address}": an address is HOST:PORT, such as 127.0.0.1:5020')
+    return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    async with served(device, wires) as ends:
+        gc.freeze()  # a full collection would stop the device for tens of milliseconds
+        print(f"ready {ends}", flush=True)
+        await stop.wait()

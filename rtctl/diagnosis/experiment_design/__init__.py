@@ -1,0 +1,1 @@
+"""Isolability of mechanisms, and the next experiment that separates the remaining ones."""

@@ -1,0 +1,64 @@
+"""Where records may have begun: a fit moves initial states downhill, and dry friction makes many valleys of them.
+
+From a first reading that is off by more than the band in which friction holds, the motion comes to rest elsewhere, and
+no small step of the state leads back. Other starts are tried for each record alone: in all else it is the same fit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.identification.oscillator.initial_state import local_state
+from rtctl.identification.oscillator.weak_form import half_width
+
+WORTH_MOVING = 1e-3
+"""Of the cost, that other starts take off it."""
+
+
+def at_better_starts(data: Data, hypothesis: Hypothesis) -> Hypothesis:
+    """The same set and parameters, each record from the start that fits it best; as it is if that is hardly better."""
+    if not hypothesis.simulation.state:
+        return hypothesis
+    starts, gained = hypothesis.starts.copy(), 0.0
+    for index in range(len(data.records)):
+        states = _candidates(data, hypothesis, index)
+        costs = costs_of(data, hypothesis, index, states)
+        best = int(np.argmin(costs))
+        starts[index, : hypothesis.states] = states[best]
+        gained += costs[0] - costs[best] if np.isfinite(costs[0]) else 0.0
+    if not gained > WORTH_MOVING * hypothesis.cost:
+        return hypothesis
+    found = fitted(data, hypothesis.simulation, hypothesis.mechanisms, starts, 0, hypothesis.still)
+    return found if found is not None and found.cost < hypothesis.cost else hypothesis
+
+
+def _candidates(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
+    """(starts, states): the fitted one, zero, what the first readings tell; the first and the last at rest, too."""
+    fitted_start, record = hypothesis.start(index), data.records[index]
+    found = [fitted_start, np.zeros_like(fitted_start)]
+    if record.first == 0:
+        width_s = half_width(data.records, data.scales.rate)
+        found.append(local_state(record, 0, width_s, hypothesis.simulation.state))
+    moving = [name != "displacement" for name in hypothesis.simulation.state]
+    resting = [np.where(moving, 0.0, start) for start in (found[0], *found[2:])]
+    return np.array([*found, *resting])
+
+
+def costs_of(data: Data, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
+    """(starts,) of one record, of which `states` are (starts, states): infinite where a run diverges, all of them where
+    no sensible step resolves one.
+    """
+    record = data.records[index]
+    values = np.tile(hypothesis.values_of(index), (len(states), 1))
+    try:
+        run = hypothesis.simulation.predict(record.stimulus, values, states, data.steps_per_period)
+    except ValueError:
+        return np.full(len(states), np.inf)
+    costs = np.zeros(len(states))
+    for name in hypothesis.sensitivity.outputs:
+        error = (run.outputs[name] - record.measured[name])[:, record.first :] / data.size(name)
+        with np.errstate(over="ignore", invalid="ignore"):
+            costs += 0.5 * np.sum(error**2, axis=1)
+    return np.where(np.isfinite(costs), costs, np.inf)

@@ -1,0 +1,95 @@
+"""Where a diagnosis begins: the nominal model re-fitted to whole records, or to what of them it can be judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rtctl.border.errors import RunError
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
+from rtctl.diagnosis.nominal_fit.predictability import as_far_as_followed, beginnings, foreseeable
+from rtctl.diagnosis.nominal_fit.segmentation import cut_up, remembers
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.screening.checks import foreign
+
+LONG_MEMORY = (
+    "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "
+    "from a state of its own; the errors on test records are of free runs over whole records all the same"
+)
+PARTS = (
+    "the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the beginnings of {} "
+    "records up to there; the errors on test records are of whole free runs all the same"
+)
+UNFORESEEABLE = (
+    "from some moment on, as where one of two motions only just wins, less than a thousandth of a parameter decides "
+    "what the nominal model does: of {} samples {} were used, the beginnings of {} records up to there; the errors on "
+    "test records are of whole free runs all the same"
+)
+DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
+
+
+class Begun(NamedTuple):
+    """What the causes are looked for in."""
+
+    data: Data
+    nominal: Hypothesis
+    whole: tuple[Data, Hypothesis] | None
+    """Whole records and the nominal model fitted to them; None: on one of them it diverges from every start."""
+    said: list[str]
+    parted: bool = False
+    """Whether it is the beginnings of whole records, up to where the nominal model parts from them."""
+
+    @property
+    def uncut(self) -> bool:
+        """Whether causes are looked for in whole records."""
+        return self.whole is not None and self.whole[0].records is self.data.records
+
+
+def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Begun:
+    """Raises RunError where the model diverges and follows next to nothing; `told` may raise to stop."""
+    mechanisms = tuple(mechanism.id for mechanism in simulation.mechanisms)
+    told("the nominal model")
+    nominal = fitted_nominal(data, simulation, mechanisms)
+    if nominal is None:
+        told("the nominal model as far as it follows the records")
+        short, nominal = _without_running_away(data, simulation, mechanisms)
+        if short.samples < data.samples:
+            left = PARTS.format("run away from", "", short.samples, data.samples, len(short.records))
+            short, nominal = finely(short, nominal)
+            said = foreign(short, nominal.sensitivity.outputs, nominal.cost)
+            return Begun(short, nominal, None, [*said, left])
+        data = short
+    beyond: list[str] = []
+    if (sure := foreseeable(data, nominal)) is not data:
+        told("the nominal model as far as what it does is foreseeable")
+        again = fitted_nominal(sure, simulation, mechanisms)
+        if again is not None:
+            beyond = [UNFORESEEABLE.format(data.samples, sure.samples, len(sure.records))]
+            data, nominal = sure, again
+    whole = data, nominal = finely(data, nominal)
+    said = [*foreign(data, nominal.sensitivity.outputs, nominal.cost), *beyond]
+    if remembers(data, nominal):
+        told("the nominal model within short stretches")
+        short = cut_up(data, nominal)
+        within = fitted_nominal(short, simulation, mechanisms)
+        if within is None:
+            raise RunError(DIVERGES)
+        return Begun(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
+    if (followed := beginnings(data, nominal)) is not None:
+        told("the nominal model as far as it follows the records")
+        short, nominal = finely(*followed)
+        where = ("part from", ", as between two motions")
+        said.append(PARTS.format(*where, short.samples, data.samples, len(short.records)))
+        return Begun(short, nominal, whole, said, parted=True)
+    return Begun(data, nominal, whole, said)
+
+
+def _without_running_away(
+    data: Data, simulation: Simulation, mechanisms: tuple[str, ...]
+) -> tuple[Data, Hypothesis]:
+    """A softening spring that is a little off runs away where the device stays: fitted to what comes before."""
+    followed = as_far_as_followed(data, simulation, mechanisms) if simulation.state else None
+    if followed is None:
+        raise RunError(DIVERGES)
+    return followed

@@ -1,0 +1,58 @@
+"""How far a finite difference goes, and whether it was one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.problem.hypothesis import Data
+
+LARGEST_MOVE = 0.3
+"""Of the outputs' RMS, by one step: beyond it the motion has escaped, or turned chaotic."""
+
+
+class Steps(NamedTuple):
+    """Of a parameter's scale: friction and deadbands have no derivative at 0, only a slope over a small step."""
+
+    sizes: tuple[float, ...]
+    """One after the other, until one moves the outputs little."""
+    small: float
+    """Of the outputs' RMS: beyond it a slope is bent, and the bend looks like a direction of its own."""
+
+
+class Moves(NamedTuple):
+    """Of differences (lanes, outputs, n), which are what."""
+
+    small: NDArray[np.bool_]
+    """(lanes,): a derivative."""
+    usable: NDArray[np.bool_]
+    """(lanes,): one, or near it: no escape."""
+
+
+def moves(moved: FloatArray, data: Data, outputs: Sequence[str]) -> Moves:
+    """How far differences (lanes, outputs, n) go beside the motion."""
+    sizes = np.array([data.size(name) for name in outputs])
+    with np.errstate(invalid="ignore", over="ignore"):
+        largest = np.abs(moved).max(axis=2) / sizes
+        return Moves((largest < data.subject.steps.small).all(axis=1), (largest < LARGEST_MOVE).all(axis=1))
+
+
+def slope(
+    moved: Callable[[float], FloatArray], data: Data, outputs: Sequence[str], otherwise: float
+) -> FloatArray | float:
+    """(outputs, n) from what a step moves, `moved(step)` (outputs, n); `otherwise` where the motion escapes by any."""
+    found: FloatArray | float = otherwise
+    for step in data.subject.steps.sizes:
+        difference = moved(step)
+        far = moves(difference[None], data, outputs)
+        if far.usable[0]:
+            found = difference / step
+        if far.small[0]:
+            break
+    return found

@@ -1,0 +1,241 @@
+"""The answer of a diagnosis: verdict, causes with evidence, where the gap lives; the content of `diagnosis.json`."""
+
+from __future__ import annotations
+
+import math
+import string
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.border.mechanisms import Mechanism, plain_unit
+from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.search.model_selection import Ranked
+from rtctl.diagnosis.search.stepwise import Search
+from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.verification.wald_test import WrongValue
+
+NORMAL_95 = 1.96
+MOST_CERTAIN = 0.999
+"""No probability is higher: the catalogue is not the world."""
+IDENTIFICATION_ERROR = 0.1
+"""Of the removable error: what a correction of the identified model may remove beside other causes and be none."""
+
+
+class Estimate(NamedTuple):
+    """A parameter of a cause with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Cause(NamedTuple):
+    """One named effect."""
+
+    id: str
+    statement: str
+    kind: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    share_removed: float
+    indistinguishable_from: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """As the file formats have it."""
+        return {
+            **self._asdict(),
+            "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
+            "indistinguishable_from": list(self.indistinguishable_from),
+        }
+
+
+def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Cause]:
+    """Most certain first; values by the fit `estimated` of what was chosen."""
+    chosen = search.chosen
+    probabilities = _probabilities(search)
+    together = joint_statements(estimated.hypothesis.simulation)
+    found = [
+        Cause(
+            id=mechanism.id,
+            statement=" ".join([_statement(mechanism, estimates), *together.get(mechanism.id, [])]),
+            kind="mechanism",
+            probability=probabilities.get(mechanism.id, 0.0),
+            parameters=estimates,
+            share_removed=_share(search, mechanism.id, noise_cost),
+            indistinguishable_from=_equivalents(search, mechanism.id),
+        )
+        for mechanism in chosen.hypothesis.simulation.mechanisms
+        if mechanism.id in chosen.hypothesis.mechanisms
+        and mechanism.id not in search.nominal.hypothesis.mechanisms
+        for estimates in (estimates_of(estimated, mechanism.id),)
+    ]
+    qualifies = {"drive.offset"} if together else set()  # says how the friction depends on direction
+    return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
+
+
+def apart_from_identification(
+    causes: Sequence[Cause], simulations: Sequence[Simulation]
+) -> tuple[list[Cause], tuple[str, ...]]:
+    """`causes`, and the ids of those taken out: small ones that may be an error of identification under the others.
+
+    The model was identified from records in which the others acted already, so it has to be corrected once they are
+    in it. That is no effect of the device. `simulations`: of the causes, and of what the data do not tell from them.
+    """
+    own = {one.id for simulation in simulations for one in simulation.mechanisms if one.of_identification}
+    small = [
+        cause
+        for cause in causes
+        if cause.share_removed < IDENTIFICATION_ERROR and own & {cause.id, *cause.indistinguishable_from}
+    ]
+    if len(small) == len(causes):
+        return list(causes), ()
+    return [cause for cause in causes if cause not in small], tuple(cause.id for cause in small)
+
+
+def wrong_value_cause(wrong: WrongValue) -> Cause:
+    """The cause `parameter.<name>`: the structure is right, a value is off."""
+    estimate = estimates_of(wrong.revised, "")[wrong.name]
+    given = next(one for one in wrong.given.hypothesis.simulation.parameters if one.name == wrong.name)
+    unit = plain_unit(given.unit)
+    return Cause(
+        id=f"parameter.{wrong.name}",
+        statement=f"The structure is right, a value is off: {wrong.name} is {estimate.value:.4g} {unit}, "
+        f"and the model has {given.value:.4g} {unit}.",
+        kind="parameter",
+        probability=min(MOST_CERTAIN, wrong.probability),
+        parameters={wrong.name: estimate},
+        share_removed=wrong.share_removed,
+        indistinguishable_from=tuple(f"parameter.{name}" for name in wrong.equivalent),
+    )
+
+
+def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
+    """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
+    hypothesis = examined.hypothesis
+    sensitivity = hypothesis.sensitivity
+    errors = examined.projected.standard_errors * sensitivity.scale
+    found = {}
+    for position, k in enumerate(sensitivity.free):
+        parameter: FreeParameter = hypothesis.simulation.parameters[k]
+        if parameter.mechanism == mechanism:
+            spread = NORMAL_95 * float(errors[position])
+            found[parameter.declared.name] = Estimate(
+                parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
+            )
+    apart = set(sensitivity.of_record.tolist())
+    forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
+    acting = {
+        one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism
+    }
+    for k, parameter in enumerate(hypothesis.simulation.parameters):
+        if k in apart and parameter.mechanism == mechanism:
+            spread = NORMAL_95 * _own_error(examined)
+            value = parameter.value
+            found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
+        elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
+            value = parameter.value
+            form = parameter.declared.of_form or parameter.declared.name
+            if form in forms and acting[form] == 0.0:  # another form of it acts
+                continue
+            found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
+    return found
+
+
+def _own_error(examined: Examined) -> float:
+    """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
+    samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
+    return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
+
+
+def sentence_of(simulation: Simulation, identity: str) -> str:
+    """A mechanism's sentence with the values that it has in `simulation`."""
+    values = {
+        one.declared.name: Estimate(one.value, one.value, one.value, one.unit)
+        for one in simulation.parameters
+        if one.mechanism == identity
+    }
+    return _statement(next(one for one in simulation.mechanisms if one.id == identity), values)
+
+
+def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
+    """The mechanism's sentence with values and units."""
+    template = mechanism.sentence({name: estimate.value for name, estimate in estimates.items()})
+    names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
+    filled = {
+        name: f"{estimates[name].value:.4g} {plain_unit(estimates[name].unit)}".strip()
+        if name in estimates
+        else "?"
+        for name in names
+    }
+    return template.format(**filled)
+
+
+def _probabilities(search: Search) -> dict[str, float]:
+    """Of each id, from the BIC weights of all sets of the chosen size; never certain.
+
+    Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much.
+    """
+    ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
+    if not ranking:
+        return {}
+    size = len(search.chosen.hypothesis.mechanisms)
+    ranking = next((one for one in search.tried if len(one[0].hypothesis.mechanisms) == size), ranking)
+    mine = frozenset(search.chosen.hypothesis.mechanisms)
+    first = next((one.bic for one in ranking if frozenset(one.hypothesis.mechanisms) == mine), ranking[0].bic)
+    weights = [math.exp(-0.5 * min(max(one.bic - first, 0.0), 1400.0)) for one in ranking]
+    total = sum(weights)
+    found: dict[str, float] = {}
+    for one, weight in zip(ranking, weights, strict=True):
+        for identity in one.hypothesis.mechanisms:
+            found[identity] = found.get(identity, 0.0) + weight / total
+    return {identity: min(MOST_CERTAIN, probability) for identity, probability in found.items()}
+
+
+def _share(search: Search, identity: str, noise_cost: float) -> float:
+    """Of the removable error (above the noise), what is lost again without this cause."""
+    chosen = search.chosen.hypothesis
+    rest = frozenset(chosen.mechanisms) - {identity}
+    without = search.nominal.hypothesis.cost
+    for one in search.without:
+        if frozenset(one.mechanisms) == rest:
+            without = one.cost
+    removable = search.nominal.hypothesis.cost - noise_cost
+    if not removable > 0.0:
+        return 0.0
+    return float(np.clip((without - chosen.cost) / removable, 0.0, 1.0))
+
+
+def _equivalents(search: Search, identity: str) -> tuple[str, ...]:
+    """Ids that stand in for this one in sets that explain the data as well."""
+    mine = frozenset(search.chosen.hypothesis.mechanisms)
+    found = []
+    for other in search.equivalent:
+        theirs = frozenset(other.mechanisms)
+        if identity not in theirs and len(theirs - mine) == 1 and len(mine - theirs) == 1:
+            found += list(theirs - mine)
+    return tuple(dict.fromkeys(found))
+
+
+def as_json(
+    verdict: str,
+    causes: Sequence[Cause],
+    gain: Gain | None,
+    where: Sequence[Mapping[str, Any]],
+    next_experiment: Mapping[str, Any] | None,
+    extra: Mapping[str, Any],
+) -> dict[str, Any]:
+    """`diagnosis.json`."""
+    content: dict[str, Any] = {
+        "verdict": verdict,
+        "causes": [cause.as_json() for cause in causes],
+        "gain": None if gain is None else {"metric": "rms_error_test", **gain._asdict()},
+        "where": list(where),
+    }
+    if next_experiment is not None:
+        content["next_experiment"] = dict(next_experiment)
+    return content | dict(extra)

@@ -1,0 +1,66 @@
+"""The files of a diagnosis: `model-extended.toml`, `next-experiment.toml`, `report.html`, `diagnosis.json`."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from rtctl import __version__
+from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
+from rtctl.diagnosis.report.html_report import report_page
+from rtctl.evaluation.metrics import write_json
+from rtctl.measured.dataset import Dataset
+from rtctl.output.atomic_write import replacing
+
+NAMES = ("diagnosis.json", "report.html", "model-extended.toml", "next-experiment.toml")
+HEAD = """# {statement}
+# Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on the extended model
+# beside it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
+"""
+
+
+def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
+    """The answer last: a folder with a diagnosis.json has all of it, and nothing of an earlier one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in NAMES:
+        (folder / name).unlink(missing_ok=True)
+    found.data.subject.write_model(folder / "model-extended.toml", found.model, provenance)
+    if found.next_experiment is not None:
+        _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))
+    _write_text(folder / "report.html", report_page(found, dataset, provenance))
+    write_json(folder / "diagnosis.json", found.json | {"provenance": provenance})
+
+
+def scenario_text(proposed: NextExperiment) -> str:
+    """As `rtctl acquire` takes it."""
+    return HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(proposed.scenario)
+
+
+def provenance_of(found: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:
+    """What the model file and the page say of where they come from."""
+    files = sorted({record.file for record in dataset.records if record.file})
+    return {
+        "dataset": dataset.name,
+        "sha256": {name: _sha256(dataset.path.parent / name) for name in [dataset.path.name, *files]},
+        "model": model.name,
+        "model_sha256": _sha256(model),
+        "verdict": found.verdict,
+        "fitted_records": [record.name for record in found.data.records],
+        "test_records": [record.name for record in found.tests],
+        "command": command,
+        "version": __version__,
+    }
+
+
+def _write_text(path: Path, text: str) -> None:
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

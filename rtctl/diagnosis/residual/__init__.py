@@ -1,0 +1,1 @@
+"""Residual analysis: noise model, projected directions, tests, localization of the gap."""

@@ -1,0 +1,1 @@
+"""Stepwise search over sets of mechanisms."""

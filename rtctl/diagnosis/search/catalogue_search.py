@@ -1,0 +1,188 @@
+"""What is wrong: a search of the catalogue, finer loops where the identified ones are too coarse."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rtctl.diagnosis.problem.budget import SECONDS, Budget
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.search.hysteresis_refit import FinerLoops, over_noise
+from rtctl.diagnosis.search.stepwise import Search, as_it_is, level_of, search
+from rtctl.diagnosis.verification.holdout_support import supported
+from rtctl.diagnosis.verification.nonparametric import explaining_more
+from rtctl.diagnosis.verification.verdict import verdict_of
+from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.dataset import Dataset
+
+FIRST_LOOK = 20.0
+"""Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
+WORTH_PUTTING_RIGHT = 1.05
+"""Times what of the noise cannot be predicted, on test records: a set that passes and leaves less there hardly gains by
+other loops."""
+STOPPED = (
+    "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
+    "nominal model"
+)
+NOT_PUT_RIGHT = "stopped by the user before the static loops were learned anew behind these causes"
+LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
+NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
+OUT_OF_TIME = (
+    "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
+    "were not looked at"
+)
+
+
+class Stopped(Exception):  # noqa: N818 - not an error
+    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosisOptions:
+    """What a user may choose."""
+
+    false_claim_rate: float = 0.05
+    threads: int = max(1, min(2, os.cpu_count() or 1))
+    seconds: float = SECONDS
+    """Processor time of the diagnosis, after which no further fit is begun."""
+
+
+class Asked(NamedTuple):
+    """What the causes are looked for in."""
+
+    data: Data
+    nominal: Hypothesis
+    model: Any
+    dataset: Dataset
+    tests: tuple[FitRecord, ...]
+    ids: Sequence[str]
+    options: DiagnosisOptions
+    budget: Budget
+    told: Callable[[str], None]
+
+    def relearning(self, loops: Mapping[str, Any]) -> FinerLoops:
+        """What it takes to learn these loops, by output, anew."""
+        level = level_of(self.options.false_claim_rate)
+        return FinerLoops(loops, self.data, self.tests, self.ids, level, self.told, self.budget)
+
+
+def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
+    """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
+
+    Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
+    looked for where that is no help only, since beside loops that are wrong a second cause explains their errors.
+    """
+    first, said, stopped = None, list[str](), False
+    if whole and ask.tests:
+        try:
+            loops = _finer(ask)
+        except Stopped:
+            loops = None
+        if loops is not None:
+            first, said, stopped = _searched(
+                ask._replace(budget=Budget.of(min(FIRST_LOOK, ask.options.seconds)))
+            )
+            if stopped:
+                return first, said, True
+            try:
+                found = loops.behind(first)
+            except Stopped:
+                return first, [LOOPS_STOPPED], True
+            if found.learned:
+                return found, [], False
+    mended = _Mended(ask, [])
+    if first is None or first.out_of_time:
+        first, said, stopped = _searched(ask, mended.put_right if whole else as_it_is)
+    found = first
+    if whole and not stopped and found.learned is None:
+        found, unsupported = supported(found, found.finer or ask.data, ask.tests, ask.ids, ask.budget)
+        said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
+        try:
+            found = mended.at_last(found)
+        except Stopped:
+            return found, [*said, NOT_PUT_RIGHT], True
+    return found, said, stopped
+
+
+class _Mended(NamedTuple):
+    """Static loops learned anew behind causes that leave something, passing or not, if test records gain by it."""
+
+    ask: Asked
+    tried: list[Search]
+    """What came of it so far."""
+
+    def put_right(self, found: Search) -> Search:
+        """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
+        ask, subject = self.ask, self.ask.data.subject
+        partly = verdict_of(found, subject.least_removed) == "partly_explained"
+        if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
+            return found
+        loops = subject.identified(ask.model, ask.dataset)
+        if not loops:
+            return found
+        law = explaining_more(
+            ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.told
+        )
+        found = found._replace(outdone=law)
+        if not law:
+            found = ask.relearning(loops).behind(found)
+        self.tried.append(found)
+        return found
+
+    def at_last(self, found: Search) -> Search:
+        """Of a search that has ended: itself if it passes, else what was mended on its way if that leaves less."""
+        if found.passes:
+            return self._closer(found)
+        if not self.tried:
+            return self.put_right(found)
+        last = self.tried[-1]
+        if last.chosen.hypothesis is found.chosen.hypothesis:
+            return found._replace(outdone=last.outdone)
+        if last.learned is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
+            return found
+        return last._replace(out_of_time=found.out_of_time)
+
+    def _closer(self, found: Search) -> Search:
+        """A set that passes, since a model may be off by so much: with loops that are off by less, if it still does
+        and test records show that they are. Not where others explain as much: all of them have the same loops.
+        """
+        ask, subject = self.ask, self.ask.data.subject
+        named = found.chosen.hypothesis is not found.nominal.hypothesis and not found.equivalent
+        if not (named and ask.data.allowed) or subject.relearned is None or ask.budget.spent:
+            return found
+        if over_noise(found.chosen, ask.tests) < WORTH_PUTTING_RIGHT:
+            return found
+        loops = subject.identified(ask.model, ask.dataset)
+        if not loops:
+            return found
+        again = ask.relearning(loops).behind(found)
+        return again if again.passes else found
+
+
+def _finer(ask: Asked) -> FinerLoops | None:
+    """None where the static loops are not too coarse."""
+    if ask.data.subject.relearned is None:
+        return None
+    ask.told("whether the static loops are too coarse")
+    coarse = ask.data.subject.coarse(ask.model, ask.dataset)
+    return ask.relearning(coarse) if coarse else None
+
+
+def _searched(ask: Asked, put_right: Callable[[Search], Search] = as_it_is) -> tuple[Search, list[str], bool]:
+    """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
+    tried: list[str] = []
+    known: list[Search] = []
+
+    def noted(text: str) -> None:
+        ask.told(text)
+        tried.append(text)
+
+    try:
+        rate = ask.options.false_claim_rate
+        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, put_right)
+        return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
+    except Stopped:
+        so_far = known[-1]
+        return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True

@@ -1,0 +1,231 @@
+"""What was identified of a model, found too coarse: learned anew, finer, where that holds on records no fit saw.
+
+The identification's own records say whether its static part is too coarse, whatever else acts on the others. If they
+do, the causes found so far keep their place, that part is learned behind them from the fitted records too, and it is a
+cause if the error on test records falls by it: noise, and causes that it could imitate, do not repeat there. Where
+those records say nothing, but causes leave more than the noise, it is learned anew behind them all the same, and put
+right where that helps there: what lies between the levels of a staircase was never measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rtctl.diagnosis.problem.budget import Budget
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.subject import Placed
+from rtctl.diagnosis.report.answer import MOST_CERTAIN, Cause, Estimate
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
+from rtctl.diagnosis.search.stepwise import Search
+from rtctl.diagnosis.verification.holdout_error import free_run_error, gain
+from rtctl.diagnosis.verification.holdout_support import SMALL
+from rtctl.diagnosis.verification.verdict import LEAST_GAIN
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.vo2.coarse_loops import UNITS, left_by
+
+ID = "hysteresis.shape"
+STATEMENT = (
+    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
+    "leave {}. Learned anew from the staircases and the fitted records."
+)
+WORSE = 0.95
+"""Of the error before: no output's on test records may rise to one over it."""
+TWICE = 25.0
+"""Seconds that have to be left of the diagnosis for loops to be learned behind a smaller set first."""
+AS_IDENTIFIED = 3.0
+"""Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
+more, however far off the loops are between their levels."""
+
+
+def _silent(text: str) -> None:
+    """Nobody listens."""
+
+
+class Learned(NamedTuple):
+    """A static part that was learned anew."""
+
+    coarse: Mapping[str, Any]
+    """By output, what showed it."""
+    loops: Mapping[str, Any]
+    """By output, the part itself."""
+    before: Hypothesis
+    """The same causes with the part as it was."""
+
+    @property
+    def is_cause(self) -> bool:
+        """Whether the identification's own records show it; else the part is only put right."""
+        return any(one.is_coarse for one in self.coarse.values())
+
+
+class FinerLoops(NamedTuple):
+    """What it takes to learn them: read-outs by output, the records, the gate."""
+
+    coarse: Mapping[str, Any]
+    data: Data
+    tests: Sequence[FitRecord]
+    ids: Sequence[str]
+    level: float
+    told: Callable[[str], None] = _silent
+    """Hears what is under way, and may raise to stop."""
+    budget: Budget | None = None
+    """Of the diagnosis: without end where there is none."""
+
+    def behind(self, found: Search) -> Search:
+        """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
+        nominal = found.nominal.hypothesis
+        known = _without_its_correction(self.data, nominal, found.chosen.hypothesis)
+        fewer = _less_what_is_small(self.data, nominal, known)
+        # what is small beside the causes may be the error of the loops
+        if fewer is not known and self._lasts(TWICE):
+            alone = self._behind(found, fewer)
+            if alone is not found and alone.passes:
+                return alone
+        return self._behind(found, known)
+
+    def _behind(self, found: Search, known: Hypothesis) -> Search:
+        data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
+        placed, again = self._learned(known)
+        if placed is None:
+            return found
+        bare = fitted(
+            data, placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
+        )
+        if bare is None:
+            return found
+        again = _less_what_they_replace(data, bare, again)
+        learned = Learned(self.coarse, placed.loops, known)
+        if not learned.is_cause and again.mechanisms == bare.mechanisms:
+            return found
+        examined = examine(again, data, self.ids)
+        claimed = learned.is_cause or not found.passes  # else any gain will do that is certain
+        others = [(chosen, LEAST_GAIN if claimed else 1.0)]
+        others += [] if learned.is_cause else [(bare, LEAST_GAIN)]  # the causes have to help by themselves
+        if not all(_helps(one, examined, data, self.tests, least) for one, least in others):
+            return found
+        return found._replace(
+            chosen=examined, passes=examined.p_value > self.level, equivalent=(),
+            without=without_each(data, bare, again), learned=learned,
+        )  # fmt: skip
+
+    def _lasts(self, seconds: float) -> bool:
+        return self.budget is None or self.budget.left > seconds
+
+    def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
+        """Loops behind `known`, and `known` fitted with them; None where they leave no less.
+
+        Twice, if time lasts: with the first loops the causes are nearer to the truth.
+        """
+        beginnings = [one for one in (_as_identified(self.data, known), known) if one is not None]
+        learned, after = min(
+            (self._once(one, known.still) for one in beginnings), key=lambda one: one[1].cost
+        )
+        if not after.cost < known.cost:
+            return None, known
+        if not self._lasts(0.0):
+            return learned, after
+        again, then = self._once(after, known.still)
+        return (again, then) if then.cost < after.cost else (learned, after)
+
+    def _once(self, behind: Hypothesis, still: frozenset[str]) -> tuple[Placed, Hypothesis]:
+        """Loops behind `behind`, and that fitted with them, or as it was where that diverges."""
+        data = self.data
+        assert data.subject.relearned is not None
+        placed = data.subject.relearned(self.coarse, behind, data, self.told)
+        again = fitted(data, placed(behind.simulation), behind.mechanisms, behind.starts, still=still)
+        return placed, again or behind
+
+
+def loops_cause(found: Search, noise_cost: float) -> Cause | None:
+    """The loops as a cause; None where they were not learned anew, or only put right."""
+    if found.learned is None or not found.learned.is_cause:
+        return None
+    removable = found.nominal.hypothesis.cost - noise_cost
+    removed = found.learned.before.cost - found.chosen.hypothesis.cost
+    parameters = {}
+    for output, one in found.learned.coarse.items():
+        value, low, high = one.misfit
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
+    return Cause(
+        id=ID, statement=STATEMENT.format(left_by(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
+        parameters=parameters,
+        share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
+        indistinguishable_from=(),
+    )  # fmt: skip
+
+
+def _as_identified(data: Data, known: Hypothesis) -> Hypothesis | None:
+    """`known` with the gains and offsets that the loops were identified with; None where the records need others.
+
+    Left free they make up for what the loops are off by, and then the causes are off that these are learned behind.
+    """
+    settled = data.subject.corrections
+    values = np.array([settled.get(one.name, one.value) for one in known.simulation.parameters])
+    there = known.simulation.with_values(values)
+    found = fitted(data, there, known.mechanisms, known.starts, still=known.still | frozenset(settled))
+    return found if found is not None and found.cost < AS_IDENTIFIED * known.cost else None
+
+
+def _without_its_correction(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+    """Less the smooth correction of the loops, which finer ones make needless."""
+    rest = tuple(name for name in chosen.mechanisms if name != ID)
+    if rest == chosen.mechanisms or ID in nominal.mechanisms:
+        return chosen
+    if rest == nominal.mechanisms:
+        return nominal
+    return fitted_without(data, nominal, chosen, rest) or chosen
+
+
+def _less_what_is_small(data: Data, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
+    """Without the causes that remove little of what the set does."""
+    removed = nominal.cost - known.cost
+    fewer = known
+    while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
+        rest = min(without_each(data, nominal, fewer), key=lambda one: one.cost, default=None)
+        if rest is None or rest.cost - known.cost > SMALL * removed:
+            break
+        fewer = rest
+    return fewer
+
+
+def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
+    """Without the causes that hardly matter once the loops are finer."""
+    while len(again.mechanisms) > len(bare.mechanisms):
+        fewer = min(without_each(data, bare, again), key=lambda one: one.cost, default=None)
+        if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
+            break
+        again = fewer
+    return again
+
+
+def over_noise(found: Examined, tests: Sequence[FitRecord]) -> float:
+    """Error on test records (RMS) over what of the noise cannot be predicted, of the output where that is largest; 0
+    where none has one.
+
+    The slow part of what is left may be noise or the model's own error, and a noise model takes it for its own.
+    """
+    simulation, most = found.hypothesis.simulation, 0.0
+    for name, noise in zip(found.hypothesis.sensitivity.outputs, found.noise, strict=True):
+        errors = [free_run_error(simulation, record, name) for record in tests if name in record.measured]
+        if errors and noise.variance > 0.0:
+            most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
+    return most
+
+
+def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord], least: float) -> bool:
+    """Whether an output's error on test records beyond the noise falls to one over `least`, and none rises."""
+    gains, rate = [], data.scales.rate
+    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
+        seen = [record for record in tests if name in record.measured]
+        floor = float(np.sqrt(noise.mean_square))
+        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
+        gains += [one] if one is not None else []
+
+    def falls(was: float, now: float, floor: float) -> bool:
+        return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / least**2
+
+    lower = any(one.ratio_low > 1.0 and falls(one.before, one.after, one.noise_floor) for one in gains)
+    return lower and all(one.ratio > WORSE for one in gains)

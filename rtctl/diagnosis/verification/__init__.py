@@ -1,0 +1,1 @@
+"""Verification of the chosen set on test records and against nonparametric alternatives."""

@@ -1,0 +1,127 @@
+"""Whether a law of no name explains more than causes do: then none of them is the cause."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.diagnosis.problem.budget import Budget
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.report.answer import sentence_of
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.search.candidates import runners_of
+from rtctl.diagnosis.search.model_selection import whitened_bic
+from rtctl.diagnosis.search.successive_halving import FIRST_LAP, race
+
+SECONDS = 20.0
+"""Of processor time, for all laws: most of it takes a force that comes late."""
+ENOUGH = 24_000
+"""Samples."""
+BETTER = 0.8
+"""Of the cost: a law of no name that leaves less than this share of what the named causes leave. Of an oscillator also
+of the cost beyond the noise's own: near the noise no law leaves a fifth less."""
+LIKELIER = 10.0
+"""Difference of BIC by which a law of no name has to be the likelier one, near the noise."""
+SUSPECT = 1e-3
+"""P-value of forces along the past of the motion: below it a set that passes is compared with laws of such forces."""
+
+
+def explaining_more(
+    data: Data, nominal: Hypothesis, named: Hypothesis, budget: Budget,
+    told: Callable[[str], None] = lambda text: None,
+) -> str:  # fmt: skip
+    """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
+
+    Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `told` hears each
+    fit, and may raise to stop.
+    """
+    few = _few(data)
+    glance = few.glance
+    first, other = (replace(one, starts=one.starts[: len(few.records)]) for one in (nominal, named))
+    seen = fitted(glance, other.simulation, other.mechanisms, other.starts, FIRST_LAP, still=other.still)
+    if seen is None:
+        return ""
+    law = _ahead(few, first, data.subject.unnamed, budget, told)
+    if law is None or law.cost >= seen.cost:
+        return ""
+    if law.cost < BETTER * seen.cost:
+        return _sentence(law)
+    return "" if data.allowed else _beyond_noise(data, nominal, law, named)
+
+
+def _beyond_noise(data: Data, nominal: Hypothesis, law: Hypothesis, named: Hypothesis) -> str:
+    """The sentence of `law` if it leaves clearly less than `named` beyond what the noise leaves of both."""
+    whole = _on_all(data, nominal, law)
+    if whole is None:
+        return ""
+    left = examine(whole, data, ())
+    noise = noise_cost_of(left)
+    clearly = whole.cost - noise < BETTER * (named.cost - noise)
+    return _sentence(law) if clearly and _likelier(whole, named, data, left) else ""
+
+
+def explaining_the_past(
+    data: Data, nominal: Hypothesis, named: Examined, budget: Budget,
+    told: Callable[[str], None] = lambda text: None,
+) -> str:  # fmt: skip
+    """The same behind causes that pass the gate, which does not ask for forces along the past of the motion: of a law
+    of such forces that is likelier. It is looked for only where the residual has room for one.
+    """
+    past = data.subject.past
+    if past is None or not past_in(named, data) < SUSPECT:
+        return ""
+    few = _few(data)
+    first = replace(nominal, starts=nominal.starts[: len(few.records)])
+    law = _ahead(few, first, past.laws, budget, told)
+    whole = _on_all(data, nominal, law) if law is not None else None
+    return _sentence(whole) if whole is not None and _likelier(whole, named.hypothesis, data, named) else ""
+
+
+def _ahead(
+    data: Data, nominal: Hypothesis, laws: Sequence[str], budget: Budget, told: Callable[[str], None]
+) -> Hypothesis | None:
+    """The law that leaves least."""
+    runners = runners_of(examine(nominal, data, laws))
+    runners.sort(key=lambda runner: laws.index(runner.mechanisms[-1]))
+    field = race(data.glance, runners, told, budget.further(SECONDS))
+    return field[0] if field else None
+
+
+def _on_all(data: Data, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
+    """`law`, fitted to the first records, on all of them."""
+    if len(law.starts) == len(data.records):
+        return law
+    starts = np.concatenate((law.starts, nominal.starts[len(law.starts) :]))
+    return fitted(data, law.simulation, law.mechanisms, starts, FIRST_LAP, still=law.still)
+
+
+def _few(data: Data) -> Data:
+    """The first records, as many as tell one law from another: some laws take long to simulate."""
+    count, samples = 0, 0
+    while count < len(data.records) and (count == 0 or samples + data.records[count].samples <= ENOUGH):
+        samples += data.records[count].samples
+        count += 1
+    return replace(data, records=data.records[:count])
+
+
+def past_in(named: Examined, data: Data) -> float:
+    """P-value of forces along the past of the motion in what `named` leaves; 1 of a subject that has none."""
+    past = data.subject.past
+    if past is None:
+        return 1.0
+    asked = replace(data, subject=replace(data.subject, forces=past.forces, slopes=past.slopes))
+    tests = examine(named.hypothesis, asked, (), named.noise).tests
+    return min(test.p_value for test in tests if test.name == "generic forces")
+
+
+def _likelier(law: Hypothesis, named: Hypothesis, data: Data, noise_of: Examined) -> bool:
+    """In the noise that `noise_of` leaves."""
+    first, other = (whitened_bic(data, one, noise_of.noise) for one in (law, named))
+    return first < other - LIKELIER
+
+
+def _sentence(law: Hypothesis) -> str:
+    return sentence_of(law.simulation, law.mechanisms[-1])

@@ -1,0 +1,128 @@
+"""What a run amounts to: verdict, scores, checks, timing, faults; the content of `summary.json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.quantities import convert
+from rtctl.border.records import DeviceStatus
+from rtctl.evaluation.metrics import NOT_SCORED, ErrorScore, finite, score
+from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
+from rtctl.loop.supervisor import LoopOutcome
+from rtctl.plants.support import PlantSupport
+from rtctl.scenario.schema import Scenario
+from rtctl.timing.realtime import Request
+from rtctl.timing.step_timing import StepTiming
+
+Measured = dict[str, float | None]
+"""What a check is held to, by its name; None where there was nothing to measure."""
+
+
+def summarise(
+    scenario: Scenario,
+    plant: PlantSupport[Any],
+    model: Any,
+    outcome: LoopOutcome,
+    signals: Mapping[str, FloatArray],
+    timing: StepTiming,
+    requests: Sequence[Request] = (),
+) -> dict[str, Any]:
+    """The run summary of the file formats, with percentages of the model's output range beside."""
+    output = scenario.profile.reference
+    to_um = convert(1.0, output.unit, "um")
+    span = to_um * plant.output_range(scenario, model).width
+    measured = to_um * signals[output.name]
+    sensing = score(to_um * signals["estimate"], measured, span)
+    tracking = (
+        NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
+    )
+    faults = _faults(outcome)
+    levels, held = _levels(scenario, plant, model, signals)
+    checks = _checks(scenario, {**_errors(tracking, sensing), **held})
+    failed = [
+        check for check in checks if check["met"] is False
+    ]  # None: no instrument, nothing to hold it to
+    summary: dict[str, Any] = {
+        "scenario": scenario.scenario.title,
+        "verdict": "fault" if outcome.fault is not None else "fail" if failed else "pass",
+        "tracking": tracking._asdict(),
+        "self_sensing": sensing._asdict(),
+        "range_um": span,
+        "estimator": scenario.estimator.kind,
+        "driver": scenario.driver.kind,
+        "clock": scenario.clock.mode,
+        "device": plant.identity(model),
+        "timing": {
+            **timing.summary(scenario.scenario.period_s),
+            "steps_in": outcome.taken_in,
+            "missed": scenario.clock.missed,
+            "requests": [request._asdict() for request in requests],
+        },
+        "clamped_steps": int(
+            np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
+        ),
+        **({"levels": levels} if levels else {}),
+        "checked": all(check["met"] is not None for check in checks),
+        "checks": checks,
+        "paper": scenario.paper.model_dump(exclude_none=True),
+        "faults": faults,
+    }
+    cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
+    return cleaned
+
+
+def _faults(outcome: LoopOutcome) -> list[dict[str, Any]]:
+    """All of them, the survived ones first."""
+    found: list[dict[str, Any]] = [
+        {"fault": str(fault), "message": message, "step": step, "rearmed": True}
+        for step, fault, message in outcome.survived
+    ]
+    if outcome.fault is not None:
+        found.append({"fault": str(outcome.fault), "message": outcome.message})
+    return found
+
+
+def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:
+    return {
+        "tracking_mean_percent": tracking.mean_abs_percent,
+        "tracking_max_percent": tracking.max_abs_percent,
+        "self_sensing_mean_percent": sensing.mean_abs_percent,
+        "self_sensing_max_percent": sensing.max_abs_percent,
+    }
+
+
+def _levels(
+    scenario: Scenario, plant: PlantSupport[Any], model: Any, signals: Mapping[str, FloatArray]
+) -> tuple[list[dict[str, float]], Measured]:
+    """A row a settled level, and what the checks ask of them; nothing where nobody said when a level is settled."""
+    settle_s, period_s = scenario.checks.settle_after_s, scenario.scenario.period_s
+    setpoint, output = signals["setpoint"], signals[scenario.profile.reference.name]
+    if scenario.reference is None or len(setpoint) == 0:
+        return [], dict.fromkeys(("hold_max_percent", "settling_max_ms", "backbone_max_hz"))
+    holds = holds_of(signals["index"], setpoint, period_s, settle_s or 0.0)
+    measured: Measured = {
+        "hold_max_percent": hold_error_percent(setpoint, output, holds),
+        "settling_max_ms": settling_ms(signals["index"], setpoint, output, period_s, holds),
+        "backbone_max_hz": None,
+    }
+    if settle_s is None:
+        return [], measured
+    rows = level_rows(signals, scenario.profile, holds, lambda means: plant.predict(model, means))
+    off = [abs(row["off_backbone_hz"]) for row in rows if "off_backbone_hz" in row]
+    if off and np.isfinite(output).any():  # else there is no instrument, and nothing to hold it to
+        measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else math.inf
+    return rows, measured
+
+
+def _checks(scenario: Scenario, measured: Measured) -> list[dict[str, Any]]:
+    checks = []
+    for name, limit in scenario.checks.bounds().items():
+        found = measured[name]
+        met = None if found is None else found <= limit
+        checks.append({"check": name, "limit": limit, "measured": found, "met": met})
+    return checks

@@ -1,0 +1,1 @@
+"""Least-squares solvers and the inference at their minimum."""

@@ -1,0 +1,109 @@
+"""From a minimum to values with errors: curvature by the sensitivities, scatter by the residuals' colour.
+
+    covariance = S^-1 (sum over records of J_p R J_p^T) S^-1,   J_p = J_shared - J_own T^-1 B
+
+S is the information on the shared unknowns with the own ones (initial states) eliminated, R the residuals'
+covariance by an autoregression fitted to them. H. White, Econometrica 48 (1980) 817, with a parametric middle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+from rtctl.identification.fit import Fit, FitError
+from rtctl.identification.least_squares.arrowhead_solver import eliminated
+from rtctl.identification.least_squares.determinability import determinability
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum
+from rtctl.identification.noise.residual_noise import NoiseModel, coloured_gram, fit_noise_by_period
+from rtctl.identification.simulation_error.segments import SegmentCost
+
+
+def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
+    """The fit that ended at `found`."""
+    sensitivity = cost.sensitivity
+    residuals = _residuals(cost, found)
+    by_record = _by_record(cost, residuals)
+    periods_s = [segment.record.period_s for segment in cost.segments]
+    noise = {name: fit_noise_by_period(residuals[name], periods_s) for name in sensitivity.outputs}
+    information, covariance = _covariance(cost, found, noise)
+    names = tuple(sensitivity.simulation.parameters[k].name for k in sensitivity.free)
+    values = found.unknowns.shared * sensitivity.scale
+    said = determinability(names, values, information, covariance, sensitivity.scale)
+    silent = np.array([name in said.silent for name in names], dtype=bool)
+    covariance = covariance * np.outer(sensitivity.scale, sensitivity.scale)
+    covariance[silent, :] = covariance[:, silent] = 0.0
+    covariance[silent, silent] = np.inf
+    initial = [cost.state(k, found.unknowns) for k in _first_of_records(cost)]
+    return Fit(
+        simulation=sensitivity.simulation.with_values(sensitivity.values(found.unknowns.shared)),
+        method=method, free=sensitivity.free, names=names, values=values, covariance=covariance,
+        initial=np.array(initial), noise=noise,
+        rms={name: _rms(residuals[name]) for name in sensitivity.outputs},
+        record_rms={
+            record: {name: _rms([one]) for name, one in outputs.items()} for record, outputs in by_record.items()
+        },
+        residuals=by_record,
+        status=found.status, iterations=found.iterations, determinability=said,
+        samples=sum(len(one) for series in residuals.values() for one in series),
+    )  # fmt: skip
+
+
+def _residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]:
+    """By output, one array a segment."""
+    residuals: dict[str, list[FloatArray]] = {name: [] for name in cost.sensitivity.outputs}
+    for k in range(len(cost.segments)):
+        run = cost.linearise(k, found.unknowns)
+        if run is None:
+            raise FitError("the model diverges where the fit ended: it is on the edge of its bounded motions")
+        for row, name in enumerate(cost.sensitivity.outputs):
+            residuals[name].append(run.residual[row, : -1 if cost.segments[k].joined else None])
+    return residuals
+
+
+def _by_record(cost: SegmentCost, residuals: dict[str, list[FloatArray]]) -> dict[str, dict[str, FloatArray]]:
+    """The segments of a record put together."""
+    names = [segment.record.name for segment in cost.segments]
+    return {
+        record: {
+            output: np.concatenate([one for one, name in zip(series, names, strict=True) if name == record])
+            for output, series in residuals.items()
+        }
+        for record in dict.fromkeys(names)
+    }
+
+
+def _covariance(
+    cost: SegmentCost, found: Minimum, noise: dict[str, NoiseModel]
+) -> tuple[FloatArray, FloatArray]:
+    """Information per unit variance and covariance (p, p) of the scaled shared unknowns."""
+    information, inner = eliminated(found.equations)
+    middle = np.zeros_like(information)
+    for k in range(len(cost.segments)):
+        run = cost.linearise(k, found.unknowns)
+        if run is None:
+            continue  # `_residuals` has raised for it
+        for row, name in enumerate(cost.sensitivity.outputs):
+            scored = slice(None, -1 if cost.segments[k].joined else None)
+            slopes = run.shared[:, row, scored]
+            if len(run.own):
+                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row, scored])
+            middle += (
+                coloured_gram(slopes, noise[name].at(cost.segments[k].record.period_s)) / cost.sigma[row] ** 4
+            )
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True)
+    inverse = inverse * np.outer(scale, scale)
+    covariance: FloatArray = inverse @ middle @ inverse
+    return information, 0.5 * (covariance + covariance.T)
+
+
+def _first_of_records(cost: SegmentCost) -> NDArray[np.intp]:
+    joined = np.array([False] + [segment.joined for segment in cost.segments[:-1]])
+    return np.flatnonzero(~joined)
+
+
+def _rms(series: list[FloatArray]) -> float:
+    count = sum(len(one) for one in series)
+    return float(np.sqrt(sum(float(one @ one) for one in series) / count)) if count else 0.0

@@ -1,0 +1,1 @@
+"""Noise models of residuals: autoregression, slow noise."""

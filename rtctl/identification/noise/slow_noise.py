@@ -1,0 +1,101 @@
+"""The slow part of a noise, whose power grows towards zero frequency without end (1/f): no autoregression reaches it.
+
+Of what an autoregression leaves, the unbalanced Haar details at blocks of 2^j samples are all but uncorrelated, and
+those of the long blocks are larger than the others. Their transform is orthonormal, so with each over its standard
+deviation a series of any length is white. How large they are is smoothed over the levels, as few details are long.
+
+Reference: G. W. Wornell, Wavelet-based representations for the 1/f family of fractal processes, Proc. IEEE 81 (1993)
+1428.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from rtctl.border.arrays import FloatArray
+
+LEVELS = 40
+"""Enough for any record."""
+STEP = 0.5
+"""From level to level, of the logarithm of a variance; 1/f doubles it, a random walk takes it four times."""
+CHANCE = 0.3
+"""Of white noise to look as slow, about; what it is then given is little."""
+ROUND_OFF = 1e-6
+"""Of white noise: details below it were taken out with the mean."""
+
+
+class SlowPart(NamedTuple):
+    """Variance of the details of blocks of 2^level samples, level 1 first, (LEVELS,); white noise has 1 in each."""
+
+    variances: FloatArray
+
+    def power(self, frequencies: FloatArray) -> FloatArray:
+        """At frequencies in periods a sample, in units of white noise's; at 0 as at the lowest that is given."""
+        lowest = np.min(frequencies[frequencies > 0.0], initial=0.5)
+        levels = -np.log2(np.maximum(frequencies, lowest))
+        return np.exp(np.interp(levels, 1.5 + np.arange(LEVELS), np.log(self.variances)))
+
+    def whiten(self, series: FloatArray) -> FloatArray:
+        """`series` (..., n) with each detail over its standard deviation."""
+        sums, counts = _pyramid(series)
+        gains = 1.0 / np.sqrt(self.variances)
+        found: FloatArray = gains[len(sums) - 1] * sums[-1] / counts[-1]
+        for level in range(len(sums) - 2, -1, -1):
+            rest = found - gains[level] * (sums[level + 1] / counts[level + 1])
+            found = sums[level] * (gains[level] / counts[level])
+            found[..., ::2] += rest
+            found[..., 1::2] += rest[..., : found.shape[-1] // 2]
+        return found
+
+
+def fitted_slow(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
+    """Of `squares` (LEVELS,) of `numbers` (LEVELS,) details; None where white noise explains them.
+
+    The variances' logarithms are a random walk over the levels, with an error of sqrt(2 / number) each.
+    """
+    seen = (numbers > 0.0) & (squares > ROUND_OFF * numbers)
+    if not seen.any():
+        return None
+    raw = np.zeros(LEVELS)
+    raw[seen] = np.log(squares[seen] / numbers[seen])
+    unlike = float(np.sum(numbers[seen] * np.expm1(raw[seen]) - numbers[seen] * raw[seen]))
+    if chi2.sf(unlike, int(seen.sum())) > CHANCE:
+        return None
+    weight = np.where(seen, 0.5 * numbers, 0.0)
+    steps = np.diff(np.eye(LEVELS), axis=0) / STEP
+    smooth = np.linalg.solve(np.diag(weight) + steps.T @ steps, weight * raw)
+    return SlowPart(np.exp(smooth))
+
+
+def by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of squared details (LEVELS,) over all of `series` (rows, n), their numbers a row; the mean is the last."""
+    squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
+    sums, counts = _pyramid(series)
+    energy = [float(np.sum(one**2 / count)) for one, count in zip(sums, counts, strict=True)]
+    for level in range(len(sums) - 1):
+        squares[level] = max(energy[level] - energy[level + 1], 0.0)
+        numbers[level] = sums[level].shape[-1] - sums[level + 1].shape[-1]
+    squares[len(sums) - 1], numbers[len(sums) - 1] = energy[-1], 1.0
+    return squares, numbers
+
+
+def _pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Sums over blocks of 1, 2, 4 ... samples up to the whole, the last block of each as long as there is, and how
+    many samples each has."""
+    sums, counts = [series], [np.ones(series.shape[-1])]
+    while sums[-1].shape[-1] > 1:
+        sums.append(_pairs(sums[-1]))
+        counts.append(_pairs(counts[-1]))
+    return sums, counts
+
+
+def _pairs(series: FloatArray) -> FloatArray:
+    """Sums of each two of (..., n); the last one alone where n is odd."""
+    both = series.shape[-1] // 2
+    found = np.empty((*series.shape[:-1], series.shape[-1] - both))
+    np.add(series[..., : 2 * both : 2], series[..., 1::2], out=found[..., :both])
+    found[..., both:] = series[..., 2 * both :]
+    return found

@@ -1,0 +1,1 @@
+"""Identification of oscillators: weak form, output error, annealing, tone records."""

@@ -1,0 +1,207 @@
+"""Simulated annealing of a few coefficients: Algorithm 1 of the ME paper as it is meant, and by its letter.
+
+At temperature T a move x -> x + D of randomly chosen coefficients is taken where the cost falls, and else with
+
+    P = exp(-(f_new - f) / T),   T <- cooling T after `moves` moves                                     (3)
+
+T_0 is the mean |f_new - f| of `pre_runs` times `moves` trials from the start. All `moves` of a temperature are
+proposed around where it began, so that one call evaluates them together, and judged in order.
+
+Corrected of the paper's Algorithm 1: `FAULTS` has the list. Added, because steps that suit the start are far too coarse
+and too square for the end: the moves' covariance follows those that were good (D. Vanderbilt, S. Louie, J. Comput.
+Phys. 56, 259, 1984), their size the share of these (A. Corana et al., ACM Trans. Math. Software 13, 262, 1987).
+`paper_letter` runs the printed lines instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.border.arrays import BoolArray, FloatArray
+
+Cost = Callable[[FloatArray], FloatArray]
+"""Of parameter sets (n, p); infinite where there is none."""
+
+FAULTS = (
+    "Line 7 takes a move where f rises: right for a correlation, the opposite of what is wanted for an error "
+    "(peak-to-peak, peak index), which it then drives up.",
+    "Line 12 takes a worse move where a random number exceeds exp(-df/kT): the test is inverted. With df as printed "
+    "(new minus old) the exponential is above 1 for every move that line 7 has refused, so none is ever taken: the "
+    "printed algorithm does not anneal.",
+    "Line 23 cools to alpha T_0 and stays there: the product is not cumulative.",
+    "Lines 8, 13 and 16 keep one f_best, which an accepted worse move overwrites: the best that was seen is lost.",
+    "Line 20 turns the sign of all steps at once: two coefficients that must move against each other (damping and "
+    "stiffness) never can in one move.",
+    "Lines 4 to 22 keep one step size: as large as the start needs, it is too coarse to converge.",
+)
+TARGET_SHARE = (0.2, 0.4)
+"""Share of moves that would be taken from where a temperature began, between which the steps stay."""
+STEP_CHANGE = 1.15
+LEAST_STEP, MOST_STEP = 1e-9, 0.5
+"""Of a coefficient's range."""
+LEARNED = 0.15
+"""Weight of a temperature's accepted moves in the covariance of the next ones."""
+LEAST_POWER = 1e-14
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnnealingOptions:
+    """The paper's numbers are the defaults where it gives any."""
+
+    temperatures: int = 300
+    moves: int = 30
+    """At each temperature."""
+    cooling: float = 0.9
+    first_step: float = 0.1
+    """Of a coefficient's range: the largest change of the first moves."""
+    pre_runs: int = 5
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not (self.temperatures > 0 and self.moves > 0 and self.pre_runs > 0):
+            raise ValueError(
+                f"temperatures, moves and pre_runs must be > 0, got {self.temperatures!r}, {self.moves!r}, "
+                f"{self.pre_runs!r}"
+            )
+        for name in ("cooling", "first_step"):
+            if not 0.0 < getattr(self, name) < 1.0:
+                raise ValueError(f"{name} must lie in (0, 1), got {getattr(self, name)!r}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Annealed:
+    """What was found, and how it went."""
+
+    values: FloatArray
+    """(p,) of the best that was seen; by the paper's letter the last that was taken."""
+    cost: float
+    first_temperature: float
+    best: FloatArray
+    """(temperatures,) lowest cost so far; by the letter the current one."""
+    taken: FloatArray
+    """(temperatures,) share of moves that were good enough to be taken from where the temperature began."""
+    evaluations: int
+
+
+def anneal(
+    cost: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
+) -> Annealed:
+    """Minimise `cost` within [low, high] (p,) from `start`. Raises ValueError where the start has no finite cost."""
+    options = options or AnnealingOptions()
+    rng = np.random.default_rng(options.seed)
+    x, width = np.asarray(start, dtype=np.float64), high - low
+    f = _first_cost(cost, x, low, high)
+    shape, step = np.eye(len(x)), options.first_step
+    trials = [_proposed(rng, x, step * shape, low, high, options.moves) for _ in range(options.pre_runs)]
+    temperature = first = _mean_change(cost(np.vstack(trials)), f)
+    best, best_f = x, f
+    course, taken = np.empty(options.temperatures), np.empty(options.temperatures)
+    for turn in range(options.temperatures):
+        centre, f_centre = x, f
+        moves = _proposed(rng, x, step * _root(shape), low, high, options.moves)
+        costs, chances = cost(moves), rng.random(options.moves)
+        good = chances < np.exp(-np.maximum(costs - f_centre, 0.0) / temperature)
+        for move, found, chance in zip(moves, costs.tolist(), chances.tolist(), strict=True):
+            if found <= f or chance < math.exp(-(found - f) / temperature):
+                x, f = move, found
+                if f < best_f:
+                    best, best_f = x, f
+        course[turn], taken[turn] = best_f, good.mean()
+        if good.any():
+            gone = (moves[good] - centre) / width / step
+            shape = (1.0 - LEARNED) * shape + LEARNED * gone.T @ gone / len(gone)
+        step = _adapted(step, taken[turn])
+        temperature *= options.cooling
+    evaluations = 1 + options.moves * (options.pre_runs + options.temperatures)
+    return Annealed(
+        values=best, cost=best_f, first_temperature=first, best=course, taken=taken, evaluations=evaluations
+    )
+
+
+def paper_letter(
+    score: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
+) -> Annealed:
+    """Lines 1 to 25 as printed; `score` is the paper's f itself: the correlation, or an error. One move a call."""
+    options = options or AnnealingOptions()
+    rng = np.random.default_rng(options.seed)
+    x, width = np.asarray(start, dtype=np.float64), high - low
+    f = _first_cost(score, x, low, high)
+    even = options.first_step * np.eye(len(x))
+    trials = [_proposed(rng, x, even, low, high, options.moves) for _ in range(options.pre_runs)]
+    first = _mean_change(score(np.vstack(trials)), f)
+    temperature, sign = first, 1.0
+    course, taken = np.empty(options.temperatures), np.empty(options.temperatures)
+    for turn in range(options.temperatures):
+        changes: list[float] = []
+        accepted = 0
+        for i in range(options.moves):
+            chosen = _chosen(rng, len(x), 1)[0]
+            move = np.clip(x + sign * options.first_step * width * chosen * rng.random(len(x)), low, high)
+            found = float(score(move[None, :])[0])
+            changes.append(found - f)
+            if found > f or rng.random() > _exponential(-(found - f) / temperature):
+                x, f, accepted = move, found, accepted + 1
+            if i + 1 > 5 and abs(changes[i]) >= abs(changes[i - 2]):
+                sign = -sign
+        course[turn], taken[turn] = f, accepted / options.moves
+        temperature = options.cooling * first
+    evaluations = 1 + options.moves * (options.pre_runs + options.temperatures)
+    return Annealed(
+        values=x, cost=f, first_temperature=first, best=course, taken=taken, evaluations=evaluations
+    )
+
+
+def _first_cost(cost: Cost, x: FloatArray, low: FloatArray, high: FloatArray) -> float:
+    if not ((low <= x) & (x <= high)).all() or not (low < high).all():
+        raise ValueError("annealing needs low < high for each coefficient, and a start between them")
+    f = float(cost(x[None, :])[0])
+    if not math.isfinite(f):
+        raise ValueError(f"the start's cost is {f!r}: start where the model runs")
+    return f
+
+
+def _chosen(rng: np.random.Generator, coefficients: int, moves: int) -> BoolArray:
+    """(moves, p): which coefficients a move changes, half of them on average and one at least."""
+    chosen = rng.random((moves, coefficients)) < 0.5
+    chosen[np.arange(moves), rng.integers(coefficients, size=moves)] = True
+    return chosen
+
+
+def _proposed(
+    rng: np.random.Generator, x: FloatArray, root: FloatArray, low: FloatArray, high: FloatArray, moves: int
+) -> FloatArray:
+    """(moves, p) around x: each a step in some of the directions of `root` (p, p), columns in parts of the range.
+
+    Reflected at the bounds: clipped ones would pile up there.
+    """
+    steps = rng.standard_normal((moves, len(x))) * _chosen(rng, len(x), moves)
+    found = x + (high - low) * (steps @ root.T)
+    found = np.where(found < low, 2.0 * low - found, found)
+    return np.asarray(np.clip(np.where(found > high, 2.0 * high - found, found), low, high))
+
+
+def _root(shape: FloatArray) -> FloatArray:
+    """Principal axes of the moves' covariance, each as long as its deviation."""
+    power, axes = np.linalg.eigh(shape)
+    return np.asarray(axes * np.sqrt(np.maximum(power, LEAST_POWER)))
+
+
+def _mean_change(costs: FloatArray, f: float) -> float:
+    """T_0: mean |df| of the trials that have a cost; a smallest number where none differs."""
+    changes = np.abs(costs[np.isfinite(costs)] - f)
+    return max(float(changes.mean()) if len(changes) else 0.0, 1e-300)
+
+
+def _adapted(step: float, share: float) -> float:
+    """The next temperature's step."""
+    if share > TARGET_SHARE[1]:
+        return min(step * STEP_CHANGE, MOST_STEP)
+    return max(step / STEP_CHANGE, LEAST_STEP) if share < TARGET_SHARE[0] else step
+
+
+def _exponential(argument: float) -> float:
+    return math.exp(argument) if argument < 700.0 else math.inf

@@ -1,0 +1,247 @@
+"""An oscillator's dataset to its model: weak-form starts, output error or multiple shooting, values with intervals."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
+from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.identification.fit import Fit
+from rtctl.identification.fit_record import FitRecord, fit_records
+from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.oscillator.weak_form import WeakFit
+from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
+from rtctl.identification.simulation_error.output_error import FitOptions, Told, fit_output_error
+from rtctl.identification.simulation_error.trajectory_divergence import parting
+from rtctl.measured.dataset import Dataset
+
+KIND = "oscillator"
+NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
+CONFIDENCE_95 = 1.96
+LEAVES_THE_DATA = 0.3
+"""Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
+CONSTANT_RESIDUAL = 0.7
+"""Mean over RMS: half of the power."""
+NOT_TRUSTED = (
+    f"this fit leaves more than {100.0 * LEAVES_THE_DATA:.0f} % of the motion: do not use it. Check that drive and "
+    "displacement are not swapped and belong together, the sample rate, and the units; give a start model (--model) "
+    "with better values or with what the equation lacks"
+)
+Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OscillatorFitOptions:
+    """What a user may choose."""
+
+    starts: int = 6
+    seed: int = 0
+    fit: FitOptions = field(default_factory=FitOptions)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OscillatorFit:
+    """A model file, and how it came about."""
+
+    model: ModelFile
+    """Without provenance."""
+    fit: Fit
+    weak: WeakFit
+    reason: str
+    """Why this method."""
+    warnings: tuple[str, ...]
+    records: tuple[FitRecord, ...]
+    """That were fitted."""
+    trusted: bool = True
+    """Whether the fit follows the data at all; if not, errors of its parameters would mean nothing."""
+
+
+def identify_oscillator(
+    dataset: Dataset,
+    model: ModelFile | None,
+    build: Build,
+    options: OscillatorFitOptions | None = None,
+    *,
+    source: str = "model",
+    told: Told = lambda text, share: None,
+) -> OscillatorFit:
+    """Fit the parameters of `model` that are not fixed; without one the nominal four.
+
+    `build` binds a model to units (`rtctl.wiring.build_simulation`). Raises InputError where there is nothing to fit,
+    FitError where no start leads anywhere.
+    """
+    options = options or OscillatorFitOptions()
+    records = _usable_records(dataset)
+    start = model or _nominal(build, dataset.units)
+    simulation = build(start, dataset.units, source)
+    if all(parameter.fixed for parameter in simulation.parameters):
+        raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
+    told("start values", 0.0)
+    starts = start_values(simulation, records, options.starts, options.seed, trust_own=model is not None)
+    fit, reason = _fitted(simulation, records, starts.values, options, told)
+    trusted = _share_left(fit, records, without_mean=True) <= LEAVES_THE_DATA
+    return OscillatorFit(
+        model=_written(start, fit, with_errors=trusted),
+        trusted=trusted,
+        fit=fit,
+        weak=starts.weak,
+        reason=reason,
+        warnings=(*(() if trusted else (NOT_TRUSTED,)), *_warnings(fit)),
+        records=records,
+    )
+
+
+def _fitted(
+    simulation: Simulation,
+    records: tuple[FitRecord, ...],
+    starts: list[FloatArray],
+    options: OscillatorFitOptions,
+    told: Told,
+) -> tuple[Fit, str]:
+    """By the method that the data allow, and why it was taken."""
+    shooting = ShootingOptions(fit=options.fit)
+    parts = parting(simulation, records, starts[0])
+    if parts.chaotic:
+        fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+        return fit, (
+            f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
+            f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
+        )
+    free_run = fit_output_error(simulation, records, options.fit, starts=starts, told=told)
+    left = _share_left(free_run, records)
+    if left <= LEAVES_THE_DATA:
+        return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
+    short = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+    follows = _share_left(short, records)
+    if follows < 0.5 * left:
+        return short, (
+            f"free runs leave {100.0 * left:.2g} % of the motion unexplained (another well, or a start too far off), "
+            f"segments of a period follow it to {100.0 * follows:.2g} %"
+        )
+    return free_run, f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)"
+
+
+def _share_left(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
+    """RMS residual of the displacement in parts of its motion about the mean.
+
+    `without_mean`: of each record, for a constant has a simple cause, which is told.
+    """
+    output = next(iter(fit.rms))
+    motion = float(np.std(np.concatenate([one.measured[output][one.first :] for one in records])))
+    if not without_mean:
+        return fit.rms[output] / motion
+    left = [outputs[output] - np.mean(outputs[output]) for outputs in fit.residuals.values()]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2))) / motion
+
+
+def _usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
+    if dataset.plant != KIND:
+        raise InputError(
+            f'{dataset.path}: key "dataset.plant" is "{dataset.plant}", --kind {KIND} needs "{KIND}"'
+        )
+    records = fit_records(dataset)
+    if not records:
+        raise InputError(f'{dataset.path}: no record has use = "fit"; test records are never fitted')
+    for record in records:
+        if not any(values[record.first :].any() for values in record.measured.values()):
+            raise InputError(f"{dataset.path}: record {record.name}: nothing moves, all outputs are zero")
+    return records
+
+
+def _nominal(build: Build, units: Mapping[str, str]) -> ModelFile:
+    """The nominal model with everything free, in the data's units."""
+    empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
+    return ModelFile(
+        model=ModelTable(
+            kind=KIND,
+            parameters={
+                one.name: Value(value=0.0, unit=_plain(one.unit))
+                for one in empty.parameters
+                if one.name in NOMINAL
+            },
+        )
+    )
+
+
+def _plain(unit: str) -> str:
+    """A unit without brackets around single names: 1/((V)^2*s^2) is 1/(V^2*s^2)."""
+    while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
+        unit = shorter
+    return unit
+
+
+def _written(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
+    """`start` with the fitted values, errors and 95 % intervals, in its own units."""
+    numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
+    parameters = {one.name: one for one in fit.simulation.parameters}
+
+    def moved(name: str, old: Value) -> Value:
+        if name not in numbers:
+            return old
+        value, error = numbers[name]
+        return _value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
+
+    return ModelFile(
+        model=ModelTable(
+            kind=KIND,
+            parameters={name: moved(name, old) for name, old in start.model.parameters.items()},
+            mechanisms=tuple(
+                MechanismTable(
+                    id=table.id,
+                    parameters={
+                        name: moved(f"{table.id}.{name}", old) for name, old in table.parameters.items()
+                    },
+                )
+                for table in start.model.mechanisms
+            ),
+        )
+    )
+
+
+def _value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
+    """In the unit of `old`; without errors where the data say nothing."""
+    unit = old.unit
+    factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
+    known: dict[str, Any] = {}
+    if error < float("inf"):
+        half = CONFIDENCE_95 * error
+        low, high = max(value - half, parameter.low), min(value + half, parameter.high)
+        known = {"low": low * factor, "high": high * factor, "standard_error": error * factor}
+    return Value(value=value * factor, unit=unit, **known)
+
+
+def _warnings(fit: Fit) -> tuple[str, ...]:
+    said = list(fit.determinability.sentences())
+    if fit.status != "converged":
+        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
+    for k, name in zip(fit.free, fit.names, strict=True):
+        parameter = fit.simulation.parameters[k]
+        if parameter.value in (parameter.low, parameter.high):
+            said.append(
+                f"{name} ended on its bound, {parameter.value:g} {parameter.unit}: the model is short of something"
+            )
+    if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
+        said.append("a mechanism with a memory or a clock of its own began anew with each segment")
+    return (*said, *_offset_notes(fit))
+
+
+def _offset_notes(fit: Fit) -> list[str]:
+    """A residual that is mostly a constant has a simple cause."""
+    said = []
+    for record, outputs in fit.residuals.items():
+        for name, residual in outputs.items():
+            mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
+            if abs(mean) > CONSTANT_RESIDUAL * rms:
+                said.append(
+                    f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
+                    f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
+                    "sensor.offset or drive.offset would take that"
+                )
+    return said

@@ -1,0 +1,46 @@
+"""State of a motion at an instant from noisy displacements: a local cubic by least squares, never a difference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.identification.fit_record import FitRecord
+
+DEGREE = 3
+SHARE_OF_HALF_WIDTH = 1.0 / 3.0
+"""Of the weak form's: a tenth of a period, over which a cubic follows a motion within its curvature's noise."""
+LEAST_REACH = 3  # samples to each side: seven points for four coefficients
+
+
+def local_state(
+    record: FitRecord, at: int, half_width_s: float, states: Sequence[str] = ("displacement", "velocity")
+) -> FloatArray:
+    """States (states,) at sample `at`; `half_width_s` is the weak form's. One-sided at the record's ends.
+
+    A velocity that was measured is smoothed itself; a state that is neither is 0.
+    """
+    reach = max(LEAST_REACH, round(SHARE_OF_HALF_WIDTH * half_width_s / record.period_s))
+    begin, end = max(0, at - reach), min(record.samples, at + reach + 1)
+    x = (np.arange(begin, end) - at) / reach
+    found = []
+    for name in states:
+        source, derivative = (name, 0) if name in record.measured else ("displacement", 1)
+        if name not in ("displacement", "velocity") or source not in record.measured:
+            found.append(0.0)
+            continue
+        degree = min(DEGREE, end - begin - 1)
+        fit = np.polynomial.polynomial.polyfit(x, record.measured[source][begin:end], degree)
+        found.append(float(fit[derivative]) / (reach * record.period_s) ** derivative)
+    return np.array(found)
+
+
+def given_state(record: FitRecord, states: Sequence[str] = ("displacement", "velocity")) -> FloatArray:
+    """What the record says of its start: `initial`, else its first sample at rest."""
+    found = []
+    for name in states:
+        default = float(record.measured[name][0]) if name == "displacement" else 0.0
+        found.append(float(record.stimulus.initial.get(name, default)))
+    return np.array(found)

@@ -1,0 +1,78 @@
+"""Where the fits of an oscillator start: its own values, the weak form at several widths, and chances around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Simulation
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.oscillator.weak_form import TERMS, WeakFit, half_width, regress
+from rtctl.identification.scales import parameter_scales, scales_of
+
+WIDTHS = (1.0, 1.6)
+SPREAD = 0.15
+"""Of a chance start, in natural logarithms; of a shape ten times that, because nothing is known of it."""
+
+
+class Starts(NamedTuple):
+    """Full parameter vectors (parameters,), the most promising first."""
+
+    values: list[FloatArray]
+    weak: WeakFit
+
+
+def start_values(
+    simulation: Simulation, records: Sequence[FitRecord], count: int, seed: int, *, trust_own: bool
+) -> Starts:
+    """At least one start; `trust_own`: the simulation's own values are somebody's belief and not zeros."""
+    own = np.array([parameter.value for parameter in simulation.parameters])
+    scales = scales_of(records)
+    width_s = half_width(records, scales.rate)
+    regressions = [_regression(simulation, records, factor * width_s) for factor in WIDTHS]
+    found = [_filled_in(simulation, own, weak) for weak in regressions]
+    if trust_own:
+        found.insert(1, own)
+    draw = np.random.default_rng(seed)
+    sizes = parameter_scales(simulation.parameters, scales)
+    while len(found) < count:
+        found.append(_moved(simulation, found[0], sizes, draw))
+    return Starts(found[: max(count, 1)], regressions[0])
+
+
+def _regression(simulation: Simulation, records: Sequence[FitRecord], width_s: float) -> WeakFit:
+    """All parameters that are terms of the weak form and free; those that are fixed are known."""
+    terms = [one.name for one in simulation.parameters if one.name in TERMS and not one.fixed]
+    known = {
+        one.name: one.value
+        for one in simulation.parameters
+        if one.name in TERMS and one.fixed and one.value != 0.0
+    }
+    return regress(records, [*terms, "offset"], width_s, known)
+
+
+def _filled_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatArray:
+    """`own` with what the regression found, within bounds."""
+    values = own.copy()
+    for k, parameter in enumerate(simulation.parameters):
+        if parameter.name in weak.coefficients and not parameter.fixed:
+            values[k] = np.clip(weak.coefficients[parameter.name], parameter.low, parameter.high)
+    return values
+
+
+def _moved(
+    simulation: Simulation, values: FloatArray, scale: FloatArray, draw: np.random.Generator
+) -> FloatArray:
+    """Free values by chance around `values`; signs stay, and what is zero moves by a share of its scale."""
+    moved = values.copy()
+    for k, parameter in enumerate(simulation.parameters):
+        if parameter.fixed:
+            continue
+        spread = SPREAD * (10.0 if parameter.declared.is_shape else 1.0)
+        jump = draw.standard_normal()
+        value = values[k] * np.exp(spread * jump) if values[k] != 0.0 else 0.01 * spread * jump * scale[k]
+        moved[k] = np.clip(value, parameter.low, parameter.high)
+    return moved

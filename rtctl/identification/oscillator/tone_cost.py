@@ -1,0 +1,212 @@
+"""What a Duffing oscillator under one tone leaves of a record: simulated and scored in the cache, 32 sets at a time.
+
+    z'' + c z' + k z + b z^3 = F cos(w t),   z(0), z'(0) given
+
+Strang splitting at the sample period h: half a kick v <- v - h b z^3 / 2, the damped driven linear flow exactly, half
+a kick. With P the linear steady state, Re C exp(i w t), C = F / (k - w^2 + i c w), the difference d = (z, v) - P obeys
+d <- E d, a constant matrix of each lane; so a step costs a product with E, one rotation of the phasor, and a cube.
+A linear oscillator is exact at any h; kicks need 12 samples a period (`splitting_steps` says why).
+
+Reference: Hairer, Lubich, Wanner, Geometric Numerical Integration (2006), II.5. Objectives: the ME paper, section 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.identification.oscillator.tone_kernels import (
+    BLOCK,
+    DV,
+    DZ,
+    E00,
+    E01,
+    E10,
+    E11,
+    KICK,
+    LANES,
+    LEAST,
+    MOST,
+    PC,
+    PRODUCT,
+    PS,
+    ROT_C,
+    ROT_S,
+    ROWS,
+    SQUARE,
+    SUM,
+    march_and_keep,
+    march_and_match,
+    march_and_sum,
+)
+
+NAMES = ("damping", "stiffness", "stiffness_cubic", "force", "rate")
+"""Of a parameter set, in this order: 1/s, 1/s^2, 1/(z^2 s^2), z/s^2, rad/s."""
+LEAST_SAMPLES_A_PERIOD = 12.0
+
+
+class Objective(StrEnum):
+    """What is made small; all are 0 for a perfect model."""
+
+    PEAK_TO_PEAK = "peak-to-peak"
+    """Of the error, in parts of the record's."""
+    PEAK_INDEX = "peak index"
+    """Mean distance of a peak from the record's, in parts of half a period. Blind to the amplitude."""
+    CORRELATION = "correlation"
+    """1 - the coefficient. Blind to the amplitude."""
+    RMS = "rms"
+    """Of the error, in parts of the record's: ours, for comparison."""
+
+
+class Scores(NamedTuple):
+    """Of each lane (n,)."""
+
+    rms: FloatArray
+    correlation: FloatArray
+    peak_to_peak: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ToneRecord:
+    """A displacement (n,) sampled every `period_s` from the start of the tone; `first`: samples that are not scored."""
+
+    displacement: FloatArray
+    period_s: float
+    first: int = 0
+    start: tuple[float, float] = (0.0, 0.0)
+    """Displacement and velocity at the first sample."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.first < len(self.displacement):
+            raise ValueError(f"first must lie within {len(self.displacement)} samples, got {self.first!r}")
+        if not self.period_s > 0.0:
+            raise ValueError(f"period_s must be > 0 s, got {self.period_s!r}")
+
+    @cached_property
+    def peaks(self) -> IntArray:
+        """Indices of the record's maxima from `first` on: one between two rises through its mean."""
+        z = self.displacement - self.displacement[self.first :].mean()
+        rises = np.flatnonzero((z[:-1] < 0.0) & (z[1:] >= 0.0))
+        rises = rises[rises >= self.first]
+        found = [a + int(np.argmax(z[a : b + 1])) for a, b in zip(rises[:-1], rises[1:], strict=True)]
+        return np.array(found, dtype=np.int64)
+
+
+def cost_of(record: ToneRecord, objective: Objective, sets: FloatArray) -> FloatArray:
+    """The objective (n,) of parameter sets (n, 5) as `NAMES`; infinite where a set is no underdamped oscillator.
+
+    Raises ValueError where the tone has fewer than 12 samples a period.
+    """
+    if objective is Objective.PEAK_INDEX:
+        return _mismatch(record, sets)
+    scores = scores_of(record, sets)
+    if objective is Objective.CORRELATION:
+        return 1.0 - scores.correlation
+    return scores.peak_to_peak if objective is Objective.PEAK_TO_PEAK else scores.rms
+
+
+def scores_of(record: ToneRecord, sets: FloatArray) -> Scores:
+    """All but the peaks' index of parameter sets (n, 5); infinite errors where a set is no underdamped oscillator."""
+    scored = record.displacement[record.first :]
+    mean, size = float(scored.mean()), float(np.sqrt(np.mean(scored**2)))
+    spread = float(np.ptp(scored))
+    count = len(scored)
+    table, valid = _summed(record, sets)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        variance = table[SQUARE] / count - (table[SUM] / count) ** 2
+        r = (table[PRODUCT] / count - table[SUM] / count * mean) / np.sqrt(variance * scored.var())
+        rms = np.sqrt(np.maximum(table[SQUARE] / count - 2.0 * table[PRODUCT] / count + size**2, 0.0)) / size
+        good = valid & np.isfinite(rms) & np.isfinite(r)
+    return Scores(
+        np.where(good, rms, np.inf),
+        np.where(good, r, 0.0),
+        np.where(good, (table[MOST] - table[LEAST]) / spread, np.inf),
+    )
+
+
+def sizes_of(record: ToneRecord, sets: FloatArray) -> FloatArray:
+    """RMS (n,) of the motions themselves over the scored samples; infinite where there is none."""
+    table, valid = _summed(record, sets)
+    return np.where(valid, np.sqrt(table[SQUARE] / (len(record.displacement) - record.first)), np.inf)
+
+
+def _summed(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Sums (5, n) of all sets, and which of them are underdamped oscillators (n,)."""
+    table, valid = np.empty((5, len(sets))), np.empty(len(sets), dtype=np.bool_)
+    for part in _parts(sets):
+        work, valid[part] = packed(sets[part], record)
+        sums = np.zeros(5 * LANES)
+        sums[LEAST * LANES : MOST * LANES], sums[MOST * LANES :] = np.inf, -np.inf
+        march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
+        table[:, part] = sums.reshape(5, LANES)[:, : part.stop - part.start]
+    return table, valid
+
+
+def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:
+    """Displacement (n,) of one parameter set (5,) at the record's samples."""
+    work, valid = packed(values[None, :], record)
+    if not valid[0]:
+        raise ValueError("these values are no underdamped oscillator: stiffness must be > damping^2 / 4")
+    out = np.empty(len(record.displacement))
+    march_and_keep(work, np.zeros(BLOCK * LANES), out)
+    return out
+
+
+def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(ROWS LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
+    h = record.period_s
+    c, k, b, force, w = np.asarray(sets, dtype=np.float64).T
+    if (w * h * LEAST_SAMPLES_A_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
+        raise ValueError(
+            f"a tone of {w.max() / (2.0 * math.pi):.6g} Hz has fewer than {LEAST_SAMPLES_A_PERIOD:g} samples a period "
+            f"at {1.0 / h:.6g} Hz: sample faster"
+        )
+    valid = (k > 0.25 * c * c) & (c >= 0.0)
+    k, c = np.where(valid, k, 1.0 / (h * h) * 1e-4), np.where(valid, c, 0.0)
+    wd = np.sqrt(k - 0.25 * c * c)
+    shrink, cos, sin = np.exp(-0.5 * c * h), np.cos(wd * h), np.sin(wd * h)
+    phasor = force / (k - w * w + 1j * c * w)  # P = Re phasor exp(i w t)
+    work = np.zeros((ROWS, LANES))
+    n = len(c)
+    z0, v0 = record.start
+    work[DZ, :n], work[DV, :n] = z0 - phasor.real, v0 + w * phasor.imag
+    work[DV, :n] -= 0.5 * h * b * z0**3
+    work[PC, :n], work[PS, :n] = phasor.real, phasor.imag
+    work[E00, :n], work[E01, :n] = shrink * (cos + 0.5 * c / wd * sin), shrink * sin / wd
+    work[E10, :n], work[E11, :n] = -shrink * k / wd * sin, shrink * (cos - 0.5 * c / wd * sin)
+    work[ROT_C, :n], work[ROT_S, :n], work[KICK, :n] = np.cos(w * h), np.sin(w * h), h * b
+    return np.ascontiguousarray(work.reshape(-1)), valid
+
+
+def _parts(sets: FloatArray) -> Iterator[slice]:
+    """As many sets at a time as there are lanes."""
+    for begin in range(0, len(sets), LANES):
+        yield slice(begin, min(begin + LANES, len(sets)))
+
+
+def _mismatch(record: ToneRecord, sets: FloatArray) -> FloatArray:
+    """(n,) mean mismatch of the peaks' index."""
+    found = np.full(len(sets), np.inf)
+    for part in _parts(sets):
+        work, valid = packed(sets[part], record)
+        found[part] = np.where(valid, _peak_mismatch(record, work)[: len(valid)], np.inf)
+    return found
+
+
+def _peak_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
+    """(LANES,) mean mismatch of one packed part."""
+    found = record.peaks
+    ends = (found[:-1] + found[1:]) // 2 + 1
+    longest = int(max(ends[0], np.diff(ends).max()))
+    mismatch = np.zeros(LANES)
+    march_and_match(work, found[1:-1], ends, np.zeros(longest * LANES), np.zeros(2 * LANES), mismatch)
+    mean: FloatArray = mismatch / (len(ends) - 1)
+    return mean

@@ -1,0 +1,1 @@
+"""Simulation-error fits: output error, multiple shooting, sensitivities."""

@@ -1,0 +1,175 @@
+"""Multiple shooting: records cut into short free runs with states of their own, which are then pulled together.
+
+For chaotic or bistable motion a long free run says nothing of the parameters: two runs from nearly the same start
+part exponentially, so its cost has as many minima as turns. Segments of a few periods do not part; that they follow
+on each other is asked for ever more strictly, as long as the residual stays where it is. States start from local
+polynomials, never from differences.
+
+Mechanisms with a memory or a clock of their own begin anew with each segment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Simulation
+from rtctl.identification.fit import Fit, FitError
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.least_squares.inference import infer
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, Unknowns, minimise
+from rtctl.identification.oscillator.initial_state import local_state
+from rtctl.identification.oscillator.weak_form import half_width
+from rtctl.identification.scales import scales_of
+from rtctl.identification.simulation_error.output_error import (
+    FitOptions,
+    Told,
+    reweighted,
+    signal_sizes,
+    threads,
+)
+from rtctl.identification.simulation_error.segments import Segment, SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
+
+LEAST_SEGMENT = 8
+"""Samples: fewer hardly determine their own state."""
+SETTLING_ITERATIONS = 8
+WORSE = 1.05
+"""Of the residual: more than that, and the pull is too strict for this model."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShootingOptions:
+    """What a caller may choose."""
+
+    segment_periods: float = 1.0
+    """Length of a segment in dominant periods."""
+    gaps: tuple[float, ...] = (3.0, 1.0, 0.3)
+    """Of a state between segments, in standard errors that one segment gives it; tried in this order."""
+    fit: FitOptions = FitOptions()  # noqa: RUF009 - frozen, so one may serve all
+
+
+def fit_multiple_shooting(
+    simulation: Simulation,
+    records: Sequence[FitRecord],
+    options: ShootingOptions | None = None,
+    *,
+    starts: Sequence[FloatArray] = (),
+    free: Sequence[int] | None = None,
+    told: Told = lambda text, share: None,
+) -> Fit:
+    """As `fit_output_error`. Raises FitError where a segment diverges from every start."""
+    options = options or ShootingOptions()
+    scales = scales_of(records)
+    sensitivity = Sensitivity.of(simulation, records, free, scales=scales)
+    length_s = options.segment_periods * 2.0 * np.pi / scales.rate
+    width_s = half_width(records, scales.rate)
+    segments = [one for record in records for one in cut(record, simulation, length_s, width_s)]
+    with threads(options.fit.threads) as executor:
+        cost = SegmentCost(
+            sensitivity=sensitivity,
+            segments=segments,
+            sigma=signal_sizes(sensitivity, records),
+            executor=executor,
+            steps_per_period=options.fit.coarse_steps_per_period,
+        )
+        found = _loose(cost, starts or [sensitivity.own_values], options.fit)
+        told("segments by themselves", 0.3)
+        cost, found = _pulled_together(cost, found, options, told)
+        cost = cost.at(steps_per_period=None)
+        low, high = sensitivity.bounds
+        last = minimise(cost.equations, found.unknowns, low, high, iterations=options.fit.final_iterations)
+        return infer("multiple_shooting", cost, last or found)
+
+
+def cut(record: FitRecord, simulation: Simulation, length_s: float, width_s: float) -> list[Segment]:
+    """Segments of about `length_s`, each ending with the next one's first sample; states by local polynomials."""
+    wanted = max(LEAST_SEGMENT, round(length_s / record.period_s))
+    begin = record.first
+    count = max(1, round((record.samples - 1 - begin) / wanted))
+    edges = np.linspace(begin, record.samples - 1, count + 1).round().astype(int).tolist()
+    return [
+        Segment(
+            record.piece(a, b + 1), local_state(record, a, width_s, simulation.state), joined=b < edges[-1]
+        )
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+    ]
+
+
+def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:
+    """Segments with nothing between them, from the start that fits best. Raises FitError."""
+    low, high = cost.sensitivity.bounds
+    reached = []
+    for start in starts:
+        shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
+        states = settled(cost, cost.start(shared))
+        found = minimise(cost.equations, states, low, high, iterations=options.screening_iterations)
+        if found is not None:
+            reached.append(found)
+    if not reached:
+        raise FitError(
+            f"the model diverges within a segment from each of {len(starts)} starts; give a start model by --model"
+        )
+    return min(reached, key=lambda found: found.equations.cost)
+
+
+def settled(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unknowns:
+    """Only the states, each segment at its own pace: one that starts near a ridge would hold up all the others.
+
+    Ends early where the sum of costs falls by less than its share `enough`.
+    """
+    q = unknowns.own.shape[1]
+    damping = np.full(len(unknowns.own), 1e-3)
+    here = cost.pieces(unknowns)
+    for _ in range(SETTLING_ITERATIONS):
+        if here is None or q == 0:
+            break
+        curvature = np.array([piece.own for piece in here])
+        gradient = np.array([piece.own_gradient for piece in here])
+        floor = 1e-12 * curvature.max()
+        diagonal = np.einsum("kii->ki", curvature)
+        diagonal += damping[:, None] * diagonal + floor
+        own = unknowns.own - np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+        trial = cost.pieces(unknowns._replace(own=own))
+        if trial is None:
+            damping *= 10.0
+            continue
+        better = np.array([there.cost < piece.cost for there, piece in zip(trial, here, strict=True)])
+        unknowns = unknowns._replace(own=np.where(better[:, None], own, unknowns.own))
+        before = sum(piece.cost for piece in here)
+        here = [there if took else piece for there, piece, took in zip(trial, here, better, strict=True)]
+        damping = np.where(better, damping / 5.0, damping * 5.0)
+        gained = before - sum(piece.cost for piece in here)
+        if better.any() and gained < enough * before:
+            break
+    return unknowns
+
+
+def _pulled_together(
+    cost: SegmentCost, found: Minimum, options: ShootingOptions, told: Told
+) -> tuple[SegmentCost, Minimum]:
+    """Continuity ever stricter, as long as the residual does not grow."""
+    low, high = cost.sensitivity.bounds
+    sigma = reweighted(cost, found)
+    cost = cost.at(sigma=sigma)
+    equations = cost.equations(found.unknowns)
+    if equations is None or not any(segment.joined for segment in cost.segments):
+        return cost, found
+    errors = np.sqrt(np.median(np.linalg.inv(equations.diagonal).diagonal(axis1=1, axis2=2), axis=0))
+    one = errors * cost.sensitivity.state_scale
+    names = cost.sensitivity.simulation.state
+    size = np.array([one[names.index(name)] for name in cost.sensitivity.simulation.outputs])
+    found = found._replace(equations=equations)
+    for number, factor in enumerate(options.gaps):
+        stricter = replace(cost, gap=factor * size)
+        trial = minimise(
+            stricter.equations, found.unknowns, low, high, iterations=options.fit.iterations, tolerance=1e-6
+        )
+        told("segments pulled together", 0.3 + 0.6 * (number + 1) / len(options.gaps))
+        if trial is None or (reweighted(stricter, trial) > WORSE * sigma).any():
+            break
+        cost, found = stricter, trial._replace(iterations=found.iterations + trial.iterations)
+    return cost, found

@@ -1,0 +1,201 @@
+"""Output-error least squares: free runs over whole records against what was measured, any `Simulation`.
+
+Starts are screened with few iterations and coarse steps, the best is polished, and the last iterations take the
+simulation's own step. Outputs weigh by their residuals. Intervals come from a sandwich: curvature by the
+sensitivities, scatter by the residuals' own colour (an autoregression), because what is left of a measurement is
+seldom white.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Simulation
+from rtctl.identification.fit import Fit, FitError
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.least_squares.inference import infer
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.oscillator.initial_state import given_state, local_state
+from rtctl.identification.oscillator.weak_form import half_width
+from rtctl.identification.scales import scales_of
+from rtctl.identification.simulation_error.segments import Segment, SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
+
+LEAST_SCREENED = 200
+"""Samples: shorter records are taken whole."""
+Told = Callable[[str, float], None]
+"""What is under way, and how much of all is done (0 to 1)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """What a caller may choose."""
+
+    free_start: bool = True
+    """Each record's initial state is fitted too: its first sample is noisy, and what ran before is unknown."""
+    coarse_steps_per_period: float = 64.0
+    screening_iterations: int = 12
+    screening_periods: float = 40.0
+    """Of the dominant frequency: how much of each record the starts are compared on."""
+    iterations: int = 80
+    final_iterations: int = 8
+    threads: int = max(1, min(2, os.cpu_count() or 1))
+
+
+def fit_output_error(
+    simulation: Simulation,
+    records: Sequence[FitRecord],
+    options: FitOptions | None = None,
+    *,
+    starts: Sequence[FloatArray] = (),
+    free: Sequence[int] | None = None,
+    told: Told = lambda text, share: None,
+) -> Fit:
+    """Fit the parameters that are not fixed (or the indices `free`).
+
+    `starts` (parameters,) each: full parameter vectors; none: the simulation's own values. Raises FitError where the
+    model diverges from every start.
+    """
+    options = options or FitOptions()
+    scales = scales_of(records)
+    sensitivity = Sensitivity.of(simulation, records, free, free_start=options.free_start, scales=scales)
+    width_s = half_width(records, scales.rate)
+    with threads(options.threads) as executor:
+
+        def cost_over(parts: Sequence[FitRecord]) -> SegmentCost:
+            return SegmentCost(
+                sensitivity=sensitivity,
+                segments=[Segment(one, _start(one, simulation, width_s, options), False) for one in parts],
+                sigma=signal_sizes(sensitivity, records),
+                executor=executor,
+                steps_per_period=options.coarse_steps_per_period,
+            )
+
+        span_s = options.screening_periods * 2.0 * np.pi / scales.rate
+        shown = [liveliest(one, span_s) for one in records] if options.free_start else records
+        tried = starts or [sensitivity.own_values]
+        screened = _screened(cost_over(shown), tried, options, told)
+        untouched = [_scaled(sensitivity, start) for start in tried]
+        cost, found = _first_that_runs(cost_over(records), [*screened, *untouched], options)
+        cost, found = polish(cost, found, options, told)
+        return infer("output_error", cost, found)
+
+
+def liveliest(record: FitRecord, span_s: float) -> FitRecord:
+    """A stretch of `record` of this length that ends a quarter of it after the largest displacement.
+
+    Starts are compared on it: it costs little, and the basin of a short record is wide.
+    """
+    length = round(span_s / record.period_s)
+    if length < LEAST_SCREENED or record.samples - record.first <= 2 * length:
+        return record
+    peak = record.first + int(np.abs(record.measured["displacement"][record.first :]).argmax())
+    end = min(max(peak + length // 4, record.first + length), record.samples)
+    return record.piece(end - length, end)
+
+
+@contextmanager
+def threads(count: int) -> Iterator[Executor | None]:
+    """So many threads for segments or starts, while linear algebra on small matrices keeps to one each."""
+    with threadpool_limits(1, "blas"):
+        if count < 2:
+            yield None
+            return
+        with ThreadPoolExecutor(count) as executor:
+            yield executor
+
+
+def signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:
+    """RMS (outputs,) of what was measured: first weights."""
+    sizes = [
+        np.sqrt(np.mean(np.concatenate([one.measured[name][one.first :] for one in records]) ** 2))
+        for name in sensitivity.outputs
+    ]
+    found: FloatArray = np.maximum(np.array(sizes), 1e-300)
+    return found
+
+
+def polish(
+    cost: SegmentCost, found: Minimum, options: FitOptions, told: Told = lambda text, share: None
+) -> tuple[SegmentCost, Minimum]:
+    """Iterate until it converges, outputs reweighted, the last iterations at the simulation's own step."""
+    low, high = cost.sensitivity.bounds
+    iterations = found.iterations
+    stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
+    for number, (steps, most) in enumerate(stages):
+        told("fitting", 0.6 + 0.2 * number)
+        cost = cost.at(steps_per_period=steps, sigma=reweighted(cost, found))
+        reached = minimise(cost.equations, found.unknowns, low, high, iterations=most)
+        if reached is None:
+            break
+        iterations += reached.iterations
+        found = reached
+    return cost, found._replace(iterations=iterations)
+
+
+def reweighted(cost: SegmentCost, found: Minimum) -> FloatArray:
+    """RMS residual (outputs,); an output that fits exactly keeps a floor."""
+    pieces = cost.pieces(found.unknowns)
+    if pieces is None:
+        return cost.sigma
+    scored = sum(
+        segment.record.samples - segment.record.first - int(segment.joined) for segment in cost.segments
+    )
+    rms = np.sqrt(np.sum([piece.square for piece in pieces], axis=0) / scored)
+    records = [segment.record for segment in cost.segments]
+    weights: FloatArray = np.maximum(rms, 1e-12 * signal_sizes(cost.sensitivity, records))
+    return weights
+
+
+def _start(record: FitRecord, simulation: Simulation, width_s: float, options: FitOptions) -> FloatArray:
+    if options.free_start:
+        return local_state(record, 0, width_s, simulation.state)
+    return given_state(record, simulation.state)
+
+
+def _screened(
+    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, told: Told
+) -> list[FloatArray]:
+    """Where a few iterations bring each start (p,), lowest cost first; those that diverge are left out."""
+    low, high = cost.sensitivity.bounds
+    reached = []
+    for number, start in enumerate(starts):
+        shared = _scaled(cost.sensitivity, start)
+        found = minimise(
+            cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
+        )
+        if found is not None:
+            reached.append((found.equations.cost, number, found.unknowns.shared))
+        told("screening starts", 0.5 * (number + 1) / len(starts))
+    return [shared for _, _, shared in sorted(reached, key=lambda one: one[:2])]
+
+
+def _scaled(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
+    """Free parameters (p,) of a full vector, scaled, within bounds."""
+    low, high = sensitivity.bounds
+    return np.asarray(np.clip(start[sensitivity.free] / sensitivity.scale, low, high), np.float64)
+
+
+def _first_that_runs(
+    cost: SegmentCost, screened: Sequence[FloatArray], options: FitOptions
+) -> tuple[SegmentCost, Minimum]:
+    """The best start that does not diverge over the whole records. Raises FitError."""
+    low, high = cost.sensitivity.bounds
+    for shared in screened:
+        found = minimise(
+            cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
+        )
+        if found is not None:
+            return cost, found
+    raise FitError(
+        "the model diverges from every start: it is unbounded there or far from the data; give a start model by "
+        "--model"
+    )

@@ -1,0 +1,219 @@
+"""The cost of a fit: free runs over segments of records, each from a state of its own, joined where they follow on.
+
+A segment that is a whole record makes it an output-error fit. Shorter ones make it multiple shooting: the reading at
+a segment's end less that at the next one's begin, over `gap` (all outputs,), is one more residual.
+
+Reference: H. Bock, Recent advances in parameter identification techniques for ODE (1983).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, empty
+from rtctl.identification.least_squares.levenberg_marquardt import Unknowns
+from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+
+T = TypeVar("T")
+NEAR = 0.1
+"""Of a step: how far along it the second derivative is looked for."""
+HELD = 0.03
+"""A start that is near some state is held there as by so many readings of its size: what the scored samples still know
+of it outweighs that by far, and what they have forgotten would go anywhere."""
+WORTH_A_THREAD = 4000
+"""Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
+
+
+class Segment(NamedTuple):
+    """A stretch of a record. One that is joined ends with the first sample of the next segment."""
+
+    record: FitRecord
+    start: FloatArray
+    """State at its first sample: where it is free, the fit starts here."""
+    joined: bool
+    """The next segment goes on where this one ends."""
+    near: FloatArray | None = None
+    """(states,) What the start is known to be near, of a record of which the first samples are not scored."""
+
+
+class Pieces(NamedTuple):
+    """What one segment adds to the normal equations, and its two ends for the continuity."""
+
+    cost: float
+    shared: FloatArray
+    gradient: FloatArray
+    border: FloatArray
+    own: FloatArray
+    own_gradient: FloatArray
+    square: FloatArray
+    """(outputs,) sums of squares in units."""
+    begin: FloatArray
+    """(1 + p + q, all outputs): the reading and its derivatives."""
+    end: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SegmentCost:
+    """Residuals in multiples of `sigma` (outputs,)."""
+
+    sensitivity: Sensitivity
+    segments: Sequence[Segment]
+    sigma: FloatArray
+    executor: Executor | None = None
+    steps_per_period: float | None = None
+    gap: FloatArray | None = None
+    """In units; None where nothing is joined."""
+    kept: int = 0
+    """At how many points that were asked for last the derivatives are kept, for their `bend`."""
+    seen: list[tuple[Unknowns, list[Linearised | None]]] = field(default_factory=list, init=False, repr=False)
+
+    def at(self, **changes: object) -> SegmentCost:
+        """The same with other weights or steps."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+    def start(self, shared: FloatArray) -> Unknowns:
+        """Unknowns with the segments' own starts."""
+        scale = self.sensitivity.state_scale
+        own = np.array([segment.start[: len(scale)] / scale for segment in self.segments])
+        return Unknowns(shared, own.reshape(len(self.segments), len(scale)))
+
+    def state(self, index: int, unknowns: Unknowns) -> FloatArray:
+        """Initial state of a segment in units."""
+        scale = self.sensitivity.state_scale
+        return unknowns.own[index] * scale if len(scale) else self.segments[index].start
+
+    def linearise(self, index: int, unknowns: Unknowns) -> Linearised | None:
+        """One segment's free run and its derivatives."""
+        return self.sensitivity.linearise(
+            self.segments[index].record, unknowns.shared, self.state(index, unknowns), self.steps_per_period
+        )
+
+    def pieces(self, unknowns: Unknowns) -> list[Pieces] | None:
+        """All segments, on as many threads as there are; None where one diverges."""
+
+        def one(index: int) -> tuple[Linearised | None, Pieces | None]:
+            found = self.linearise(index, unknowns)
+            piece = None if found is None else self._piece(found, self.segments[index].joined)
+            if piece is not None and len(unknowns.own[index]):
+                piece = _held(piece, unknowns.own[index], self.segments[index], self.sensitivity.state_scale)
+            return (found if self.kept else None), piece
+
+        made = self._of_each(one)
+        if self.kept:
+            self.seen.append((unknowns, [line for line, _ in made]))
+            del self.seen[: -self.kept]
+        whole = [piece for _, piece in made if piece is not None]
+        return whole if len(whole) == len(made) else None
+
+    def equations(self, unknowns: Unknowns) -> NormalEquations | None:
+        """Gauss-Newton's normal equations; None where a segment diverges."""
+        pieces = self.pieces(unknowns)
+        if pieces is None:
+            return None
+        p, q = len(self.sensitivity.free), len(self.sensitivity.state_scale)
+        total = empty(p, len(pieces), q)
+        cost = 0.0
+        for k, piece in enumerate(pieces):
+            cost += piece.cost
+            total.shared[...] += piece.shared
+            total.shared_gradient[...] += piece.gradient
+            total.border[k] += piece.border
+            total.diagonal[k] += piece.own
+            total.own_gradient[k] += piece.own_gradient
+            if self.segments[k].joined and self.gap is not None:
+                cost += _join(total, k, piece, pieces[k + 1], self.gap, p)
+        return total._replace(cost=cost)
+
+    def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
+        """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
+        known = next((lines for point, lines in self.seen if point is here), None)
+        if known is not None:  # asked for again while steps from there are rejected
+            self.seen.sort(key=lambda one: one[0] is here)
+
+        def one(index: int) -> tuple[FloatArray, FloatArray] | None:
+            line = self.linearise(index, here) if known is None else known[index]
+            record = self.segments[index].record
+            by = NEAR * np.concatenate((move.shared, move.own[index]))
+            start = self.state(index, here)
+            change = self.sensitivity.change(record, here.shared, start, by, self.steps_per_period)
+            if line is None or change is None:
+                return None
+            straight = np.tensordot(move.shared, line.shared, 1) + np.tensordot(move.own[index], line.own, 1)
+            second = 2.0 / NEAR * (change / NEAR - straight) / self.sigma[:, None] ** 2
+            return np.tensordot(line.shared, second, 2), np.tensordot(line.own, second, 2)
+
+        if any(segment.joined for segment in self.segments):
+            return None
+        made = self._of_each(one)
+        whole = [found for found in made if found is not None]
+        if len(whole) < len(made):
+            return None
+        return Unknowns(np.sum([shared for shared, _ in whole], axis=0), np.array([own for _, own in whole]))
+
+    def _of_each(self, one: Callable[[int], T]) -> list[T]:
+        """Of each segment, on as many threads as there are."""
+        indices = range(len(self.segments))
+        length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
+        if self.executor is not None and length >= WORTH_A_THREAD:
+            return list(self.executor.map(one, indices))
+        return [one(k) for k in indices]
+
+    def _piece(self, found: Linearised, joined: bool) -> Pieces:
+        p = len(found.shared)
+        slopes = np.concatenate((found.shared, found.own))
+        table = np.concatenate((found.residual[None], slopes))
+        scored = table[:, :, :-1] if joined else table  # the last sample is the next segment's first
+        flat = (scored / self.sigma[:, None]).reshape(len(table), -1)
+        gram = flat @ flat.T
+        return Pieces(
+            cost=0.5 * float(gram[0, 0]),
+            shared=gram[1 : 1 + p, 1 : 1 + p],
+            gradient=gram[1 : 1 + p, 0],
+            border=gram[1 + p :, 1 : 1 + p],
+            own=gram[1 + p :, 1 + p :],
+            own_gradient=gram[1 + p :, 0],
+            square=np.einsum("on,on->o", scored[0], scored[0]),
+            begin=found.begin,
+            end=found.end,
+        )
+
+
+def _held(piece: Pieces, own: FloatArray, segment: Segment, scale: FloatArray) -> Pieces:
+    """With HELD readings of the start where it is known to be near some state; `own` and `scale` (q,)."""
+    if segment.near is None:
+        return piece
+    states = len(segment.near)
+    off = own[:states] - segment.near / scale[:states]
+    weight = np.zeros(len(own))
+    weight[:states] = HELD**2
+    gradient = piece.own_gradient.copy()
+    gradient[:states] += HELD**2 * off
+    return piece._replace(
+        cost=piece.cost + 0.5 * HELD**2 * float(off @ off),
+        own=piece.own + np.diag(weight),
+        own_gradient=gradient,
+    )
+
+
+def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:
+    """Add the continuity between segments k and k + 1: what the last reads at its end and the next at its begin."""
+    miss = (piece.end[0] - after.begin[0]) / gap
+    shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
+    here, there = piece.end[1 + p :] / gap, -after.begin[1 + p :] / gap
+    total.shared[...] += shared @ shared.T
+    total.shared_gradient[...] += shared @ miss
+    total.border[k] += here @ shared.T
+    total.border[k + 1] += there @ shared.T
+    total.diagonal[k] += here @ here.T
+    total.diagonal[k + 1] += there @ there.T
+    total.next[k] += here @ there.T
+    total.own_gradient[k] += here @ miss
+    total.own_gradient[k + 1] += there @ miss
+    return 0.5 * float(miss @ miss)

@@ -1,0 +1,228 @@
+"""What the outputs do when an unknown moves: a free run and its neighbours as lanes of one simulation.
+
+Unknowns are scaled: values = scale x unknown, so that one step of the finite differences suits all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import Scales
+from rtctl.border.simulation import Prediction, Simulation
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import parameter_scales, scales_of
+
+IntArray = NDArray[np.intp]
+DIFFERENCE = 1e-7
+"""Of an unknown, or of its scale if that is more: round-off is 1e-6 of a derivative, cut-off Q times 1e-7."""
+LINEAR = 1e-3
+"""Share of an output's swing: a neighbour that leaves the run by more is near a fold, and slopes change on the way."""
+SMALL = 5e-4
+"""The same of the two on both sides that take its place: cut-off and round-off are 1e-5 of a derivative."""
+LEAST = 1e-6
+"""Of a step: what moves further over less is no motion that has slopes."""
+
+
+class Linearised(NamedTuple):
+    """A free run minus the measurement, and its derivatives by scaled unknowns."""
+
+    residual: FloatArray
+    """(outputs, n) from the first scored sample on."""
+    shared: FloatArray
+    """(p, outputs, n)"""
+    own: FloatArray
+    """(states or 0, outputs, n)"""
+    begin: FloatArray
+    """(1 + p + states or 0, all outputs of the simulation) at the first sample: the run and its derivatives."""
+    end: FloatArray
+    """The same at the last sample."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensitivity:
+    """A simulation, which of its parameters move, in which units, and whether initial states move too."""
+
+    simulation: Simulation
+    free: IntArray
+    scale: FloatArray
+    """Of each free parameter."""
+    state_scale: FloatArray
+    """Of each initial state; (0,) where they are given."""
+    outputs: tuple[str, ...]
+    """That are compared."""
+    of_record: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
+    """Indices of parameters that each record has for itself; they follow the initial state among its own unknowns."""
+
+    @classmethod
+    def of(
+        cls,
+        simulation: Simulation,
+        records: Sequence[FitRecord],
+        free: Sequence[int] | None = None,
+        *,
+        free_start: bool = True,
+        scales: Scales | None = None,
+        of_record: Sequence[int] = (),
+    ) -> Sensitivity:
+        """`free`: indices of parameters; None: those that are not fixed. `of_record`: of those, each record's own."""
+        scales = scales or scales_of(records)
+        moving = [k for k, one in enumerate(simulation.parameters) if not one.fixed] if free is None else free
+        moving = [k for k in moving if k not in of_record]
+        apart = parameter_scales([simulation.parameters[k] for k in of_record], scales)
+        sizes = parameter_scales([simulation.parameters[k] for k in moving], scales)
+        by_name = {"displacement": scales.displacement, "velocity": scales.velocity}
+        states = [by_name.get(name, 1.0) or 1.0 for name in simulation.state] if free_start else []
+        measured = set.intersection(*(set(record.measured) for record in records))
+        return cls(
+            simulation=simulation,
+            free=np.array(moving, dtype=np.intp),
+            scale=sizes,
+            state_scale=np.append(states, apart),
+            outputs=tuple(name for name in simulation.outputs if name in measured),
+            of_record=np.array(of_record, dtype=np.intp),
+        )
+
+    @property
+    def own_values(self) -> FloatArray:
+        """Of the simulation, all (parameters,)."""
+        return np.array([parameter.value for parameter in self.simulation.parameters])
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Of the scaled free parameters."""
+        found = [self.simulation.parameters[k] for k in self.free]
+        low, high = np.array([one.low for one in found]), np.array([one.high for one in found])
+        return low / self.scale, high / self.scale
+
+    def values(self, shared: FloatArray) -> FloatArray:
+        """All parameters (parameters,) with the free ones at `shared` (p,), scaled."""
+        values = self.own_values
+        values[self.free] = shared * self.scale
+        return values
+
+    def linearise(
+        self, record: FitRecord, shared: FloatArray, start: FloatArray, steps_per_period: float | None = None
+    ) -> Linearised | None:
+        """Around scaled `shared` (p,) from the initial state `start` (states,) in units; None: it diverges there.
+
+        `start` goes on with the record's own parameters, where there are any.
+        """
+        p = len(self.free)
+        ahead = self._steps(shared, start)
+        behind = np.zeros_like(ahead)
+        run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
+        moved = self._moved(run, record) if run is not None else behind
+        if (moved > LINEAR).any():
+            ahead, behind = self._on_both_sides(shared, ahead, moved)
+            run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
+        if run is None:
+            return None
+        lanes = self._lanes(run, record)
+        measured = np.stack([record.measured[name][record.first :] for name in self.outputs])
+        moves = (ahead + behind) / np.concatenate((self.scale, self.state_scale))
+        slopes = _slopes(lanes, behind, moves)
+        begin, end = (self._reading(run, sample, behind, moves) for sample in (0, -1))
+        return Linearised(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
+
+    def change(
+        self,
+        record: FitRecord,
+        shared: FloatArray,
+        start: FloatArray,
+        move: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> FloatArray | None:
+        """(outputs, n) of the free run by a `move` (p + q,) of all scaled unknowns.
+
+        None: it diverges there, or that is beyond a bound.
+        """
+        there = shared + move[: len(shared)]
+        if (there < self.bounds[0]).any() or (there > self.bounds[1]).any():
+            return None
+        both = np.vstack((np.zeros_like(move), move * np.concatenate((self.scale, self.state_scale))))
+        run = self._run(record, shared, start, both, steps_per_period)
+        if run is None:
+            return None
+        without, with_it = self._lanes(run, record)
+        changed: FloatArray = with_it - without
+        return changed
+
+    def _lanes(self, run: Prediction, record: FitRecord) -> FloatArray:
+        """(lanes, outputs, n) from the first scored sample on."""
+        return np.stack([run.outputs[name][:, record.first :] for name in self.outputs], axis=1)
+
+    def _run(
+        self,
+        record: FitRecord,
+        shared: FloatArray,
+        start: FloatArray,
+        moves: FloatArray,
+        steps_per_period: float | None,
+    ) -> Prediction | None:
+        """Lanes at `moves` (lanes, p + q) in units from the unknowns.
+
+        None: one diverges, or no sensible step of the integrator resolves the values.
+        """
+        p, states = len(self.free), len(start) - len(self.of_record)
+        values = np.tile(self.values(shared), (len(moves), 1))
+        values[:, self.of_record] = start[states:]
+        values[:, self.free] += moves[:, :p]
+        values[:, self.of_record] += moves[:, p + states :]
+        initial = np.tile(start[:states], (len(moves), 1))
+        initial[:, : moves.shape[1] - p] += moves[:, p : p + states]
+        try:
+            run = self.simulation.predict(record.stimulus, values, initial, steps_per_period)
+        except ValueError:
+            return None
+        return None if (run.diverged_at >= 0).any() else run
+
+    def _moved(self, run: Prediction, record: FitRecord) -> FloatArray:
+        """(p + q,) by how much each neighbour leaves the run at most, as a share of the output's swing."""
+        shares = np.zeros(len(self.scale) + len(self.state_scale))
+        for name in self.outputs:
+            lanes = run.outputs[name][:, record.first :]
+            swing = max(np.ptp(lanes[0]), np.ptp(record.measured[name][record.first :]))
+            if swing > 0.0:
+                shares = np.maximum(shares, np.abs(lanes[1:] - lanes[0]).max(axis=1, initial=0.0) / swing)
+        return shares
+
+    def _on_both_sides(
+        self, shared: FloatArray, ahead: FloatArray, moved: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Steps ahead and behind, smaller where a neighbour `moved` far; none behind where a bound is near."""
+        small = ahead * np.clip(SMALL / np.maximum(moved, SMALL), LEAST, 1.0)
+        behind, p = small.copy(), len(self.free)
+        low, high = self.bounds
+        reached = shared - small[:p] / self.scale
+        behind[:p] = np.where((reached < low) | (reached > high), 0.0, small[:p])
+        return small, behind
+
+    def _reading(self, run: Prediction, sample: int, behind: FloatArray, moves: FloatArray) -> FloatArray:
+        lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
+        return np.concatenate((lanes[:1], _slopes(lanes[..., None], behind, moves)[..., 0]))
+
+    def _steps(self, shared: FloatArray, start: FloatArray) -> FloatArray:
+        """(p + q,) finite differences in units, away from a bound."""
+        steps = DIFFERENCE * self.scale * np.maximum(np.abs(shared), 1.0)
+        steps = np.where(shared * self.scale + steps > self.bounds[1] * self.scale, -steps, steps)
+        own = DIFFERENCE * np.maximum(self.state_scale, np.abs(start[: len(self.state_scale)]))
+        return np.concatenate((steps, own))
+
+
+def _neighbours(ahead: FloatArray, behind: FloatArray) -> FloatArray:
+    """(lanes, p + q): none, each step ahead, each step behind that is not zero."""
+    return np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
+
+
+def _slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
+    """(p + q, outputs, n) of `lanes` as `_neighbours` orders them, over the `moves` (p + q,) from behind to ahead."""
+    other = np.zeros(len(behind), dtype=np.intp)
+    other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
+    slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]
+    return slopes

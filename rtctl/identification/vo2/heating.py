@@ -1,0 +1,140 @@
+"""Time constant of the heating from transients, by output error.
+
+    ds/dt = (i^2 - s) / tau,   v = sqrt(s)
+
+s is the surrogate of the temperature rise as a current's square [mA^2]: at rest s = i^2, so the hysteresis models
+identified on staircases apply to v as they are, and only tau is left to find (paper, equations 1 and 2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
+from rtctl.measured.dataset import Record
+
+LEAST_MOVING = 20
+MOVING_SAMPLES = 9
+SEARCHED_FACTOR = 10.0  # about the nominal value, either way
+READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
+
+
+class ReadOut(Protocol):
+    """A static hysteresis model of one output against v [mA]."""
+
+    def simulate(self, v: FloatArray) -> FloatArray:
+        """Output for each v, from the state that a full cooling leaves."""
+        ...
+
+
+class TimeConstant(NamedTuple):
+    """tau [s] with its standard error, and how many moving samples decided it."""
+
+    value_s: float
+    standard_error_s: float
+    samples: int
+
+
+@kernel
+def heat(current_mA: FloatArray, period_s: float, time_constant_s: float) -> FloatArray:
+    """Surrogate v (n,) [mA] at the sample instants, before each sample's current takes effect.
+
+    The current is held between samples; the first sample is at rest.
+    """
+    decay = math.exp(-period_s / time_constant_s)
+    v = np.empty(len(current_mA))
+    s = current_mA[0] * current_mA[0] if len(current_mA) else 0.0
+    for k in range(len(current_mA)):
+        v[k] = math.sqrt(s)
+        power = current_mA[k] * current_mA[k]
+        s = power + (s - power) * decay
+    return v
+
+
+def from_full_cooling(v: FloatArray) -> FloatArray:
+    """v with one sample far below in front: any hysteresis model forgets what came before."""
+    return np.concatenate((np.zeros(1), v))
+
+
+def fit_time_constant(
+    records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
+) -> TimeConstant | None:
+    """tau from the samples that move; None where it cannot be seen: sampled too slowly, too few, or off the scale.
+
+    `resistance` gives -ln R. Residuals are in parts of each record's range. A read-out errs alike all along a hold,
+    so the standard error counts holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
+    """
+    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
+    moving = sum(int(_moving(record).sum()) for record in usable)
+    if moving < LEAST_MOVING:
+        return None
+
+    def residual(ln_tau: float) -> FloatArray:
+        parts = [_residual(record, resistance, deflection, math.exp(ln_tau)) for record in usable]
+        return np.concatenate(parts)
+
+    def cost(ln_tau: float) -> float:
+        error = residual(ln_tau)
+        return float(error @ error)
+
+    bounds = math.log(nominal_s / SEARCHED_FACTOR), math.log(nominal_s * SEARCHED_FACTOR)
+    best = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
+    if min(best - bounds[0], bounds[1] - best) < 0.01:
+        return None
+    step = 0.01
+    slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
+    scores = np.bincount(_holds(usable, deflection is not None), weights=slope * residual(best))
+    information = float(slope @ slope)
+    if not information > 0.0:
+        return None
+    tau = math.exp(best)
+    relative = math.hypot(float(np.linalg.norm(scores)) / information, READ_OUT_SHARE)
+    return TimeConstant(tau, tau * relative, moving)
+
+
+def shows_heating(record: Record) -> bool:
+    """Whether a record has rows between the ends of its holds; a staircase of one row a hold is at rest in each."""
+    changes = int(np.count_nonzero(np.diff(record.signals["current"])))
+    return record.use != "identify" or changes < 0.5 * record.samples
+
+
+def _moving(record: Record) -> NDArray[np.bool_]:
+    """The nine samples that follow a change of current: row k is measured before its own current acts."""
+    current = record.signals["current"]
+    changed = np.flatnonzero(np.diff(current) != 0.0) + 1
+    mask = np.zeros(len(current) + MOVING_SAMPLES + 1, dtype=bool)
+    for offset in range(1, MOVING_SAMPLES + 1):
+        mask[changed + offset] = True
+    mask = mask[: len(current)]
+    mask[: record.ignore_first] = False
+    return mask
+
+
+def _holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
+    """Which hold each residual belongs to, in the order of the residuals."""
+    parts: list[NDArray[np.intp]] = []
+    first = 0
+    for record in records:
+        hold = first + np.cumsum(np.diff(record.signals["current"], prepend=np.nan) != 0.0)
+        parts += [hold[_moving(record)]] * (2 if with_deflection and record.has("deflection") else 1)
+        first = int(hold[-1])
+    return np.concatenate(parts)
+
+
+def _residual(record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float) -> FloatArray:
+    """Errors of the moving samples in parts of the record's range: resistance, then deflection where there is one."""
+    v = from_full_cooling(heat(record.signals["current"], record.period_s, tau_s))
+    moving = _moving(record)
+    reading = -np.log(record.signals["resistance"])
+    parts = [(resistance.simulate(v)[1:] - reading)[moving] / max(float(np.ptp(reading)), 1e-9)]
+    if deflection is not None and record.has("deflection"):
+        measured = record.signals["deflection"]
+        parts.append((deflection.simulate(v)[1:] - measured)[moving] / max(float(np.ptp(measured)), 1e-9))
+    return np.concatenate(parts)

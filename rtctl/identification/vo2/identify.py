@@ -1,0 +1,312 @@
+"""A vo2 dataset to a `Vo2Model`: staircases to read-outs, transients to the heating's time constant.
+
+The read-outs are fitted to the ends of the holds (v = current there), each baseline of the paper on the same data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.hysteresis.egpi import EgpiModel
+from rtctl.hysteresis.gap_free import GapFreeModel
+from rtctl.hysteresis.gpi import GpiModel
+from rtctl.hysteresis.gpi_inverse import GpiInverse
+from rtctl.identification.vo2.heating import TimeConstant, fit_time_constant
+from rtctl.identification.vo2.play_fit import PlayFit, PlayProblem, fit_plays, spread_starts
+from rtctl.identification.vo2.preisach_fit import PreisachFit, fit_preisach
+from rtctl.identification.vo2.staircase import SteadyStates, heated_hold_ends, steady_states
+from rtctl.measured.dataset import Dataset
+from rtctl.models.span import Span
+from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Vo2Model
+
+Report = Callable[[str], None]
+COARSE_CELLS = 24  # enough for the time constant
+PAPER_SMOOTHNESS = 1e-4  # of the paper's few levels, which need none
+LEAST_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vo2FitOptions:
+    """What a user may choose."""
+
+    plays: int = 6
+    starts: int = 14
+    fine_cells: int = 80
+    paper_levels: int = 10
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Data:
+    """The samples in the forms that the fits take; `u` is -ln R."""
+
+    v: FloatArray
+    u: FloatArray
+    deflection: FloatArray
+    scored: NDArray[np.bool_]
+    deflection_scored: NDArray[np.bool_]
+    ends: SteadyStates
+
+
+def identify_vo2(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
+    """Identify everything. `report` is told each stage. Raises InputError where the data cannot do it."""
+    with threadpool_limits(1, "blas"):  # on small matrices threads cost thirty times what they give
+        return _identify(dataset, options, report)
+
+
+def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
+    data = _prepare(dataset)
+    report("resistance: GPI with an analytic inverse")
+    gpi, gpi_error = _fit_gpi(data, options)
+    report("deflection: EGPI behind the inverse GPI")
+    behind_gpi, composite_error = _fit_egpi(
+        surrogate_of(data, GpiInverse.of(gpi).estimate, -1e-3), data, options
+    )
+    report("resistance: gap-free, and EGPI behind its inverse")
+    gap_free, gap_free_error = _fit_gap_free(data, options)
+    behind_gap_free, gap_free_composite_error = _fit_egpi(
+        surrogate_of(data, gap_free.invert, None), data, options
+    )
+    report("deflection: EGPI on the current itself")
+    egpi, egpi_error = _fit_egpi(data.v, data, options)
+    report("baseline: EGPI on resistance")
+    direct_egpi, direct_error = _fit_egpi(data.u, data, options)
+    report("Preisach models and the time constant of the heating")
+    direct_d = fit_preisach(
+        data.u, data.deflection, data.deflection_scored, cells=options.paper_levels, uniform_share=1.0,
+        smoothness=PAPER_SMOOTHNESS,
+        memoryless=(True, False),
+    )  # fmt: skip
+    fine_r, fine_d, tau = _fit_fine_and_heating(dataset, data, options)
+    if tau is None:
+        report(
+            "the heating's time constant cannot be seen in these data (too few samples a hold): nominal "
+            f"{1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an interval"
+        )
+    resistance_span, deflection_span = (
+        _span(np.exp(-data.u[data.scored])),
+        _span(data.deflection[data.deflection_scored]),
+    )
+    u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
+    return Vo2Model(
+        identity=dataset.identity,
+        time_constant_s=tau.value_s if tau else NOMINAL_TIME_CONSTANT_S,
+        time_constant_error_s=tau.standard_error_s if tau else float("inf"),
+        current=_span(data.v[data.scored]),
+        resistance=resistance_span,
+        deflection=deflection_span,
+        reading_error=float(np.std(fine_r.residual)),
+        deflection_error=float(np.std(fine_d.residual)),
+        resistance_gpi=gpi,
+        composite_egpi=behind_gpi,
+        resistance_gap_free=gap_free,
+        gap_free_egpi=behind_gap_free,
+        deflection_egpi=egpi,
+        resistance_preisach=fine_r.model,
+        deflection_preisach=fine_d.model,
+        direct_preisach=direct_d.model,
+        direct_egpi=direct_egpi,
+        quality={
+            "resistance_gpi": quality_of(gpi_error, "kohm", 1e-3 * resistance_span.width),
+            "composite": quality_of(composite_error, "um", d_width),
+            "gap_free_composite": quality_of(gap_free_composite_error, "um", d_width),
+            "resistance_gap_free": quality_of(gap_free_error, "ln ohm", u_width),
+            "resistance_preisach": quality_of(fine_r.residual, "ln ohm", u_width),
+            "deflection_egpi": quality_of(egpi_error, "um", d_width),
+            "deflection_preisach": quality_of(fine_d.residual, "um", d_width),
+            "direct_preisach": quality_of(direct_d.residual, "um", d_width),
+            "direct_egpi": quality_of(direct_error, "um", d_width),
+        },
+    )
+
+
+def _fit_fine_and_heating(
+    dataset: Dataset, data: _Data, options: Vo2FitOptions
+) -> tuple[PreisachFit, PreisachFit, TimeConstant | None]:
+    """Fine models and tau by turns: tau says how far from rest the holds were, the models what tau explains.
+
+    The first turns are of fewer cells, which tell tau nearly as well.
+    """
+    records = [record for record in dataset.records if record.use != "test"]
+    v, tau = data.v, None
+    coarse = min(COARSE_CELLS, options.fine_cells)
+    for cells in (coarse, coarse, options.fine_cells):
+        fine_r = fit_preisach(v, data.u, data.scored, cells=cells)
+        fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
+        tau = fit_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
+        if tau is not None:
+            v = heated_hold_ends(dataset, tau.value_s)
+    return fine_r, fine_d, tau
+
+
+def _prepare(dataset: Dataset) -> _Data:
+    if dataset.plant != "vo2":
+        raise InputError(f'{dataset.path}: dataset.plant is "{dataset.plant}", --kind vo2 needs "vo2"')
+    _refuse_impossible(dataset)
+    ends = steady_states(dataset)
+    has_deflection = ends.scored & np.isfinite(ends.deflection_um)
+    if has_deflection.sum() < 100:
+        raise InputError(
+            f"{dataset.path}: {int(has_deflection.sum())} steady states with deflection; identification needs the "
+            "external instrument once (at least 100)"
+        )
+    u = -np.log(ends.resistance_ohm)
+    low, width = float(u[ends.scored].min()), float(np.ptp(u[ends.scored]))
+    if not width > LEAST_LN_CHANGE:
+        raise InputError(
+            f"{dataset.path}: resistance changes by {100.0 * np.expm1(width):.2g} % over the staircases: that is no "
+            "transition; check the range of the current and the resistance channel"
+        )
+    if not np.ptp(ends.deflection_um[has_deflection]) > 0.0:
+        raise InputError(f"{dataset.path}: deflection never changes; check the external instrument's channel")
+    u = np.where(ends.reset, low - width, u)  # the reset samples reset models of u as well
+    return _Data(
+        v=ends.current_mA,
+        u=u,
+        deflection=np.nan_to_num(ends.deflection_um),
+        scored=ends.scored,
+        deflection_scored=has_deflection,
+        ends=ends,
+    )
+
+
+def _refuse_impossible(dataset: Dataset) -> None:
+    """Raise InputError where a record that the fits use has a current below 0 or a resistance with no logarithm."""
+    found = []
+    for record in (record for record in dataset.records if record.use != "test"):
+        for name, unit, bound in (("current", "mA", ">= 0"), ("resistance", "ohm", "> 0")):
+            values = record.signals[name]
+            bad = ~(values > 0.0 if bound == "> 0" else values >= 0.0)
+            if bad.any():
+                first = int(bad.argmax())
+                found.append(
+                    f"{dataset.path}: record {record.file or record.name}: {name} is {values[first]:g} {unit} at "
+                    f"sample {first}, {bad.sum()} of {len(bad)} samples are not {bound}; correct its sign or its "
+                    'unit, or give the record use = "test"'
+                )
+    if found:
+        raise InputError("\n".join(found))
+
+
+def surrogate_of(
+    data: _Data,
+    invert: Callable[[FloatArray], tuple[FloatArray, FloatArray, Any]],
+    resistance_scale: float | None,
+) -> FloatArray:
+    """Surrogate (n,) that an inverse gives for the measured resistance, each staircase from a full cooling.
+
+    The deflection model behind an inverse is identified on what that inverse really gives, gaps and saturation
+    included: the cascade is right as a whole where its first half alone is not (the paper fits both halves to the
+    current). `resistance_scale` None: the inverse takes -ln R, else R times the scale.
+    """
+    low, high = data.v[data.scored].min(), data.v[data.scored].max()
+    margin = 0.1 * (high - low)
+    reading = data.u if resistance_scale is None else resistance_scale * np.exp(-data.u)
+    starts = np.flatnonzero(data.ends.reset)
+    surrogate = np.zeros(len(data.v))
+    for first, last in zip(starts, np.append(starts[1:], len(data.v)), strict=True):
+        found = invert(np.ascontiguousarray(reading[first + 1 : last]))[0]
+        surrogate[first + 1 : last] = np.clip(found, low - margin, high + margin)
+    return surrogate
+
+
+def _radii(count: int) -> FloatArray:
+    return np.arange(count) / count  # the paper's (i - 1) / 6
+
+
+def _fit_gpi(data: _Data, options: Vo2FitOptions) -> tuple[GpiModel, FloatArray]:
+    y = -1e-3 * np.exp(-data.u)
+    problem = PlayProblem(
+        v=data.v,
+        y=y,
+        scored=data.scored,
+        radii=_radii(options.plays),
+        common=True,
+        free=np.ones((len(data.v), 1)),
+        nonnegative=np.empty((len(data.v), 0)),
+        least_first_weight=0.02 * float(np.ptp(y[data.scored])),
+    )
+    fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=100)
+    low, high = problem.range
+    model = GpiModel(
+        p=fit.weights,
+        r=problem.radii,
+        a_R=float(fit.envelopes.a_R[0]),
+        b_R=float(fit.envelopes.b_R[0]),
+        a_L=float(fit.envelopes.a_L[0]),
+        b_L=float(fit.envelopes.b_L[0]),
+        c=float(fit.free[0]),
+        v_low=low,
+        v_high=high,
+    )
+    return model, fit.residual
+
+
+def _fit_gap_free(data: _Data, options: Vo2FitOptions) -> tuple[GapFreeModel, FloatArray]:
+    least_slope = 0.01 * float(np.ptp(data.u[data.scored])) / float(np.ptp(data.v[data.scored]))
+    problem = PlayProblem(
+        v=data.v,
+        y=data.u - least_slope * data.v,
+        scored=data.scored,
+        radii=_radii(options.plays),
+        common=False,
+        free=np.ones((len(data.v), 1)),
+        nonnegative=np.stack((data.v, data.v**2), axis=1),
+    )
+    fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=80)
+    low, high = problem.range
+    model = GapFreeModel(
+        **_plays(fit, problem),
+        q1=float(fit.nonnegative[0]) + least_slope,
+        q2=float(fit.nonnegative[1]),
+        c=float(fit.free[0]),
+        v_low=low,
+        v_high=high,
+    )
+    return model, fit.residual
+
+
+def _fit_egpi(v: FloatArray, data: _Data, options: Vo2FitOptions) -> tuple[EgpiModel, FloatArray]:
+    problem = PlayProblem(
+        v=v,
+        y=data.deflection,
+        scored=data.deflection_scored,
+        radii=_radii(options.plays),
+        common=False,
+        free=np.stack((np.ones_like(v), v), axis=1),
+        nonnegative=np.empty((len(v), 0)),
+    )
+    fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=80)
+    low, high = problem.range
+    model = EgpiModel(
+        **_plays(fit, problem), c3=float(fit.free[0]), c2=float(fit.free[1]), v_low=low, v_high=high
+    )
+    return model, fit.residual
+
+
+def _plays(fit: PlayFit, problem: PlayProblem) -> dict[str, Any]:
+    return {"p": fit.weights, "r": problem.radii, **fit.envelopes._asdict()}
+
+
+def _span(values: FloatArray) -> Span:
+    return Span(float(values.min()), float(values.max()))
+
+
+def quality_of(residual: FloatArray, unit: str, width: float) -> FitQuality:
+    """Of a read-out's residual (n,) [unit], whose output is `width` wide."""
+    error = np.abs(residual)
+    return FitQuality(
+        mean_abs=float(error.mean()),
+        max_abs=float(error.max()),
+        rms=float(np.sqrt(np.mean(residual**2))),
+        unit=unit,
+        range=width,
+    )

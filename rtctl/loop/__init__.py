@@ -1,0 +1,1 @@
+"""The control loop: exchange, estimate, control, limit, command, record."""

@@ -1,0 +1,172 @@
+"""Observer, PI and limits as one compiled call: `ReadableStep` without the interpreter between its parts, to the bit.
+
+For the VO2 actuator's observer under a PI, with or without feedforward. The parts' own kernels are compiled into one;
+what they keep in Python between two steps lies in one array here,
+
+    control = (integral, error, kp, ki, deadband, low, high, slew)
+
+and goes back to the controller where a gain is changed. `ReadableStep` is the oracle: a test holds both to the same
+bits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import kernel
+from rtctl.controllers.feedforward import InverseFeedforward, packed_inverse_step
+from rtctl.controllers.pi import CommandTerms, Feedforward, NoFeedforward, PiController, PiState
+from rtctl.estimators.observer import ObserverEstimator, packed_observer_step
+from rtctl.interfaces import Controller, Estimator
+from rtctl.loop.step import Decision, Levels, ReadableStep, Step, preview_of
+from rtctl.safety.limits import CommandLimits
+
+INTEGRAL, ERROR, KP, KI, DEADBAND, LOW, HIGH, SLEW = range(8)
+Decided = tuple[float, float, float, float, float]
+
+
+@kernel
+def pi_within_limits(
+    control: FloatArray,
+    forward: FloatArray,
+    value: float,
+    setpoint: float,
+    upcoming: float,
+    level: float,
+    elapsed_s: float,
+) -> Decided:
+    """Next level, the level asked for, P, I and feedforward; `control` and `forward` (empty: none) advance in place.
+
+    The same operations in the same order as `PiController` and `CommandLimits.clip`; a level asked for that is not
+    finite comes back as it is.
+    """
+    error = setpoint - value
+    if error > control[DEADBAND]:
+        error = error - control[DEADBAND]
+    elif error < -control[DEADBAND]:
+        error = error + control[DEADBAND]
+    elif error == error:
+        error = 0.0
+    proportional = control[KP] * error
+    integral = control[INTEGRAL] + control[KI] * error * elapsed_s
+    feedforward = packed_inverse_step(forward, upcoming, elapsed_s) if forward.size > 0 else 0.0
+    asked = proportional + integral + feedforward
+    control[ERROR], control[INTEGRAL] = error, integral
+    if not math.isfinite(asked):
+        return asked, asked, proportional, integral, feedforward
+    reach = control[SLEW] * elapsed_s
+    allowed = asked
+    if allowed > level + reach:
+        allowed = level + reach
+    elif allowed < level - reach:
+        allowed = level - reach
+    if allowed < control[LOW]:
+        allowed = control[LOW]
+    elif allowed > control[HIGH]:
+        allowed = control[HIGH]
+    if allowed != asked:
+        control[INTEGRAL] = integral + (allowed - asked)
+    return allowed, asked, proportional, integral, feedforward
+
+
+@kernel
+def observer_pi_step(
+    memory: FloatArray,
+    control: FloatArray,
+    forward: FloatArray,
+    setpoint: float,
+    upcoming: float,
+    believed: float,
+    level: float,
+    sensed: float,
+    elapsed_s: float,
+) -> tuple[float, float, float, int, float, float, float, float, float]:
+    """What the observer's kernel gives, then what `pi_within_limits` does."""
+    value, surrogate, error, status = packed_observer_step(memory, believed, sensed, elapsed_s)
+    allowed, asked, proportional, integral, feedforward = pi_within_limits(
+        control, forward, value, setpoint, upcoming, level, elapsed_s
+    )
+    return value, surrogate, error, status, allowed, asked, proportional, integral, feedforward
+
+
+class CompiledStep:
+    """`Step` of an observer and a PI."""
+
+    def __init__(
+        self, estimator: ObserverEstimator, controller: PiController, limits: tuple[CommandLimits, ...]
+    ) -> None:
+        self._estimator, self._controller, self._limit = estimator, controller, limits[0]
+        self._readable = ReadableStep(estimator, controller, limits)
+        self.preview_s = preview_of(controller)
+        self._control = np.zeros(8)
+        self._memory = self._forward = np.empty(0)
+        self._decide: Callable[..., Any] = observer_pi_step
+
+    def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
+        """See `Step`: the parts start themselves, then their state is taken over."""
+        first = self._readable.start(levels, setpoint, sensed, period_s)
+        self._memory = self._estimator.memory
+        self._forward = _memory_of(self._controller.feedforward)
+        self._take_over()
+        return first
+
+    def step(
+        self,
+        setpoint: float,
+        upcoming: float,
+        believed: Levels,
+        levels: Levels,
+        sensed: Sequence[float],
+        elapsed_s: float,
+    ) -> Decision:
+        """See `Step`."""
+        value, surrogate, error, status, allowed, asked, *terms = self._decide(
+            self._memory, self._control, self._forward, setpoint, upcoming, believed[0], levels[0], sensed[0],
+            elapsed_s,
+        )  # fmt: skip
+        if not math.isfinite(asked):
+            self._limit.clip(asked, levels[0], elapsed_s)  # says what is wrong
+        estimate = self._estimator.estimate_of(value, surrogate, error, status)
+        return Decision(estimate, (allowed,), CommandTerms(*terms))
+
+    def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """What `observer_pi_step` advances from a start on, and the error of the fit that an estimate's is beside."""
+        return self._memory, self._control, self._forward, self._estimator.fit_error
+
+    def parameters(self) -> Mapping[str, float]:
+        """See `Step`."""
+        return self._controller.parameters()
+
+    def change(self, name: str, value: float) -> None:
+        """See `Step`: the controller decides, in its own state."""
+        self._controller.resume(PiState(float(self._control[INTEGRAL]), float(self._control[ERROR])))
+        self._readable.change(name, value)
+        self._take_over()
+
+    def _take_over(self) -> None:
+        controller, limit = self._controller, self._limit
+        integral, error = controller.state()
+        self._control[:] = (integral, error, controller.gains.kp, controller.gains.ki, controller.deadband,
+                            limit.low, limit.high, limit.slew_per_s)  # fmt: skip
+
+
+def _memory_of(feedforward: Feedforward) -> FloatArray:
+    """What its kernel advances; empty where there is none."""
+    return feedforward.memory if isinstance(feedforward, InverseFeedforward) else np.empty(0)
+
+
+def compiled_step(
+    estimator: Estimator, controller: Controller, limits: tuple[CommandLimits, ...]
+) -> Step | None:
+    """One compiled call where the parts are those that it knows, not kinds of them; else None."""
+    if type(estimator) is not ObserverEstimator or type(controller) is not PiController:
+        return None
+    known = type(controller.feedforward) in (NoFeedforward, InverseFeedforward)
+    if not known or len(limits) != 1 or limits[0].stop:
+        return None
+    return CompiledStep(estimator, controller, limits)

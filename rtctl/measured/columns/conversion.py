@@ -1,0 +1,155 @@
+"""A raw column to a float64 array, or a message that says which rows are wrong."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import nearest
+from rtctl.measured.columns.units import same_unit
+from rtctl.measured.readers import Header, Table, open_table
+from rtctl.measured.readers.table import length
+
+_TEXT = "OUS"  # NumPy's kinds of it
+KEPT_BYTES = 128 << 20
+"""Of numbers that are kept for the next record of the same file."""
+
+
+class TableCache:
+    """Files of one manifest: each opened once. Of files that several records share, a column whose rows cannot be
+    had without reading all of it (`piecewise` is false) is kept, up to `KEPT_BYTES` over all columns.
+    """
+
+    def __init__(self, shared: Iterable[Path] = ()) -> None:
+        self._shared = frozenset(shared)
+        self._tables: dict[Path, Table] = {}
+        self._kept: OrderedDict[tuple[Path, str], FloatArray] = OrderedDict()
+
+    def table(self, path: Path) -> Table:
+        """The opened file. Raises ValueError in words."""
+        if path not in self._tables:
+            self._tables[path] = open_table(path)
+        return self._tables[path]
+
+    def __contains__(self, path: Path) -> bool:
+        """Whether the file was opened."""
+        return path in self._tables
+
+    def length(self, path: Path, name: str, unit: str) -> int:
+        """Samples of a column, which is checked as far as that goes without its numbers. Raises ValueError."""
+        header = self._header(path, name)
+        if header.refusal:
+            raise ValueError(f'column "{name}" {header.refusal}')
+        try:
+            samples = length(header.shape)
+        except ValueError as error:
+            raise ValueError(f'column "{name}" {error}') from None
+        if header.dtype is not None and header.dtype.kind not in _TEXT:  # text: the message shows some
+            numbers(np.empty(0, header.dtype), name)
+        _check_stated_unit(header, name, unit)
+        return samples
+
+    def column(self, path: Path, name: str, unit: str, first: int = 0, end: int | None = None) -> FloatArray:
+        """Numbers of rows [first, end) of a column; NaN where a file has gaps. Raises ValueError in words."""
+        samples = self.length(path, name, unit)
+        end = samples if end is None else end
+        table = self.table(path)
+        if table.piecewise or path not in self._shared or 8 * samples > KEPT_BYTES // 4:
+            return numbers(table.load(name, first, end), name, first)
+        try:
+            whole = self._whole(path, name, samples)
+        except ValueError:  # text, perhaps, in other rows than these
+            return numbers(table.load(name, first, end), name, first)
+        return whole if end - first == len(whole) else whole[first:end].copy()  # not to keep all of it alive
+
+    def period_s(self, path: Path, name: str) -> tuple[float, str] | None:
+        """Sample period [s] that the file states for a column, and under which key, if it does."""
+        header = self._header(path, name)
+        return None if header.period_s is None else (header.period_s, header.period_key)
+
+    def _header(self, path: Path, name: str) -> Header:
+        columns = self.table(path).columns
+        if name not in columns:
+            raise ValueError(f'no column "{name}"{nearest(name, columns)}')
+        return columns[name]
+
+    def _whole(self, path: Path, name: str, samples: int) -> FloatArray:
+        key = (path, name)
+        if key not in self._kept:
+            values = numbers(self.table(path).load(name, 0, samples), name)
+            while (
+                self._kept and sum(kept.nbytes for kept in self._kept.values()) + values.nbytes > KEPT_BYTES
+            ):
+                self._kept.popitem(last=False)
+            self._kept[key] = values
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+
+def numbers(raw: NDArray[Any], name: str, first_row: int = 0) -> FloatArray:
+    """`raw` as contiguous float64 (n,), n from row `first_row` of the file. Raises ValueError for text, several
+    dimensions and other kinds.
+    """
+    if raw.size != max(raw.shape, default=0):
+        raise ValueError(
+            f'column "{name}" has shape {raw.shape}, one dimension is needed; save one array a signal'
+        )
+    flat = raw.reshape(-1)
+    if flat.dtype.kind in _TEXT:
+        raise ValueError(_about_text(flat, name, first_row))
+    if flat.dtype.kind not in "biuf":
+        raise ValueError(f'column "{name}" holds {flat.dtype.name}, real numbers are needed')
+    return np.ascontiguousarray(flat, dtype=np.float64)
+
+
+def check_finite(values: FloatArray, name: str, first_row: int) -> None:
+    """Raise ValueError with the rows (of the file, from 0) where `values` are NaN or infinite."""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        kinds = "NaN" if np.isnan(values[bad]).all() else "NaN or infinite"
+        raise ValueError(
+            f'column "{name}" is {kinds} in {len(bad)} of {len(values)} rows: {rows_text(bad + first_row)}; '
+            "correct the file, or leave these rows out with rows = [first, end]"
+        )
+
+
+def rows_text(rows: NDArray[np.intp], shown: int = 5) -> str:
+    """`3, 17, 18 and 12 more (counted from 0)`."""
+    text = ", ".join(str(row) for row in rows[:shown])
+    more = f" and {len(rows) - shown} more" if len(rows) > shown else ""
+    return f"{'row' if len(rows) == 1 else 'rows'} {text}{more} (counted from 0)"
+
+
+def _about_text(flat: NDArray[Any], name: str, first_row: int) -> str:
+    bad = np.asarray([row for row, value in enumerate(flat) if not _is_number(value)], dtype=np.intp)
+    if not len(bad):
+        return f'column "{name}" holds numbers as text; store them as numbers'
+    value = str(flat[bad[0]])[:40]
+    return f'column "{name}" holds text, numbers are needed: "{value}", in {rows_text(bad + first_row)}'
+
+
+def _is_number(value: object) -> bool:
+    try:
+        float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return value is None or value == ""  # a gap: found as NaN once the text is corrected
+    return True
+
+
+def _check_stated_unit(header: Header, name: str, unit: str) -> None:
+    if header.unit is None:
+        return
+    try:
+        agrees = same_unit(header.unit, unit)
+    except ValueError:
+        return  # metadata of a foreign writer that is not a unit says nothing
+    if not agrees:
+        raise ValueError(
+            f'the file states unit "{header.unit}" for column "{name}", the manifest "{unit}"; correct one'
+        )

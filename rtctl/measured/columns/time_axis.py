@@ -1,0 +1,68 @@
+"""A time column to one sample period: it must be uniform, or is resampled on request."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+
+TOLERANCE = 1e-3
+"""Largest deviation of an interval from the usual one, as a fraction of it."""
+
+
+def uniform_period(time_s: FloatArray, name: str, first_row: int) -> float:
+    """Period [s] of a uniform time column. Raises ValueError that says where it is not, and by how much."""
+    intervals = _rising(time_s, name, first_row)
+    usual = float(np.median(intervals))  # the mean would be moved by the very gap that is looked for
+    deviation = np.abs(intervals - usual)
+    worst = int(np.argmax(deviation))
+    if deviation[worst] > TOLERANCE * usual:
+        count = int((deviation > TOLERANCE * usual).sum())
+        raise ValueError(
+            f'time column "{name}" is not uniform: after row {worst + first_row} it goes on by '
+            f"{intervals[worst]:.6g} s, usually {usual:.6g} s ({100 * deviation[worst] / usual:.3g} % off, "
+            f"allowed {100 * TOLERANCE:g} %; {count} such intervals); correct it, or set resample = true"
+        )
+    return float((time_s[-1] - time_s[0]) / len(intervals))
+
+
+def check_stated_period(stated: tuple[float, str] | None, name: str, sample_rate_hz: float) -> None:
+    """Raise ValueError where a file states another period [s] (under a key) than the manifest's rate."""
+    if stated is None:
+        return
+    period_s, key = stated
+    if not abs(period_s * sample_rate_hz - 1.0) <= TOLERANCE:
+        raise ValueError(
+            f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), the manifest '
+            f"sample_rate_hz = {sample_rate_hz:g} (allowed difference {100 * TOLERANCE:g} %); correct one"
+        )
+
+
+def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
+    """Uniform instants (m,) [s] from the first to the last, a median interval apart."""
+    usual = float(np.median(_rising(time_s, name, first_row)))
+    count = int(np.floor((time_s[-1] - time_s[0]) / usual * (1.0 + 1e-9))) + 1
+    grid: FloatArray = time_s[0] + usual * np.arange(count)
+    return grid
+
+
+def resampled(values: FloatArray, time_s: FloatArray, grid_s: FloatArray, *, held: bool) -> FloatArray:
+    """`values` on the grid: linear between samples, or the last one where an input is held between them."""
+    if held:
+        period = grid_s[1] - grid_s[0] if len(grid_s) > 1 else 0.0
+        # a grid point that rounding leaves just before a sample belongs to that sample
+        last = np.searchsorted(time_s, grid_s + 1e-6 * period, side="right") - 1
+        return values[last]
+    return np.interp(grid_s, time_s, values)
+
+
+def _rising(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
+    intervals = np.diff(time_s)
+    stuck = np.flatnonzero(intervals <= 0.0)
+    if len(stuck):
+        row = int(stuck[0])
+        raise ValueError(
+            f'time column "{name}" does not increase from row {row + first_row} ({time_s[row]:.9g} s) to '
+            f"{row + first_row + 1} ({time_s[row + 1]:.9g} s); sort or correct the file"
+        )
+    return intervals

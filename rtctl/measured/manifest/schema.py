@@ -1,0 +1,193 @@
+"""`dataset.toml` as checked tables: what was measured, in which columns of which files, in which units."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.quantities import Checked, check, read_toml
+from rtctl.measured.manifest.signal_kinds import PLANT_KINDS, signal_findings
+
+Role = Literal["input", "output"]
+Hold = Literal["linear", "zero", "band-limited"]
+Use = Literal["identify", "fit", "test"]
+
+
+def _one_of(*choices: str) -> BeforeValidator:
+    def chosen(raw: Any) -> Any:
+        if raw not in choices:
+            meant = nearest(str(raw), choices, listed=True)
+            raise ValueError(f"{raw!r} is not one of {', '.join(choices)}{meant}")
+        return raw
+
+    return BeforeValidator(chosen)
+
+
+def _rate_hz(raw: Any) -> float:
+    is_number = isinstance(raw, int | float) and not isinstance(raw, bool)
+    if not is_number or not 0.0 < raw < math.inf:
+        raise ValueError(f"{raw!r} is not a rate; write a number of Hz above 0, such as 1000.0")
+    return float(raw)
+
+
+def _count(raw: Any) -> int:
+    if not isinstance(raw, int) or isinstance(raw, bool) or raw < 0:
+        raise ValueError(f"{raw!r} is not a whole number from 0 on; samples are counted from 0")
+    return raw
+
+
+def _rows(raw: Any) -> tuple[int, int]:
+    if not isinstance(raw, list) or len(raw) != 2:
+        raise ValueError(f"{raw!r} is not [first, end], the first row and the one after the last, from 0")
+    first, end = (_count(row) for row in raw)
+    if not first < end:
+        raise ValueError(f"[{first}, {end}] selects nothing; the first must be below the second")
+    return first, end
+
+
+def _text(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw.strip():
+        raise ValueError(f"{raw!r} is not a text; write one in quotes")
+    return raw
+
+
+def _unit(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw.strip():
+        raise ValueError(f'{raw!r} is not a unit; write one in quotes ("dimensionless" for a plain number)')
+    return raw
+
+
+def _file_name(raw: Any) -> str:
+    if not isinstance(raw, str) or not raw or {"/", "\\"} & set(raw):
+        raise ValueError(
+            f"{raw!r} is not a name without / and \\, as results are written to files of that name"
+        )
+    return raw
+
+
+def _table(raw: Any) -> dict[str, Any]:
+    if not isinstance(raw, dict):
+        raise ValueError(f"{raw!r} is not a table; write {{ name = value }}")
+    return raw
+
+
+Text = Annotated[str, BeforeValidator(_text)]
+Count = Annotated[int, BeforeValidator(_count)]
+Table = Annotated[dict[str, Any], BeforeValidator(_table)]
+
+
+class DatasetTable(Checked):
+    """[dataset]"""
+
+    name: Text
+    plant: Annotated[str, _one_of(*PLANT_KINDS)]
+    identity: str = ""
+    """Which device answered, where the wire told."""
+    description: str = ""
+    conditions: Table = Field(default_factory=dict)
+    """Of every record, unless the record says otherwise."""
+
+
+class SignalTable(Checked):
+    """[signals.<name>]"""
+
+    role: Annotated[Role, _one_of(*get_args(Role))]
+    unit: Annotated[str, BeforeValidator(_unit)]
+    column: Text | None = None
+    hold: Annotated[Hold, _one_of(*get_args(Hold))] | None = None
+
+    @model_validator(mode="after")
+    def _hold_of_an_input(self) -> SignalTable:
+        if self.hold is not None and self.role == "output":
+            raise ValueError(f'hold = "{self.hold}" is for inputs only; remove it')
+        return self
+
+
+class RecordTable(Checked):
+    """[[records]]"""
+
+    file: Text
+    name: Annotated[str, BeforeValidator(_file_name)] | None = None
+    """Default: the file's name without its suffix, made unique by the rows."""
+    sample_rate_hz: Annotated[float, BeforeValidator(_rate_hz)] | None = None
+    time: Text | None = None
+    resample: bool = False
+    rows: Annotated[tuple[int, int], BeforeValidator(_rows)] | None = None
+    """First row and the one after the last, counted from 0."""
+    ignore_first: Count = 0
+    use: Annotated[Use, _one_of(*get_args(Use))] = "fit"
+    repeat: Text | None = None
+    conditions: Table = Field(default_factory=dict)
+    initial: Table = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _one_time_base(self) -> RecordTable:
+        rate = self.sample_rate_hz
+        if rate is None and self.time is None:
+            raise ValueError("no sample rate: add sample_rate_hz = <Hz>, or time = <column in seconds>")
+        if rate is not None and self.time is not None:
+            raise ValueError(
+                f'sample_rate_hz = {rate:g} and time = "{self.time}" exclude each other; keep one'
+            )
+        if self.resample and self.time is None:
+            raise ValueError("resample = true needs a time column; name it with time, or remove resample")
+        return self
+
+    @property
+    def first_row(self) -> int:
+        """Row of the file at which the record begins."""
+        return self.rows[0] if self.rows else 0
+
+
+class Manifest(Checked):
+    """A whole `dataset.toml`."""
+
+    dataset: DatasetTable
+    signals: dict[str, SignalTable] = Field(default_factory=dict)
+    records: tuple[RecordTable, ...] = ()
+
+
+def read_manifest(path: Path) -> Manifest:
+    """The checked manifest. Raises InputError with every finding, one a line."""
+    tables = read_toml(path)
+    findings = [f"{path}: {text}" for text in _against_plant(tables)]
+    try:
+        manifest = check(Manifest, tables, str(path))
+    except InputError as error:
+        raise InputError("\n".join([*str(error).splitlines(), *findings])) from None
+    if findings:
+        raise InputError("\n".join(findings))
+    return manifest
+
+
+def _against_plant(tables: dict[str, Any]) -> list[str]:
+    """Findings across tables, on the raw tables: so that they come together with those inside a table."""
+    found = []
+    if not tables.get("records"):
+        found.append("no records: add [[records]] with file and sample_rate_hz for each measured file")
+    heading, signals = tables.get("dataset"), tables.get("signals", {})
+    plant = heading.get("plant") if isinstance(heading, dict) else None
+    if isinstance(plant, str) and plant in PLANT_KINDS and isinstance(signals, dict):
+        found += signal_findings(plant, signals)
+    if isinstance(signals, dict):
+        found += _shared_columns(signals)
+    return found
+
+
+def _shared_columns(signals: dict[str, Any]) -> list[str]:
+    """Two signals of one column are a slip of copying."""
+    columns: dict[str, str] = {}
+    found = []
+    for name, table in signals.items():
+        column = str(table.get("column", name)) if isinstance(table, dict) else name
+        if column in columns:
+            found.append(
+                f'key "signals.{name}.column": "{columns[column]}" and "{name}" both read the column "{column}"; '
+                "correct one"
+            )
+        columns.setdefault(column, name)
+    return found

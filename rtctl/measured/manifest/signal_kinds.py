@@ -1,0 +1,95 @@
+"""Which signals a kind of plant has, and in which unit they are held. A new kind is one entry here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rtctl.border.errors import nearest
+from rtctl.measured.columns.units import check_unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalKind:
+    """One signal of a kind of plant."""
+
+    role: str
+    unit: str | None = None
+    """In which it is held; None: in the manifest's own unit."""
+    derivative_of: str | None = None
+    """Held in the unit of that signal per second."""
+    optional: bool = False
+    """May be missing in a manifest or in single records."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantKind:
+    """The signals of a kind of plant, and what `initial` of a record may set."""
+
+    signals: Mapping[str, SignalKind]
+    initial: tuple[str, ...]
+
+
+PLANT_KINDS: Mapping[str, PlantKind] = {
+    "oscillator": PlantKind(
+        signals={
+            "drive": SignalKind(role="input"),
+            "displacement": SignalKind(role="output"),
+            "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
+        },
+        initial=("displacement", "velocity"),
+    ),
+    "vo2": PlantKind(
+        signals={
+            "current": SignalKind(role="input", unit="mA"),
+            "resistance": SignalKind(role="output", unit="ohm"),
+            "deflection": SignalKind(role="output", unit="um", optional=True),
+        },
+        initial=(),
+    ),
+}
+
+
+def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
+    """Unit in which `signal` is held; `units` are the manifest's."""
+    kind = PLANT_KINDS[plant].signals[signal]
+    if kind.derivative_of is not None:
+        return f"{units[kind.derivative_of]}/s"
+    return kind.unit or str(units[signal])
+
+
+def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
+    """What is wrong with the names, roles and units of the `[signals]` tables, as read from the file."""
+    kinds = PLANT_KINDS[plant].signals
+    found = [
+        f'unknown signal "signals.{name}" of a plant "{plant}"{nearest(name, kinds)}'
+        for name in signals
+        if name not in kinds
+    ]
+    for name, kind in kinds.items():
+        if name in signals:
+            found += _table_findings(plant, name, kind, signals)
+        elif not kind.optional:
+            unit = f" in {kind.unit}" if kind.unit else ""
+            found.append(
+                f'signal "{name}" is missing: a plant "{plant}" needs its {kind.role}; '
+                f'add [signals.{name}] with role = "{kind.role}" and its unit{unit}'
+            )
+    return found
+
+
+def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[str, Any]) -> list[str]:
+    table = signals[name] if isinstance(signals[name], dict) else {}
+    found = []
+    role, unit = table.get("role"), table.get("unit")
+    if role in ("input", "output") and role != kind.role:
+        found.append(f'key "signals.{name}.role": "{name}" of a plant "{plant}" is its {kind.role}')
+    if isinstance(unit, str):
+        units = {key: value.get("unit") for key, value in signals.items() if isinstance(value, dict)}
+        anchored = kind.derivative_of is None or isinstance(units.get(kind.derivative_of), str)
+        try:
+            check_unit(unit, held_unit(plant, name, units) if anchored else None)
+        except ValueError as error:
+            found.append(f'key "signals.{name}.unit": {error}')
+    return found

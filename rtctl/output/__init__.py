@@ -1,0 +1,1 @@
+"""What the program writes for people: atomic files, HTML pages, progress."""

@@ -1,0 +1,1 @@
+"""The magnetoelectric resonator as a kind of plant."""

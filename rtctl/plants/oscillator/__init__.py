@@ -1,0 +1,1 @@
+"""The oscillator as a kind of plant."""

@@ -1,0 +1,220 @@
+"""An oscillator: forces of no name act where the drive does, phi(z, v, u, t) along the simulated motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import Scales
+from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.problem.finite_differences import Steps, slope
+from rtctl.diagnosis.problem.subject import Force, Past, Reader, Records, Subject
+from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+    from rtctl.diagnosis.residual.residual_tests import Examined
+
+NORMAL_95 = 1.96
+
+GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
+    ("z^2", "displacement", lambda z, v, u, t: z**2),
+    ("z^3", "displacement", lambda z, v, u, t: z**3),
+    ("z^5", "displacement", lambda z, v, u, t: z**5),
+    ("|z|", "displacement", lambda z, v, u, t: np.abs(z)),
+    ("sign z", "displacement", lambda z, v, u, t: np.tanh(10.0 * z)),
+    ("v |v|", "velocity", lambda z, v, u, t: v * np.abs(v)),
+    ("v^3", "velocity", lambda z, v, u, t: v**3),
+    ("v^2", "velocity", lambda z, v, u, t: v**2),
+    ("sign v", "velocity_sign", lambda z, v, u, t: np.tanh(20.0 * v)),
+    ("z^2 v", "amplitude", lambda z, v, u, t: z**2 * v),
+    ("z v", "state", lambda z, v, u, t: z * v),
+    ("v^2 z", "amplitude", lambda z, v, u, t: v**2 * z),
+    ("1", "drive", lambda z, v, u, t: np.ones_like(z)),
+    ("u^2", "drive", lambda z, v, u, t: u**2),
+    ("u^3", "drive", lambda z, v, u, t: u**3),
+    ("du", "drive_rate", lambda z, v, u, t: np.gradient(u)),
+    ("u z", "drive", lambda z, v, u, t: u * z),
+    ("u v", "drive", lambda z, v, u, t: u * v),
+    ("t z", "time", lambda z, v, u, t: t * z),
+    ("t v", "time", lambda z, v, u, t: t * v),
+    ("t u", "time", lambda z, v, u, t: t * u),
+    ("t", "time", lambda z, v, u, t: t),
+)
+
+
+LATE = (2.0, 4.0, 6.0, 9.0, 12.0, 16.0, 20.0, 24.0)
+"""Radians of the motion's rate by which forces follow the displacement."""
+RELAXING = (1.0 / 16.0, 1.0 / 4.0, 1.0, 4.0, 16.0)
+"""Rates of springs that relax, over the motion's."""
+PAST = (
+    *(f"z, {late:g} rad late" for late in LATE),
+    *(f"z, relaxing at {rate:g} rad/rad" for rate in RELAXING),
+)
+
+
+def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+    """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
+
+    def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
+        t = np.linspace(-1.0, 1.0, len(z))
+        return [force(z, v, u, t) for _, _, force in GENERIC]
+
+    return _pushed(hypothesis, data, index, forces)
+
+
+def past_slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+    """(len(PAST), outputs, n) of record `index`: forces linear in the past of the displacement."""
+    radians = data.scales.rate * data.records[index].period_s
+
+    def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
+        at = np.arange(len(z), dtype=float)
+        late = [np.interp(at - lag / radians, at, z) for lag in LATE]
+        return [*late, *(_relaxed(z, rate * radians) for rate in RELAXING)]
+
+    return _pushed(hypothesis, data, index, forces)
+
+
+def _relaxed(z: FloatArray, rate: float) -> FloatArray:
+    """(n,) w' = z' - rate w from zero, time in samples; exact for straight lines between them."""
+    from scipy.signal import lfilter
+
+    kept = float(np.exp(-rate))
+    made: FloatArray = lfilter([(1.0 - kept) / rate], [1.0, -kept], np.diff(z, prepend=z[0]))
+    return made
+
+
+def _pushed(
+    hypothesis: Hypothesis,
+    data: Data,
+    index: int,
+    forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
+) -> FloatArray:
+    """(forces, outputs, n): what each does that is of `forces` (displacement, velocity, drive, each over its size)."""
+    record = data.records[index]
+    values = hypothesis.values_of(index)
+    start = np.atleast_2d(hypothesis.start(index))
+    plain = _quickly_held(record.stimulus)
+    base = hypothesis.simulation.predict(plain, values, start, data.steps_per_period)
+    scales, u = data.scales, record.stimulus.inputs["drive"]
+    z = base.outputs["displacement"][0] / scales.displacement
+    v = base.outputs["velocity"][0] / scales.velocity
+    outputs = hypothesis.sensitivity.outputs
+    made = forces(z, v, u / (scales.drive or 1.0))
+    found = np.zeros((len(made), len(outputs), record.samples - record.first))
+    for k, phi in enumerate(made):
+
+        def moved(step: float, phi: FloatArray = phi) -> FloatArray:
+            stimulus = replace(plain, inputs={"drive": u + step * (scales.drive or 1.0) * phi})
+            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
+
+        found[k] = slope(moved, data, outputs, 0.0)
+    return found
+
+
+def _quickly_held(stimulus: Stimulus) -> Stimulus:
+    """With straight lines in place of a band-limited drive: what a small force adds hardly depends on it."""
+    if stimulus.holds.get("drive") != "band-limited":
+        return stimulus
+    return replace(stimulus, holds={**stimulus.holds, "drive": "linear"})
+
+
+def extended_model(start: ModelFile, examined: Examined) -> ModelFile:
+    """`start` with the values and mechanisms of `examined`; a parameter that was not fitted stays as it was."""
+    from rtctl.diagnosis.report.answer import Estimate, estimates_of
+
+    def value(estimate: Estimate) -> Value:
+        return Value(value=estimate.value, unit=estimate.unit, low=estimate.low, high=estimate.high)
+
+    nominal = estimates_of(examined, "")
+    parameters = {
+        name: value(nominal[name]) if name in nominal else given
+        for name, given in start.model.parameters.items()
+    }
+    tables = {table.id: table for table in start.model.mechanisms}
+    for mechanism in examined.hypothesis.simulation.mechanisms:
+        estimates = estimates_of(examined, mechanism.id)
+        kept = tables[mechanism.id].parameters if mechanism.id in tables else {}
+        values = kept | {name: value(estimate) for name, estimate in estimates.items()}
+        tables[mechanism.id] = MechanismTable(id=mechanism.id, parameters=values)
+    return ModelFile(
+        model=ModelTable(kind=start.kind, parameters=parameters, mechanisms=tuple(tables.values()))
+    )
+
+
+def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
+    write_oscillator_model(path, model.model_copy(update={"provenance": provenance}))
+
+
+def _spreads(model: ModelFile) -> dict[str, float]:
+    """Of the intervals, taken as 95 %."""
+    found = {}
+    for name, one in model.model.parameters.items():
+        if one.low is not None and one.high is not None and one.value:
+            found[name] = (one.high - one.low) / (2.0 * NORMAL_95 * abs(one.value))
+    return found
+
+
+def _as_it_is(simulation: Simulation) -> Simulation:
+    return simulation
+
+
+def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
+    return simulation, dict
+
+
+def _quarter_period(scales: Scales) -> float:
+    return 0.5 * np.pi / scales.rate
+
+
+OSCILLATOR = Subject(
+    kind="oscillator",
+    drive="drive",
+    output="displacement",
+    signal="displacement",
+    clipping_of=("displacement",),
+    spikes_of=("displacement", "velocity"),
+    about_mean=False,
+    forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
+    slopes=slopes,
+    steps=Steps((1e-5, 1e-7, 1e-9), small=1e-3),
+    past=Past(
+        tuple(Force(name, "past") for name in PAST), past_slopes, ("unnamed.relaxations", "unnamed.feedback")
+    ),
+    unnamed=(
+        "unnamed.spring",
+        "unnamed.stop",
+        "unnamed.dissipation",
+        "unnamed.relaxations",
+        "unnamed.feedback",
+    ),
+    sensed=lambda records: 1.0,
+    lag_s=_quarter_period,
+    slower=(2,),
+    is_at_rest_undriven=False,
+    grows_with_motion=True,
+    allowed_share=0.0,
+    promised=lambda model, dataset: {},
+    least_removed=0.9,
+    steps_per_period=64.0,
+    glance_samples=None,
+    comparable=_comparable,
+    inner=_as_it_is,
+    coarse=lambda model, dataset: {},
+    identified=lambda model, dataset: {},
+    relearned=None,
+    corrections={},
+    offsets={},
+    shifted_by="sensor.offset",
+    read_model=read_oscillator_model,
+    spreads=_spreads,
+    extended_model=extended_model,
+    write_model=_write,
+)

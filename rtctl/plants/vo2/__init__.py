@@ -1,0 +1,1 @@
+"""The VO2 actuator as a kind of plant."""

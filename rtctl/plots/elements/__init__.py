@@ -1,0 +1,1 @@
+"""Elements that several figures share: style, axes, decimation, PNG files."""

@@ -1,0 +1,48 @@
+"""How a device's channel is drawn: its label, the unit that reads well, and whether its axis is logarithmic."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.records import Channel
+from rtctl.plots.elements.style import kilo
+
+_WRITTEN = {"um": "µm", "ohm": "Ω", "deg": "°"}
+
+
+class Shown(NamedTuple):
+    """One channel on an axis."""
+
+    label: str
+    """`name [unit]`."""
+    unit: str
+    """`[unit]`."""
+    values: FloatArray
+    is_kilo: bool
+    """Logarithmic in thousands: resistances span decades."""
+
+
+def written(unit: str) -> str:
+    """A unit as it is printed."""
+    return _WRITTEN.get(unit, unit)
+
+
+def label_of(channel: Channel) -> str:
+    """`coil current [mA]`."""
+    return f"{channel.name.replace('_', ' ')} [{written(channel.unit)}]"
+
+
+def shown(channel: Channel, values: FloatArray) -> Shown:
+    """`values` [the channel's unit] as they are drawn."""
+    if channel.unit == "ohm":
+        return Shown(f"{channel.name.replace('_', ' ')} [kΩ]", "[kΩ]", values / 1e3, True)
+    return Shown(label_of(channel), f"[{written(channel.unit)}]", values, False)
+
+
+def scale_axis(axes: Axes, which: str, channel: Shown) -> None:
+    """Logarithmic where the channel is."""
+    if channel.is_kilo:
+        kilo(axes, which)

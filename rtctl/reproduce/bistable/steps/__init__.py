@@ -1,0 +1,1 @@
+"""Steps of the bistable-beam study, one figure or table a module."""

@@ -1,0 +1,1 @@
+"""Steps of the ME study, one figure or table a module."""

@@ -1,0 +1,1 @@
+"""What may reach the device and what may be believed of it: limits, plausibility, guards."""

@@ -1,0 +1,1 @@
+"""Scenario files: their tables, checked, and the command sequence that they describe."""

@@ -1,0 +1,31 @@
+"""The scenarios that come with the program, by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rtctl.border.errors import InputError, nearest
+
+
+def find_scenario(name: str) -> Path:
+    """A scenario file by path, or a bundled one by name. Raises InputError."""
+    path = Path(name)
+    if path.is_file():
+        return path
+    bundled = {file.stem: file for folder in _bundles() for file in folder.glob("*.toml")}
+    if not path.suffix and name in bundled:
+        return bundled[name]
+    raise InputError(f"{name}: no such scenario file{nearest(path.stem, bundled)}")
+
+
+def bundled_scenarios() -> Path:
+    """The folder of the scenarios that come with the program."""
+    for folder in _bundles():
+        if folder.is_dir():
+            return folder
+    raise InputError("the bundled scenarios are missing from this installation; install rtctl again")
+
+
+def _bundles() -> list[Path]:
+    package = Path(__file__).resolve().parent.parent
+    return [package / "bundled_scenarios", package.parent / "scenarios"]

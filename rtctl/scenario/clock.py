@@ -1,0 +1,60 @@
+"""[clock] of a scenario: whose time it is, what a missed deadline means, what is asked of the machine."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from rtctl.border.quantities import Checked, Quantity
+from rtctl.timing.clock import LARGEST_SPIN_SHARE, Missed, MonotonicClock, NoSpin, TrackedSpin
+from rtctl.timing.realtime import RealTime
+
+Seconds = Annotated[float, Quantity("s"), Field(allow_inf_nan=False)]
+
+
+class ClockTable(Checked):
+    """[clock]"""
+
+    mode: Literal["lockstep", "live"] = "lockstep"
+    settle_s: Annotated[Seconds, Field(alias="settle", ge=0.0)] = 0.05
+    """Full cooling at the safe level before the first sample."""
+    timeout_s: Annotated[Seconds | None, Field(alias="timeout", gt=0.0)] = None
+    """For one exchange; default: five periods, at least 50 ms (lockstep: 1 s)."""
+    watchdog_s: Annotated[Seconds | None, Field(alias="watchdog", ge=0.0)] = None
+    """The device's own; default: ten periods, at least 100 ms (lockstep: none)."""
+    missed: Literal["skip", "catch_up", "stop"] = "skip"
+    """Live: periods that were missed are left out, made up for, or end the run after `stop_after` of them."""
+    stop_after: Annotated[int, Field(ge=1)] = 10
+    """Missed periods that end a run with missed = "stop"; one is forgiven a hundred steps in time."""
+    spin_s: Annotated[Seconds | None, Field(alias="spin", ge=0.0)] = None
+    """Most that is spun before a deadline; default: a fifth of the period. "0 s": none."""
+    priority: Annotated[int | None, Field(ge=1, le=99)] = None
+    """Of SCHED_FIFO."""
+    cpu: Annotated[int | None, Field(ge=0)] = None
+    """Live: the only CPU of the loop."""
+    unlocked: bool = True
+    """Steps are taken in compiled blocks without the interpreter's lock where that is possible; false: in Python."""
+    lock_memory: bool = False
+    freeze_gc: bool = True
+
+    @model_validator(mode="after")
+    def _representable(self) -> ClockTable:
+        watchdog_ms = 1e3 * (self.watchdog_s or 0.0)
+        if not (watchdog_ms == 0.0 or 1.0 <= watchdog_ms <= 0xFFFF):
+            raise ValueError(f"watchdog = {watchdog_ms:g} ms must be 0 (none) or 1 to 65535 ms")
+        return self
+
+    def real_time(self) -> RealTime:
+        """What is asked of the machine in a live run."""
+        return RealTime(
+            priority=self.priority, cpu=self.cpu, lock_memory=self.lock_memory, freeze_gc=self.freeze_gc
+        )
+
+    def monotonic(self, period_s: float) -> MonotonicClock:
+        """The clock of a live run with this period [s]."""
+        share_s = LARGEST_SPIN_SHARE * period_s
+        most_s = share_s if self.spin_s is None else min(self.spin_s, share_s)
+        missed = Missed.CATCH_UP if self.missed == "catch_up" else Missed.SKIP
+        spin = TrackedSpin(1e9 * most_s) if most_s > 0.0 else NoSpin()
+        return MonotonicClock(missed=missed, spin=spin)

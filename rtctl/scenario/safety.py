@@ -1,0 +1,48 @@
+"""[safety] of a scenario: when a sensor counts as stuck, and whether a faulted device may be armed again."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from rtctl.border.quantities import Checked
+from rtctl.border.records import DeviceProfile
+from rtctl.safety.guards import LEAST_TIME_TOLERANCE_US, ReadingRules
+from rtctl.scenario.clock import ClockTable, Seconds
+from rtctl.scenario.limits import LimitsTable
+
+FROZEN_AFTER = {"vo2": 20}
+"""Samples, of kinds of plant whose readings are never twice the same by rights."""
+LEAST_TRAVEL = 0.05
+"""Of the command's range: a reading that does not follow this much of it is stuck."""
+OLDEST_TIME_PERIODS = 2.0
+
+
+class SafetyTable(Checked):
+    """[safety]"""
+
+    frozen_after: Annotated[int | None, Field(ge=0)] = None
+    """Equal readings, to the bit, while the command moves by 5 % of its range: the sensor is stuck. 0: never."""
+    check_counter_and_time: bool = True
+    """Sample counter and device time are held to each other and to this machine's clock."""
+    rearm: Annotated[int, Field(ge=0)] = 0
+    """Faults of wire or device after which a run arms the device again and goes on; 0: the first one ends it."""
+    rearm_after_s: Annotated[Seconds, Field(alias="rearm_after", ge=0.0)] = 0.5
+    """How long the device is left off before."""
+
+    def reading_rules(
+        self, limits: LimitsTable, clock: ClockTable, profile: DeviceProfile, period_s: float, delay: int
+    ) -> ReadingRules:
+        """As the loop holds them; a reading is `delay` periods old."""
+        first = limits.commands(profile)[0]
+        frozen = FROZEN_AFTER.get(profile.kind, 0) if self.frozen_after is None else self.frozen_after
+        return ReadingRules(
+            names=tuple(f"{channel.name} [{channel.unit}]" for channel in profile.sensed),
+            rates=tuple(found.rate_per_s for found in limits.readings(profile)),
+            frozen_after=frozen,
+            frozen_travel=LEAST_TRAVEL * (first.high - first.low),
+            lockstep_us=round(1e6 * period_s) if clock.mode == "lockstep" else None,
+            time_tolerance_us=max(LEAST_TIME_TOLERANCE_US, (OLDEST_TIME_PERIODS + delay) * 1e6 * period_s),
+            timed=self.check_counter_and_time,
+        )

@@ -1,0 +1,138 @@
+"""Excitations through a driver into a dataset: so identification works on whatever is at the end of the wire.
+
+The loop plays them; here its rows become rows of a dataset. In lockstep a reading is from the end of the period of
+its own command, so the outputs move down by one row; live it is from before the command, as a dataset has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError, RtctlError, RunError
+from rtctl.border.records import Channel, DeviceStatus, Driver
+from rtctl.measured.dataset import Record
+from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
+from rtctl.measured.writer import write_dataset
+from rtctl.scenario.command_sequence import played_levels
+from rtctl.scenario.schema import Scenario
+from rtctl.session.closed_loop import open_driver, play
+
+
+def acquire(
+    scenario: Scenario,
+    driver: Driver,
+    folder: Path,
+    stop_requested: Callable[[], bool],
+    report: Callable[[str], None],
+    make_room: Callable[[], None] = lambda: None,
+) -> Path:
+    """Play every excitation, write the dataset, return its manifest's path. Raises RunError on a fault.
+
+    `make_room` is called once there is something to write: what `folder` holds would be overwritten.
+
+    Records that were complete before a fault are written all the same, and the message says so.
+    """
+    if not scenario.excitation:
+        raise InputError("the scenario has no [[excitation]] table: nothing to play")
+    if scenario.scenario.plant not in PLANT_KINDS:
+        raise InputError(
+            f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(PLANT_KINDS)}; play the excitation '
+            "with rtctl run, which records every channel"
+        )
+    records: list[Record] = []
+    failure = ""
+    for index, levels in enumerate(played_levels(scenario)):
+        kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
+        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
+        try:
+            first = open_driver(driver, own)
+        except RtctlError as error:
+            if not records:
+                raise
+            failure = str(error)
+            break
+        rest = np.concatenate(([_rest(scenario)], levels))
+        signals, outcome = play(own, driver, rest, first, stop_requested)
+        if outcome.fault is not None:
+            failure = f"{outcome.fault}: {outcome.message}"
+            break
+        if failure := _clamped(signals, kind, scenario.profile.commands[0]):
+            break
+        records.append(_record(signals, own, index, kind))
+    if not records:
+        raise RunError(f"{failure}; nothing was recorded")
+    make_room()
+    path = write_dataset(
+        folder,
+        name=scenario.scenario.title if not failure else f"{scenario.scenario.title} (INCOMPLETE: {failure})",
+        plant=scenario.scenario.plant,
+        identity=driver.identity,
+        records=records,
+        units={channel.name: channel.unit for channel in _channels(scenario)},
+        metadata={"program": "rtctl", "driver": scenario.driver.kind, "clock": scenario.clock.mode},
+    )
+    if failure:
+        raise RunError(f"{failure}; the {len(records)} records before it are in {path}")
+    return path
+
+
+def _rest(scenario: Scenario) -> float:
+    """The level before a record: a current's lowest, a signed drive's safe one."""
+    return scenario.limits.safe_level if scenario.profile.commands[0].signed else scenario.limits.low
+
+
+def _channels(scenario: Scenario) -> list[Channel]:
+    """Of the profile, those that a dataset of this kind of plant has: an oscillator's has no second instrument."""
+    profile, known = scenario.profile, PLANT_KINDS[scenario.scenario.plant].signals
+    channels = (*profile.commands, *profile.sensed, profile.reference)
+    return [channel for channel in channels if channel.name in known]
+
+
+def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> str:
+    """Why a record must not be kept: it would hold commanded levels that were never applied. Empty: none."""
+    clamped = (signals["device_status"].astype(np.int64) & int(DeviceStatus.CLAMPED)) != 0
+    if not clamped.any():
+        return ""
+    asked = signals[command.name][clamped]
+    return (
+        f"{kind}: the device clamped {int(clamped.sum())} commands between {asked.min():.4g} and "
+        f"{asked.max():.4g} {command.unit} to its own limits; narrow --set limits.low=... and limits.high=... to them"
+    )
+
+
+def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, kind: str) -> Record:
+    excitation, profile = scenario.excitation[index], scenario.profile
+    held = {channel.name: signals[channel.name] for channel in profile.commands}
+    measured = {channel.name: signals[channel.name] for channel in (*profile.sensed, profile.reference)}
+    if scenario.clock.mode == "lockstep":
+        held = {name: np.append(levels[1:], levels[-1]) for name, levels in held.items()}
+    held, measured = _fill_missed(signals["index"], held, measured)
+    if not np.isfinite(measured[profile.reference.name]).all():
+        measured.pop(profile.reference.name)  # no external instrument here
+    kept = {channel.name for channel in _channels(scenario)}
+    measured = {name: values for name, values in measured.items() if name in kept}
+    return Record(
+        name=f"r{index:02d}-{kind}",
+        period_s=scenario.scenario.period_s,
+        use=excitation.use,
+        signals={**held, **measured},
+        conditions={"excitation": kind},
+    )
+
+
+def _fill_missed(
+    index: FloatArray, held: Mapping[str, FloatArray], measured: Mapping[str, FloatArray]
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Periods that a live run missed: the device went on holding its commands, the readings are interpolated."""
+    whole = np.arange(int(index[-1]) + 1, dtype=np.float64)
+    if len(whole) == len(index):
+        return dict(held), dict(measured)
+    last = np.searchsorted(index, whole, side="right") - 1
+    return (
+        {name: levels[last] for name, levels in held.items()},
+        {name: np.interp(whole, index, values) for name, values in measured.items()},
+    )

@@ -1,0 +1,98 @@
+"""The main job from end to end, on a simulated device in a process of its own behind a virtual serial line."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.errors import RunError
+from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
+from rtctl.measured.reading import read_dataset
+from rtctl.models.vo2 import write_model
+from rtctl.scenario.bundled import bundled_scenarios
+from rtctl.scenario.schema import load_scenario
+from rtctl.session.acquisition import acquire
+from rtctl.session.closed_loop import track, write_run
+from rtctl.session.run_folder import RunFolder, run_metadata
+from rtctl.wiring import build_driver
+
+PLANT = "vo2"
+Report = Callable[[str], None]
+
+
+def demonstrate(
+    device: str, seed: int, folder: Path, stop_requested: Callable[[], bool], report: Report
+) -> list[dict[str, Any]]:
+    """Acquire, identify and run every bundled tracking scenario over Modbus RTU; their summaries."""
+    with served_device(device, seed, report) as port:
+        wire = ["driver.kind=modbus-rtu", f'driver.port="{port}"']
+        files = bundled_scenarios()
+        scenario, _ = load_scenario(files / "acquire_vo2.toml", wire)
+        report("measuring the hysteresis through the line")
+        manifest = acquire(
+            scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report
+        )
+        report("identifying")
+        model = identify_vo2(read_dataset(manifest), Vo2FitOptions(), report)
+        write_model(model, folder / "model.toml")
+        report(f"heating time constant {1e3 * model.time_constant_s:.3f} ms; wrote {folder / 'model.toml'}")
+        summaries = []
+        for file in sorted(files.glob("*.toml")):
+            scenario, tables = load_scenario(file, wire)
+            if file.stem.startswith("acquire") or scenario.scenario.plant != PLANT:
+                continue
+            report(f"running {file.stem}")
+            place, metadata = folder / file.stem, run_metadata(tables)
+            run_folder = RunFolder(path=place, metadata=metadata, model=folder / "model.toml", report=report)
+            result, outcome = track(
+                scenario, model, build_driver(scenario, files), stop_requested, run_folder
+            )
+            write_run(folder / file.stem, scenario, tables, result)
+            summaries.append(result.summary)
+            if outcome.fault is not None:
+                raise RunError(f"{file.stem}: {outcome.fault}: {outcome.message}")
+    return summaries
+
+
+@contextmanager
+def served_device(device: str, seed: int, report: Report) -> Iterator[str]:
+    """A simulated device served by another process; yields the path of its serial port."""
+    with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
+        port = Path(folder) / "vo2"
+        command = [
+            sys.executable, "-m", "rtctl", "serve", device, "--modbus-rtu", str(port), "--seed", str(seed), "--quiet",
+        ]  # fmt: skip
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True)
+        try:
+            _wait_until_ready(process)
+            report(
+                f"simulated device {device} in process {process.pid} on {port} (this is process {os.getpid()})"
+            )
+            yield str(port)
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            if process.stdout is not None:
+                process.stdout.close()
+
+
+def _wait_until_ready(process: subprocess.Popen[str]) -> None:
+    """Block on the server's first line. Raises RunError if it ends without one."""
+    started = time.monotonic()
+    line = process.stdout.readline() if process.stdout is not None else ""
+    if not line.startswith("ready"):
+        code = process.wait()
+        raise RunError(
+            f"the simulated device ended with code {code} after {time.monotonic() - started:.1f} s without serving"
+        )

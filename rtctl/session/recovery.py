@@ -1,0 +1,56 @@
+"""What a killed run has left, made into what a run leaves that has ended: Parquet, summary, picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import Fault, InputError
+from rtctl.evaluation.summary import summarise
+from rtctl.loop.supervisor import LoopOutcome
+from rtctl.plants import support_of
+from rtctl.scenario.schema import checked_scenario
+from rtctl.session.closed_loop import RunResult, write_run
+from rtctl.session.run_folder import MODEL, SIGNALS, rows_left_by, scenario_tables
+from rtctl.timing.step_timing import StepTiming
+
+
+def recover(folder: Path) -> dict[str, Any]:
+    """Write the files of the run in `folder`; its summary, verdict "fault", named "killed". Raises InputError."""
+    signals, timing = rows_left_by(folder)
+    if len(signals) == 0:
+        raise InputError(f"{folder}: the run was killed before its first sample; nothing to recover")
+    tables = scenario_tables(signals.header.metadata, folder / SIGNALS)
+    scenario = checked_scenario(tables, str(folder / SIGNALS))
+    if not (folder / MODEL).is_file():
+        raise InputError(f"{folder / MODEL}: missing; the summary needs the model that the run used")
+    plant = support_of(scenario.scenario.plant)
+    model = plant.read_model(folder / MODEL)
+    table = signals.table()
+    index = table["index"]
+    times = _timing(timing.table(), steps=len(index), overruns=int(index[-1]) + 1 - len(index))
+    outcome = LoopOutcome(
+        steps=len(index),
+        overruns=times.overruns,
+        fault=Fault.KILLED,
+        message=f"the process ended without a word after sample {int(index[-1])}; recovered by rtctl recover",
+    )
+    summary = summarise(scenario, plant, model, outcome, table, times)
+    units = dict(signals.header.columns)
+    result = RunResult(summary=summary, signals=table, units=units, timing=timing.table(), tuning=None)
+    write_run(folder, scenario, tables, result)
+    return summary
+
+
+def _timing(table: Mapping[str, FloatArray], *, steps: int, overruns: int) -> StepTiming:
+    """The histograms again, from the recorded times [us]; a kill may have come before those of the last of `steps`."""
+    timing = StepTiming()
+    columns = [np.round(1e3 * table[name]).astype(np.int64).tolist() for name in table]
+    for lateness_ns, round_trip_ns, compute_ns in zip(*columns, strict=True):
+        timing.step(lateness_ns, round_trip_ns, compute_ns)
+    timing.steps, timing.overruns = steps, overruns
+    return timing

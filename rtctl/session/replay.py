@@ -1,0 +1,187 @@
+"""A recorded measurement through estimator, controller and limits again: the same commands, to the bit, or where not.
+
+The recording gives what the loop could not know (readings, which periods it reached); the events give where it started
+and what was changed while it ran; all else is computed anew from the scenario and the model beside the recording.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import DriverError, InputError
+from rtctl.loop.events import Event, read_events
+from rtctl.loop.live_parameters import SETPOINT
+from rtctl.loop.step import Levels, Step, upcoming_setpoints
+from rtctl.plants import support_of
+from rtctl.scenario.schema import Scenario, checked_scenario
+from rtctl.session.closed_loop import planned_step
+from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
+
+ESTIMATE_COLUMNS = 4
+"""Value, surrogate, standard error, status."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """The first row that came out otherwise."""
+
+    index: int
+    column: str
+    recorded: float
+    replayed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay:
+    """What came of it."""
+
+    rows: int
+    first: Difference | None
+    differing: Mapping[str, int]
+    """Rows that differ, by column, of those that differ anywhere."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """A run's folder, read."""
+
+    scenario: Scenario
+    model: Any
+    signals: Mapping[str, FloatArray]
+    events: tuple[Event, ...]
+
+
+def read_run(folder: Path) -> Recorded:
+    """A run that has ended, or one that was killed. Raises InputError."""
+    if is_interrupted(folder):
+        rows, _ = rows_left_by(folder)
+        signals, metadata, source = dict(rows.table()), rows.header.metadata, folder / "signals.rec"
+    else:
+        source = folder / "signals.parquet"
+        signals, metadata = _parquet(source)
+    scenario = checked_scenario(scenario_tables(metadata, source), str(source))
+    model_file = folder / MODEL
+    if not model_file.is_file():
+        raise InputError(f"{model_file}: missing; a replay needs the model that the run used")
+    model = support_of(scenario.scenario.plant).read_model(model_file)
+    return Recorded(
+        scenario=scenario, model=model, signals=signals, events=tuple(read_events(folder / EVENTS))
+    )
+
+
+def replay(run: Recorded) -> tuple[Replay, dict[str, FloatArray]]:
+    """The run again, and its computed columns. Raises InputError where the recording does not fit its scenario."""
+    step, setpoints, terms = planned_step(run.scenario, run.model)
+    signals = run.signals
+    names = _columns(run.scenario, signals, terms)
+    replayed = {name: np.full(len(signals["index"]), np.nan) for name in names}
+    for row, values in enumerate(_rows(run, step, setpoints)):
+        for name, value in zip(names, values, strict=True):
+            replayed[name][row] = value
+    return _compared(signals, replayed), replayed
+
+
+def _columns(scenario: Scenario, signals: Mapping[str, FloatArray], terms: Iterable[str]) -> list[str]:
+    """Of what is computed anew, in the order of the loop's rows."""
+    names = list(signals)
+    if names[:3] != ["index", "setpoint", "estimate"]:
+        raise InputError(f"the recording begins with {', '.join(names[:3])}: not one of rtctl run")
+    commands = [channel.name for channel in scenario.profile.commands]
+    found = ["setpoint", *names[2 : 2 + ESTIMATE_COLUMNS], *commands, *terms]
+    if missing := [name for name in found if name not in names]:
+        raise InputError(f"the recording has no column {', '.join(missing)}: the scenario is of another run")
+    return found
+
+
+def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[float, ...]]:
+    """What the loop appended, row by row, without what was measured."""
+    scenario, signals = run.scenario, run.signals
+    period_s, delay = scenario.scenario.period_s, scenario.reading_delay
+    sensed = np.stack([signals[channel.name] for channel in scenario.profile.sensed], axis=1).tolist()
+    events = list(run.events)
+    plan = setpoints.tolist()
+    upcoming = upcoming_setpoints(setpoints, period_s, step.preview_s).tolist()
+    chosen: float | None = None
+    sent: deque[Levels] = deque(maxlen=delay + 1)
+    levels: Levels = ()
+    previous = -1
+    for row, index in enumerate(signals["index"].astype(np.int64).tolist()):
+        while events and events[0].step <= index:
+            event = events.pop(0)
+            if event.kind == "start":
+                applied = tuple(event.values["levels"])
+                sent.extend((delay + 1) * [applied])
+                beginning = plan[event.step] if chosen is None else chosen
+                levels = step.start(applied, beginning, event.values["sensed"], period_s)
+                previous = event.step - 1
+            elif event.kind == "change" and event.values["name"] == SETPOINT:
+                value = event.values["value"]
+                chosen = None if value != value else value
+            elif event.kind == "change":
+                step.change(event.values["name"], event.values["value"])
+        if not levels:
+            raise InputError(f"{EVENTS} does not say where the run started before sample {index}")
+        setpoint, aimed = (plan[index], upcoming[index]) if chosen is None else (chosen, chosen)
+        sent.append(levels)
+        commanded = levels
+        try:
+            estimate, levels, terms = step.step(
+                setpoint, aimed, sent[0], levels, sensed[row], (index - previous) * period_s
+            )
+        except DriverError as error:
+            raise InputError(
+                f"sample {index}: {error}: the run got past it, so this is another model"
+            ) from None
+        yield (setpoint, *estimate, *commanded, *terms)
+        previous = index
+
+
+def _compared(signals: Mapping[str, FloatArray], replayed: Mapping[str, FloatArray]) -> Replay:
+    """Bit by bit; a NaN is equal to a NaN."""
+    differing: dict[str, int] = {}
+    first: Difference | None = None
+    for name, values in replayed.items():
+        recorded = signals[name]
+        unequal = (recorded.view(np.uint64) != values.view(np.uint64)) & ~(
+            np.isnan(recorded) & np.isnan(values)
+        )
+        if not unequal.any():
+            continue
+        differing[name] = int(unequal.sum())
+        row = int(np.argmax(unequal))
+        index = int(signals["index"][row])
+        if first is None or index < first.index:
+            first = Difference(
+                index=index, column=name, recorded=float(recorded[row]), replayed=float(values[row])
+            )
+    return Replay(rows=len(signals["index"]), first=first, differing=differing)
+
+
+def _parquet(path: Path) -> tuple[dict[str, FloatArray], dict[str, str]]:
+    import pyarrow.parquet as pq
+
+    if not path.is_file():
+        raise InputError(f"{path}: missing; a replay needs the folder of an rtctl run")
+    table = pq.read_table(path)
+    signals = {name: table[name].to_numpy().astype(np.float64) for name in table.column_names}
+    metadata = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    return signals, metadata
+
+
+def summary_of(found: Replay, folder: Path) -> dict[str, Any]:
+    """For `--json`."""
+    first = found.first
+    return {
+        "run": str(folder),
+        "rows": found.rows,
+        "identical": first is None,
+        "first_difference": None if first is None else asdict(first),
+        "differing_rows": dict(found.differing),
+    }

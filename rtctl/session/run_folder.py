@@ -1,0 +1,154 @@
+"""The folder of a run: recordings while it runs, Parquet, summary and picture when it has ended or was killed.
+
+signals.rec timing.rec   under way (`rtctl.recording.layout`); gone once the Parquet files are whole
+events.jsonl             where the run started, what was changed, what went wrong
+model.toml               the model that it ran with, so that a replay finds it
+signals.parquet timing.parquet summary.json run.png
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.loop.events import Events, append_to
+from rtctl.recording import write_parquet
+from rtctl.recording.layout import ColumnsOnDemand, Rows
+from rtctl.recording.mapped import Keeper, MappedRecorder
+from rtctl.recording.parquet import ROWS_OF_A_GROUP, write_parquet_parts
+from rtctl.recording.rows import Columns, Recorder
+
+SIGNALS, TIMING = "signals.rec", "timing.rec"
+EVENTS, MODEL = "events.jsonl", "model.toml"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """Where the loop of a run leaves its rows and events."""
+
+    signals: Recorder | MappedRecorder
+    timings: Recorder | MappedRecorder
+    events: Events
+
+    def close(self) -> tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]:
+        """The tables of signals and timing."""
+        return _table(self.signals), _table(self.timings)
+
+
+def in_memory(signals: Columns, timing: Columns) -> Recording:
+    """For runs of which nobody wants a file before they end."""
+    return Recording(signals=Recorder(signals), timings=Recorder(timing), events=Events())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunFolder:
+    """A folder that a run records into, from when its device has answered."""
+
+    path: Path
+    metadata: Mapping[str, str]
+    """Travels with the recordings."""
+    model: Path | None
+    """The file that the run uses; kept beside the recording."""
+    report: Callable[[str], None] = lambda text: None
+
+    def record(self, signals: Columns, timing: Columns) -> Recording:
+        """Begin; the recording of a killed run is set aside. Raises InputError where a run is recording here."""
+        folder = self.path
+        folder.mkdir(parents=True, exist_ok=True)
+        if (aside := _set_aside(folder)) is not None:
+            self.report(f"the recording of a run that was killed is now in {aside}: rtctl recover {aside}")
+        (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
+        if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
+            shutil.copyfile(self.model, folder / MODEL)
+        keeper = Keeper()
+        return Recording(
+            signals=MappedRecorder(folder / SIGNALS, signals, self.metadata, keeper),
+            timings=MappedRecorder(folder / TIMING, timing, self.metadata, keeper),
+            events=Events(append_to(folder / EVENTS, keeper.ask)),
+        )
+
+
+def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
+    """What a recording says of its run: the scenario as it was run, overrides included."""
+    import tomli_w
+
+    return {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
+
+
+def write_tables(
+    folder: Path,
+    signals: Mapping[str, FloatArray],
+    timing: Mapping[str, FloatArray],
+    units: Mapping[str, str],
+    metadata: Mapping[str, str],
+) -> None:
+    """`signals.parquet` and `timing.parquet`, each whole or not at all; then the recordings under way can go."""
+    _write(folder / "signals.parquet", signals, units, metadata)
+    _write(folder / "timing.parquet", timing, dict.fromkeys(timing, "us"), metadata)
+    (folder / SIGNALS).unlink(missing_ok=True)
+    (folder / TIMING).unlink(missing_ok=True)
+
+
+def is_interrupted(folder: Path) -> bool:
+    """Whether a recording lies here that never became Parquet."""
+    return (folder / SIGNALS).is_file()
+
+
+def refuse_running(folder: Path) -> None:
+    """Raise InputError where the recording in `folder` is being written."""
+    with (folder / SIGNALS).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(f"{folder}: a run is recording here; wait for its end, or stop it") from None
+
+
+def scenario_tables(metadata: Mapping[str, str], source: Path) -> dict[str, Any]:
+    """The scenario in a recording's metadata. Raises InputError."""
+    if "scenario" not in metadata:
+        raise InputError(f"{source}: no scenario in its metadata: not recorded by rtctl run")
+    return tomllib.loads(metadata["scenario"])
+
+
+def _write(
+    path: Path, table: Mapping[str, FloatArray], units: Mapping[str, str], metadata: Mapping[str, str]
+) -> None:
+    if isinstance(table, ColumnsOnDemand):
+        write_parquet_parts(path, list(table), table.parts(ROWS_OF_A_GROUP), units, metadata)
+    else:
+        write_parquet(path, table, units, metadata)
+
+
+def _table(recorder: Recorder | MappedRecorder) -> Mapping[str, FloatArray]:
+    return recorder.table() if isinstance(recorder, Recorder) else recorder.close().table()
+
+
+def _set_aside(folder: Path) -> Path | None:
+    """What a killed run has left, moved into a folder of its own."""
+    if not is_interrupted(folder):
+        return None
+    refuse_running(folder)
+    number = 1
+    while (aside := folder / f"interrupted-{number}").exists():
+        number += 1
+    aside.mkdir()
+    for name in (SIGNALS, TIMING, EVENTS, MODEL):
+        if (folder / name).is_file():
+            os.replace(folder / name, aside / name)
+    return aside
+
+
+def rows_left_by(folder: Path) -> tuple[Rows, Rows]:
+    """Signals and timing of a run that was killed. Raises InputError where there are none, or it still runs."""
+    if not is_interrupted(folder):
+        raise InputError(f"{folder}: no interrupted recording here ({SIGNALS} is missing)")
+    refuse_running(folder)
+    return Rows(folder / SIGNALS), Rows(folder / TIMING)

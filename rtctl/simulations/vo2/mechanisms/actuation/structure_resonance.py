@@ -1,0 +1,53 @@
+"""`structure.resonance`: d + participation (q - d) is measured, q'' + 2 damping_ratio w q' + w^2 q = w^2 d.
+
+w = 2 pi frequency, d the deflection of a beam without mass. A participation of 1 is a beam with one mode; the output
+is linear in it, so that a fit starts from a stiff beam whatever the frequency.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel
+from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mechanism, coefficient, shape
+
+
+@background_kernel
+def ringing(d: FloatArray, steps: FloatArray, rate: float, ratio: float) -> FloatArray:
+    """q (instants,), at rest on the first d; d is linear between instants, over which the solution is exact."""
+    q = np.empty_like(d)
+    q[0], speed = d[0], 0.0
+    damped = rate * math.sqrt(1.0 - ratio * ratio)
+    for k in range(1, d.size):
+        h = steps[(k - 1) % steps.size]
+        slope = (d[k] - d[k - 1]) / h
+        behind = 2.0 * ratio * slope / rate  # of the particular solution, a ramp
+        e, f = q[k - 1] - d[k - 1] + behind, speed - slope
+        c, s = math.cos(damped * h), math.sin(damped * h) / damped
+        decay = math.exp(-ratio * rate * h)
+        q[k] = d[k] - behind + decay * (e * c + (f + ratio * rate * e) * s)
+        speed = slope + decay * (f * c - (rate * rate * e + ratio * rate * f) * s)
+    return q
+
+
+def swinging(read: Read, p: Values) -> Read:
+    """The beam's response to what bends it."""
+    q = ringing(read.deflection, read.steps_s, 2.0 * math.pi * p["frequency"], p["damping_ratio"])
+    return read._replace(deflection=read.deflection + p["participation"] * (q - read.deflection))
+
+
+MECHANISM = Vo2Mechanism(
+    id="structure.resonance",
+    statement="The beam swings at {frequency}, damped by {damping_ratio}, with a participation of {participation}.",
+    parameters=(
+        coefficient("participation", "dimensionless", "of the mode in the deflection", 1.0, low=0.0, high=2.0),
+        shape("frequency", "Hz", "of the mode", 200.0, low=1e-3, high=1e6, shape_range=(0.05, 20.0), grid=25),
+        shape("damping_ratio", "dimensionless", "of the mode", 0.01, default=0.01, searched=True, low=1e-5, high=0.99,
+              shape_range=(0.3, 50.0)),
+    ),
+    instrument=swinging,
+    resolves_s=lambda p: 0.0625 * TYPICAL_TIME_S,
+)  # fmt: skip

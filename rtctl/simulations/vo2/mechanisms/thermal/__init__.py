@@ -1,0 +1,1 @@
+"""Mechanisms of the heat balance and of the heater."""

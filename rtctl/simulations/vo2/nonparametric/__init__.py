@@ -1,0 +1,6 @@
+"""Laws that have the form of a mechanism and no name: what they explain better than any cause has another cause."""
+
+from rtctl.simulations.vo2.mechanism import Vo2Mechanism
+from rtctl.simulations.vo2.nonparametric import heat_balance
+
+UNNAMED: dict[str, Vo2Mechanism] = {module.MECHANISM.id: module.MECHANISM for module in (heat_balance,)}

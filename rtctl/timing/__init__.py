@@ -1,0 +1,1 @@
+"""Time as the loop sees it: clocks, real-time scheduling, histograms of durations."""

@@ -1,0 +1,62 @@
+"""A cause that hardly matters beside the others is taken out again, and what each is worth is a fit without it."""
+
+from __future__ import annotations
+
+import pytest
+from diagnosis_cases import device, friction_case
+
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.search.backward_elimination import _making_up, pruned, without_each
+from rtctl.identification.scales import scales_of
+from rtctl.measured import read_dataset
+from rtctl.plants.subjects import SUBJECTS
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Data:
+    subject = SUBJECTS["oscillator"]
+    records, _, _ = split(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
+    return Data(subject=subject, records=records, scales=scales_of(records), steps_per_period=64.0)
+
+
+def fit_of(data: Data, *mechanisms: str) -> Hypothesis:
+    found = fitted(data, device().extended(mechanisms), mechanisms)
+    assert found is not None
+    return found
+
+
+def test_what_does_not_help_is_taken_out_and_what_does_stays(data: Data) -> None:
+    nominal, both = fit_of(data), fit_of(data, "friction.coulomb", "stiffness.quintic")
+    kept = pruned(data, nominal, both)
+    assert kept.mechanisms == ("friction.coulomb",)
+    assert kept.cost == pytest.approx(fit_of(data, "friction.coulomb").cost, rel=1e-3)
+    assert pruned(data, nominal, kept) is kept
+
+
+def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(data: Data) -> None:
+    nominal, alone = fit_of(data), fit_of(data, "stiffness.quintic")
+    both = fit_of(data, "friction.coulomb", "stiffness.quintic")
+    rests = {one.mechanisms: one for one in without_each(data, nominal, both, [alone])}
+    assert rests[("stiffness.quintic",)] is alone
+    assert rests[("friction.coulomb",)].cost < 0.1 * alone.cost
+    assert without_each(data, nominal, alone) == (nominal,)
+
+
+def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(data: Data) -> None:
+    both = fitted(
+        data,
+        device(
+            {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}},
+            {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}},
+        ),
+        ("drive.lag", "drive.delay"),
+        iterations=0,
+    )
+    assert both is not None
+    values = _making_up(data, both, ("drive.delay",))
+    assert values["drive.delay.delay"] == pytest.approx(
+        3e-3, rel=0.05
+    )  # the lag's millisecond, to first order
+    assert "drive.lag.time_constant" not in values
+    assert _making_up(data, both, both.mechanisms) == {}

@@ -1,0 +1,140 @@
+"""A mechanism that the set's own parameters nearly imitate starts where these have made room; two may start at once."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device, measured, noise_drive
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
+from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.residual.projection import Rows, project
+from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.search.candidates import (
+    AT_ONCE,
+    FURTHEST,
+    MOST_PAIRS,
+    _given_way,
+    _longest,
+    in_turn,
+    pairs_of,
+    runners_of,
+)
+from rtctl.diagnosis.search.successive_halving import Runner, race
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.noise.residual_noise import NoiseModel
+from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
+
+SAMPLES = 500
+
+
+def way_of(apart: float, step: float = 2.0) -> np.ndarray:
+    """Of two own parameters, for a direction that is 3 times the second and `apart` something of its own."""
+    rng = np.random.default_rng(0)
+    shared, own = rng.standard_normal((2, 1, SAMPLES)), rng.standard_normal((1, 1, SAMPLES))
+    rows = Rows(
+        residual=rng.standard_normal((1, SAMPLES)), shared=shared, own=np.zeros((0, 1, SAMPLES)),
+        directions=3.0 * shared[1:] + apart * own,
+    )  # fmt: skip
+    projected = project([rows], [NoiseModel(np.empty(0), 1.0)])
+    parent: Any = SimpleNamespace(projected=projected, hypothesis=SimpleNamespace(shared=np.zeros(2)))
+    return _given_way(parent, [0], np.array([step]))
+
+
+def test_they_take_back_what_it_adds_along_them() -> None:
+    assert way_of(0.1) == pytest.approx([0.0, -6.0], abs=0.05)
+
+
+@pytest.mark.parametrize("apart", [3.0, 1e-5])
+def test_they_stay_where_it_has_a_sign_of_its_own_or_none_at_all(apart: float) -> None:
+    assert way_of(apart) == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear_about_it() -> None:
+    parent: Any = SimpleNamespace(hypothesis=SimpleNamespace(shared=np.array([4.0, 0.1])))
+    assert _longest(parent, np.array([-16.0, 0.0])) == pytest.approx(FURTHEST * 4.0 / 16.0)
+    assert _longest(parent, np.array([0.0, 2.0])) == pytest.approx(
+        FURTHEST * 1.0 / 2.0
+    )  # of its typical size
+    assert _longest(parent, np.zeros(2)) > 1.0
+
+
+def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Data, Examined]:
+    """The nominal model beside two records of a device that has `mechanisms`."""
+    records = tuple(
+        FitRecord(
+            name=f"r{seed}",
+            stimulus=Stimulus(
+                inputs={"drive": noise_drive(seed)}, holds={"drive": "linear"}, period_s=PERIOD_S
+            ),
+            measured={"displacement": measured(device(*mechanisms), noise_drive(seed))},
+        )
+        for seed in (1, 2)
+    )
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted_nominal(data, device(), ())
+    assert nominal is not None
+    return data, examine(nominal, data, ids)
+
+
+def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
+    late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
+    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
+    ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
+    data, parent = examined(ids, late, cubic)
+    pairs = pairs_of(parent)
+    assert len(pairs) == MOST_PAIRS
+    assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
+    start = {one.name: one.value for one in pairs[0].simulation.parameters}
+    assert 0.1 * AT_ONCE < start["drive.lag.time_constant"] / 1e-3 < 3.0 * AT_ONCE
+    assert 0.1 * AT_ONCE < start["stiffness.cubic.coefficient"] / 150.0 < 3.0 * AT_ONCE
+    best = race(data, pairs, lambda text: None)[0]
+    assert set(best.mechanisms) == {"drive.lag", "stiffness.cubic"}
+    found = {one.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)}
+    assert found["drive.lag.time_constant"] == pytest.approx(1e-3, rel=0.1)
+    assert found["stiffness.cubic.coefficient"] == pytest.approx(150.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("frequency_hz", "mass_ratio", "tried"), [(24.0, 2e-3, 3), (21.0, 1e-3, 1)])
+def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_below_zero(
+    frequency_hz: float, mass_ratio: float, tried: int
+) -> None:
+    attached = {
+        "id": "mode.second",
+        "parameters": {
+            "mass_ratio": {"value": mass_ratio, "unit": "1"},
+            "frequency": {"value": frequency_hz, "unit": "Hz"},
+            "damping_ratio": {"value": 0.01, "unit": "1"},
+        },
+    }
+    data, parent = examined(("mode.second",), attached)
+    begun = [dict(_shown(one)) for one in runners_of(parent) if one.form == "mass_ratio"]
+    assert len({one["frequency"] for one in begun}) == tried
+    assert all(one["mass_ratio"] > 0.0 for one in begun)
+    best = race(data, runners_of(parent), lambda text: None)[0]
+    found = {
+        one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)
+    }
+    assert found["frequency"] == pytest.approx(frequency_hz, rel=0.01)
+    assert found["mass_ratio"] == pytest.approx(mass_ratio, rel=0.1)
+
+
+def _shown(runner: Runner) -> list[tuple[str, float]]:
+    return [(one.declared.name, one.value) for one in runner.simulation.parameters if one.mechanism]
+
+
+def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start() -> None:
+    def one(name: str, start: int) -> Any:
+        return SimpleNamespace(mechanisms=(name,), form="", start=start)
+
+    first, other = [one("a", 0), one("a", 1), one("b", 0)], [one("c", 0), one("c", 1), one("d", 0)]
+    turns = [(*runner.mechanisms, runner.start) for runner in in_turn([first, other])]
+    assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
+    assert in_turn([first]) == [first[0], first[2], first[1]]

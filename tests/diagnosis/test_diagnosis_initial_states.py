@@ -1,0 +1,76 @@
+"""Dry friction makes valleys of the initial state: other starts are tried for each record, and taken where they fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
+from vo2_model_cases import predict, simulation, telegraph
+
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
+
+SILENT = 300
+"""Samples before the drive sets in: the device rests where friction holds it."""
+
+
+def at_the_true_values(starts: list[list[float]]) -> tuple[Data, Hypothesis]:
+    """Two records of a device with friction that began at rest at zero, and its own model from other starts."""
+    records = []
+    for seed in range(len(starts)):
+        drive = noise_drive(seed + 1)
+        drive[:SILENT] = 0.0
+        stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
+        reading = measured(device(FRICTION), drive)
+        records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
+    data = Data(
+        subject=SUBJECTS["oscillator"],
+        records=tuple(records),
+        scales=scales_of(records),
+        steps_per_period=64.0,
+    )
+    found = fitted(data, device(FRICTION), ("friction.coulomb",), np.array(starts), 0)
+    assert found is not None
+    return data, found
+
+
+def test_a_record_that_a_wrong_start_leaves_elsewhere_begins_where_it_rested() -> None:
+    data, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
+    found = at_better_starts(data, astray)
+    samples = sum(record.samples for record in data.records)
+    noise = 0.5 * samples * (NOISE_MM / data.size("displacement")) ** 2
+    assert astray.cost > 1.5 * noise
+    assert found.cost == pytest.approx(noise, rel=0.1)
+    assert abs(found.starts[0, 0]) < 0.01
+    np.testing.assert_array_equal(found.values, astray.values)
+
+
+def test_starts_that_are_right_stay() -> None:
+    data, right = at_the_true_values([[0.0, 0.0], [0.0, 0.0]])
+    assert at_better_starts(data, right) is right
+
+
+def test_where_no_step_resolves_another_start_it_is_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    data, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
+
+    def refused(*of: object) -> object:
+        raise ValueError("would need 1e9 steps")
+
+    monkeypatch.setattr(type(astray.simulation), "predict", refused)
+    assert at_better_starts(data, astray) is astray
+
+
+def test_a_model_without_states_is_as_it_is() -> None:
+    stimulus = Stimulus(inputs={"current": telegraph(300, 1)}, holds={"current": "zero"}, period_s=1e-3)
+    resistance, deflection = predict(simulation(), stimulus)
+    records = (
+        FitRecord(name="r", stimulus=stimulus, measured={"resistance": resistance, "deflection": deflection}),
+    )
+    data = Data(subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current"))
+    found = fitted(data, simulation(), (), iterations=0)
+    assert found is not None
+    assert at_better_starts(data, found) is found

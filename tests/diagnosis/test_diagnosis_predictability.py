@@ -1,0 +1,194 @@
+"""Between two wells a model with an error parts from the record; what it follows until then says what is missing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from diagnosis_cases import PERIOD_S, device, noise_drive
+
+from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
+from rtctl.diagnosis.nominal_fit.nominal_fit import begun
+from rtctl.diagnosis.nominal_fit.predictability import (
+    MOST,
+    _before_parting,
+    _share_after,
+    beginnings,
+    foreseeable,
+    period_of,
+    unforeseeable,
+)
+from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.verification.holdout_residual import unseen
+from rtctl.identification.fit_record import ONWARD, FitRecord
+from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
+
+DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
+WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
+"""At 7.3 mm either way; it rocks in one at 9 Hz."""
+SAMPLES = 4000
+
+
+def record_of(plant: Simulation, seed: int, drive: np.ndarray) -> FitRecord:
+    stimulus = Stimulus(
+        inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S, initial={"displacement": 7.3}
+    )
+    values = np.array([one.value for one in plant.parameters])
+    reading = plant.predict(stimulus, values, np.array([[7.3, 0.0]])).outputs["displacement"][0]
+    reading = reading + 0.02 * np.random.default_rng(seed).standard_normal(SAMPLES)
+    return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
+
+
+@cache
+def hopping() -> tuple[Data, Hypothesis]:
+    """Three records of a device whose drive comes late, and the best that a model without knows of them."""
+    plant = device(DELAY, **WELLS)
+    drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
+    records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
+    data = Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fitted_nominal(data, device(**WELLS), ())
+    assert nominal is not None
+    return data, nominal
+
+
+def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
+    data, nominal = hopping()
+    assert misfit(data, nominal) > FAR
+    found = beginnings(data, nominal)
+    assert found is not None
+    short, refitted = found
+    kept = sum(record.samples for record in short.records)
+    assert 0.1 * 3 * SAMPLES < kept < 0.9 * 3 * SAMPLES
+    assert misfit(short, refitted) < FAR
+    for record in short.records:
+        whole = next(one for one in data.records if one.name == record.name)
+        np.testing.assert_array_equal(
+            record.measured["displacement"], whole.measured["displacement"][: record.samples]
+        )
+    examined = examine(refitted, short, ("drive.delay", "friction.coulomb", "stiffness.quintic"))
+    named = [one.mechanism != "" for one in examined.directions]
+    removed = np.where(named, examined.projected.single(), 0.0)
+    assert examined.directions[int(np.argmax(removed))].mechanism == "drive.delay"
+
+
+def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() -> None:
+    data, nominal = hopping()
+    noise = np.random.default_rng(0).standard_normal(SAMPLES)
+    deaf = tuple(replace(one, measured={"displacement": noise}) for one in data.records)
+    assert beginnings(replace(data, records=deaf), nominal) is None
+    found = beginnings(data, nominal)
+    assert found is not None
+    assert beginnings(*found) is None
+
+
+@pytest.mark.parametrize("hops", [True, False])
+def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: bool) -> None:
+    """However small that is beside the motion of all records."""
+    data, nominal = hopping()
+    found = beginnings(data, nominal)
+    assert found is not None
+    short, followed = found
+    record = data.records[0]
+    line = followed.sensitivity.linearise(record, followed.shared, followed.starts[0], data.steps_per_period)
+    assert line is not None
+    reading = record.measured["displacement"].copy()
+    reading[record.first :] += line.residual[0]
+    reading[SAMPLES // 2 :] += 2.0 * float(np.std(reading)) * hops
+    records = (*short.records, replace(record, measured={"displacement": reading}))
+    more = replace(followed, starts=np.vstack((followed.starts, followed.starts[:1])))
+    assert (_share_after(replace(short, records=records), more) > MOST) == hops
+
+
+def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after() -> None:
+    data, nominal = hopping()
+    held = tuple(
+        replace(one, stimulus=replace(one.stimulus, holds={"drive": "band-limited"})) for one in data.records
+    )
+    found = beginnings(replace(data, records=held), nominal)
+    assert found is not None
+    for record in found[0].records:
+        whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
+        known = np.concatenate((record.stimulus.inputs["drive"], record.stimulus.onward["drive"]))
+        np.testing.assert_array_equal(known, whole[: len(known)])
+        assert len(known) == min(len(whole), record.samples + ONWARD)
+
+
+@cache
+def rocked_over() -> Data:
+    """A record that is rocked ever more until it gets over the ridge, again and again; one that stays in its well."""
+    plant = device(**WELLS)
+    time_s = PERIOD_S * np.arange(SAMPLES)
+    rocking = np.sin(2.0 * np.pi * 7.0 * time_s)
+    growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
+    records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
+    return Data(
+        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+    )
+
+
+def test_what_next_to_nothing_decides_is_no_judge() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    short = foreseeable(data, truth)
+    assert unforeseeable(data, truth) == 1
+    assert [one.samples < SAMPLES for one in short.records] == [True, False]
+    assert unforeseeable(short, truth) == 0
+    assert foreseeable(short, truth) is short
+    record, kept = data.records[0], short.records[0].samples
+    values = truth.values_of(0)
+    nudged = values.copy()
+    nudged[[one.name for one in truth.simulation.parameters].index("stiffness")] *= 1.0 + 1e-5
+    runs = truth.simulation.predict(
+        record.stimulus, np.stack([values, nudged]), np.tile(truth.start(0), (2, 1))
+    )
+    apart = np.abs(np.diff(runs.outputs["displacement"], axis=0)[0]) / data.size("displacement")
+    assert apart[:kept].max() < 0.05 < 0.5 < apart[kept:].max()
+
+
+def test_a_diagnosis_begins_before_that_and_says_so() -> None:
+    data, heard = rocked_over(), []
+    found = begun(data, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
+    assert "the nominal model as far as what it does is foreseeable" in heard
+    assert found.uncut
+    assert found.data.samples < data.samples
+    assert [f"of {data.samples} samples {found.data.samples} were used" in one for one in found.said] == [
+        True
+    ]
+    assert misfit(found.data, found.nominal) < 0.02
+
+
+def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_something_missing() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
+    told = [unseen(found, data, (record,), truth) for record in data.records]
+    assert ["1 of 1 records" in one.said for one in told if one] == [True, False]
+    assert [one.is_gap for one in told if one] == [False, False]
+
+
+def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_already() -> None:
+    data = rocked_over()
+    truth = fitted(data, device(**WELLS), (), iterations=0)
+    assert truth is not None
+    short = foreseeable(data, truth)
+    period = period_of(data, short.records[0])
+
+    def parting(record: FitRecord) -> FitRecord:
+        reading = record.measured["displacement"].copy()
+        reading[-2 * period :] += np.linspace(0.0, 2.0, 2 * period)
+        return replace(record, measured={"displacement": reading})
+
+    parted = replace(short, records=tuple(parting(record) for record in short.records))
+    first, second = (record.samples for record in short.records)
+    assert _before_parting(data, short, truth) == [first, second]
+    assert _before_parting(data, parted, truth) == [first - 2 * period, second]

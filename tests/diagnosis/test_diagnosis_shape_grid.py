@@ -1,0 +1,102 @@
+"""Shapes that a search begins with: a tone's frequency between two bins, a well's own excursion, a default or not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from vo2_model_cases import simulation
+
+from plant_sim.oscillator.mechanisms import MECHANISMS
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Stimulus
+from rtctl.diagnosis.problem.hypothesis import Data, bounds, sensitivity_of
+from rtctl.diagnosis.search.shape_grid import shape_grid
+from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.scales import scales_of
+from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
+from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
+from rtctl.wiring import build_simulation
+
+PERIOD_S = 1e-3
+N = 4000
+
+
+@pytest.mark.parametrize("frequency_Hz", [59.93, 60.0, 60.06, 63.11])
+def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
+    tables = {"damping": {"value": 4.0, "unit": "1/s"}, "stiffness": {"value": 1e4, "unit": "1/s^2"},
+              "drive_gain": {"value": 1.0, "unit": "mm/s^2/V"}}  # fmt: skip
+    simulation = build_simulation(
+        ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}}),
+        {"drive": "V", "displacement": "mm"}, "device",
+    )  # fmt: skip
+    hum = simulation.extended(("sensor.hum",)).mechanisms[-1]
+    rng = np.random.default_rng(0)
+    time_s = PERIOD_S * np.arange(N)
+    residual = np.cos(2.0 * np.pi * frequency_Hz * time_s + 1.0) + 0.01 * rng.standard_normal(N)
+    stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": residual}),)
+    data = Data(subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records))
+    found = min(
+        abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, data, [residual[None]])
+    )
+    assert found < 0.01 / (N * PERIOD_S)
+
+
+@pytest.mark.parametrize("well", [0.0, 2.0])
+def test_a_spring_that_yields_is_looked_for_within_the_excursion_wherever_the_well_is(well: float) -> None:
+    """A beam that stays in one well is far from zero, and yields over a part of its motion all the same."""
+    motion = 0.1 * np.sin(np.arange(N) / 10.0)
+    stimulus = Stimulus(inputs={"drive": motion}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": well + motion}),)
+    scales = scales_of(records)
+    assert scales.excursion == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
+    yields = next(one for one in MECHANISMS["hysteresis.bouc_wen"].parameters if one.name == "displacement")
+    assert yields.scale(scales) == scales.excursion
+
+
+def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too() -> None:
+    series = np.arange(float(N))
+    stimulus = Stimulus(inputs={"current": series}, holds={"current": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"deflection": series}),)
+    data = Data(subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current"))
+    for identity, expected in (("sensor.self_heating", [1.0, 0.0]), ("thermal.nonlinear_loss", [1.0])):
+        grid = list(shape_grid(OF_VO2[identity], data, [series[None]]))
+        assert [one.values["known"] for one in grid] == expected
+        assert {one.trials for one in grid} == {1}
+
+
+def vo2_data(current_mA: float, resistance_ohm: float) -> Data:
+    """Of a current, a deflection and a resistance of that size."""
+    series = np.ones(N)
+    stimulus = Stimulus(inputs={"current": current_mA * series}, holds={"current": "zero"}, period_s=PERIOD_S)
+    measured = {LOG_RESISTANCE: np.log(resistance_ohm * series), "deflection": np.arange(float(N))}
+    records = (FitRecord(name="r", stimulus=stimulus, measured=measured),)
+    return Data(subject=SUBJECTS["vo2"], records=records, scales=SUBJECTS["vo2"].scales(records))
+
+
+def test_a_shape_that_is_zero_in_most_devices_is_looked_for_in_multiples_of_its_scale() -> None:
+    """Ten times of nothing is nothing: a pure phase that expands was never found."""
+    data = vo2_data(8.0, 5e4)
+    made = simulation().extended(("hysteresis.rate_dependence",))
+    sensitivity = sensitivity_of(data, made, frozenset())
+    low, high = bounds(sensitivity, data.scales)
+    names = [sensitivity.simulation.parameters[i].name for i in sensitivity.free]
+    for name, scale, signed in (
+        ("activation", 1.0 / 64.0, False),
+        ("expansion", data.scales.excursion / 64.0, True),
+    ):
+        k = names.index(f"hysteresis.rate_dependence.{name}")
+        assert high[k] * sensitivity.scale[k] == pytest.approx(10.0 * scale)
+        assert low[k] * sensitivity.scale[k] == pytest.approx(-10.0 * scale if signed else 0.0)
+
+
+def test_what_causes_are_compared_with_is_of_the_records() -> None:
+    """A device that takes ten times the current, of a hundredth of the resistance, has other coefficients."""
+    small, large = vo2_data(8.0, 5e4).scales, vo2_data(80.0, 5e2).scales
+    assert small.sensed == pytest.approx(5e4)
+    for identity, name, power in (
+        ("thermal.latent_heat", "heat", 100.0), ("heater.tcr", "tcr", 0.01), ("sensor.crosstalk", "leak", 1e-3),
+    ):  # fmt: skip
+        (declared,) = (one for one in OF_VO2[identity].parameters if one.name == name)
+        assert declared.scale(large) == pytest.approx(power * declared.scale(small))

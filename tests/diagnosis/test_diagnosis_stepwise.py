@@ -1,0 +1,39 @@
+"""Which set goes first where none passes, and which smaller one is asked again behind one that does."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rtctl.diagnosis.search.stepwise import _all_but_passing, _had_stopped_short
+
+
+@pytest.mark.parametrize(
+    ("p_values", "first"),
+    [
+        ((1e-225, 1e-4, 0.0), 1),
+        ((1e-5, 1e-3, 0.0), None),
+        ((1e-225, 1e-30, 0.0), None),
+    ],
+    ids=["the second all but passes", "the first does as well", "none does"],
+)
+def test_where_none_passes(p_values: tuple[float, ...], first: int | None) -> None:
+    examined: list[Any] = [SimpleNamespace(p_value=value) for value in p_values]
+    found = _all_but_passing(examined)
+    assert found is (None if first is None else examined[first])
+
+
+@pytest.mark.parametrize(
+    ("cost", "asked"),
+    [(0.9, True), (0.99995, False), (1.0, False)],
+    ids=["much lower", "a little lower", "no lower"],
+)
+def test_a_smaller_set_is_asked_again_if_it_ends_lower(cost: float, asked: bool) -> None:
+    assert _had_stopped_short(cost, 1.0, 0.5) is asked
+
+
+@pytest.mark.parametrize(("cost", "asked"), [(0.99995, True), (1.0, False)], ids=["lower", "no lower"])
+def test_as_low_as_the_larger_set_a_little_will_do(cost: float, asked: bool) -> None:
+    assert _had_stopped_short(cost, 1.0, 0.9999) is asked
