@@ -90,8 +90,8 @@ class FaultyDriver:
         return ready[1]
 
     def _finish(self, process: subprocess.Popen[str]) -> None:
-        told, _ = process.communicate()  # its input ends, and it with that
-        self.injected.update(line.split()[1] for line in told.splitlines())
+        report, _ = process.communicate()  # its input ends, and it with that
+        self.injected.update(line.split()[1] for line in report.splitlines())
 
     def _end(self) -> None:
         self._driver = None

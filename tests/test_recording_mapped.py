@@ -113,13 +113,13 @@ def test_a_killed_process_loses_no_row_and_leaves_no_half_one(tmp_path: Path, af
     path = tmp_path / "signals.rec"
     with subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE) as writer:
         assert writer.stdout is not None
-        told = 0
+        report = 0
         for _ in range(after):
-            told = int(writer.stdout.readline())
+            report = int(writer.stdout.readline())
         os.kill(writer.pid, signal.SIGKILL)
-        told = max([told, *map(int, writer.stdout.read().split())])
+        report = max([report, *map(int, writer.stdout.read().split())])
     rows = Rows(path)
-    assert told <= len(rows) <= told + 1000 + 1
+    assert report <= len(rows) <= report + 1000 + 1
     table = rows.table()
     for name in ("c0", "c11", "last"):
         np.testing.assert_array_equal(table[name], np.arange(len(rows)))

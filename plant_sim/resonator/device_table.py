@@ -94,8 +94,8 @@ def _told_units(model: ModelFile) -> dict[str, str]:
     units = {"drive": "", "displacement": ""}
     if gain is None:
         return units
-    if told := AS_WRITTEN.fullmatch(gain.unit):
-        return told.groupdict()
+    if report := AS_WRITTEN.fullmatch(gain.unit):
+        return report.groupdict()
     try:
         powers = dict(unit_registry().parse_units(gain.unit)._units)
     except Exception:  # pint lets out whatever it stumbles on; the model's own reading says it in words

@@ -12,10 +12,10 @@ from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability, isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, next_experiment
-from rtctl.diagnosis.nominal_fit.nominal_fit import Begun, begun
+from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
 from rtctl.diagnosis.report.answer import (
     Cause,
@@ -28,14 +28,19 @@ from rtctl.diagnosis.residual.bursts import bursts, leftovers
 from rtctl.diagnosis.residual.localization import Place, places
 from rtctl.diagnosis.residual.missing_force import Shape, residual_shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.residual.tones import tones
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
-from rtctl.diagnosis.search.catalogue_search import Asked, DiagnosisOptions, Stopped, caused
+from rtctl.diagnosis.search.catalogue_search import (
+    DiagnosisOptions,
+    SearchRequest,
+    StoppedByUser,
+    find_causes,
+)
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
 from rtctl.diagnosis.search.hysteresis_refit import loops_cause
-from rtctl.diagnosis.search.stepwise import Search, level_of
+from rtctl.diagnosis.search.stepwise import SearchResult, level_of
 from rtctl.diagnosis.verification.holdout_error import Gain, gain
 from rtctl.diagnosis.verification.nonparametric import explaining_more, explaining_the_past
 from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
@@ -92,8 +97,8 @@ SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g}
 class Fits(NamedTuple):
     """The nominal model re-fitted, and with the causes; the same twice where there are none."""
 
-    before: Examined
-    after: Examined
+    before: TestedHypothesis
+    after: TestedHypothesis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,8 +109,8 @@ class Diagnosis:
     causes: tuple[Cause, ...]
     gain: Gain | None
     where: tuple[Place, ...]
-    search: Search
-    data: Data
+    search: SearchResult
+    problem: Problem
     tests: tuple[FitRecord, ...]
     fits: Fits
     """Over whole records: what gain, extended model and pictures are of."""
@@ -156,7 +161,7 @@ def diagnose(
     simulation: Simulation,
     ids: Sequence[str],
     options: DiagnosisOptions | None = None,
-    told: Callable[[str], None] = lambda text: None,
+    report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
     """Diagnose `simulation` (of `model`) by the records of `dataset`. Raises InputError, RunError.
 
@@ -183,53 +188,53 @@ def diagnose(
     )
     warnings += said
     with threads(options.threads) as executor:
-        data = Data(
+        problem = Problem(
             subject=subject, records=fit, scales=scales,
             executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period,
         )  # fmt: skip
         try:
-            first = begun(data, comparable, told)
-        except Stopped:
+            first = fit_nominal(problem, comparable, report)
+        except StoppedByUser:
             raise RunError(TOO_EARLY) from None
-        data, nominal = first.data, first.nominal
-        warnings += [*short(fit, data.scales.rate), *first.said]
-        data = allowing(data, subject.promised(model, dataset))
-        ask = Asked(data, nominal, model, dataset, tests, ids, options, budget, told)
-        found, said, stopped = caused(ask, whole=first.uncut)
-        warnings += [*said, *far_off(comparable, found.nominal, data.scales)]
-        ask = ask._replace(data=found.finer or data)
-        fits = _over_whole_records(first, ask.data, found)
+        problem, nominal = first.problem, first.nominal
+        warnings += [*short(fit, problem.scales.rate), *first.said]
+        problem = allowing(problem, subject.promised(model, dataset))
+        ask = SearchRequest(problem, nominal, model, dataset, tests, ids, options, budget, report)
+        found, said, stopped = find_causes(ask, whole=first.uncut)
+        warnings += [*said, *far_off(comparable, found.nominal, problem.scales)]
+        ask = ask._replace(problem=found.finer or problem)
+        fits = _over_whole_records(first, ask.problem, found)
         answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
             return answer
         return _unless_a_value_is_off(answer, model, comparable, options.false_claim_rate)
 
 
-def allowing(data: Data, promised: Mapping[str, float]) -> Data:
+def allowing(problem: Problem, promised: Mapping[str, float]) -> Problem:
     """With the misfit that is no gap, where the subject has such: what is `promised` of an output [RMS], bounded."""
-    share = data.subject.allowed_share
+    share = problem.subject.allowed_share
     if not share:
-        return data
+        return problem
     allowed = {}
-    for name in data.records[0].measured:
-        size = data.size(name)
+    for name in problem.records[0].measured:
+        size = problem.size(name)
         allowed[name] = float(np.clip(promised.get(name, np.inf), LEAST_ALLOWED * size, share * size)) ** 2
-    return replace(data, allowed=allowed)
+    return replace(problem, allowed=allowed)
 
 
 def _answer(
-    ask: Asked, before: Simulation, found: Search, whole: Fits | None, warnings: list[str], *,
+    ask: SearchRequest, before: Simulation, found: SearchResult, whole: Fits | None, warnings: list[str], *,
     uncut: bool, stopped: bool,
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told. `uncut`: it was in whole records, and they show all that acts in them."""
-    dataset, model, data, tests = ask.dataset, ask.model, ask.data, ask.tests
-    units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), data.subject.output
+    dataset, model, problem, tests = ask.dataset, ask.model, ask.problem, ask.tests
+    units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), problem.subject.output
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, output)
     fits = whole or Fits(found.nominal, found.chosen)
 
     def gained(fits: Fits, output: str) -> Gain | None:
-        return _gained(fits, output, units, tests, _noise_rms(found.chosen, output), data)
+        return _gained(fits, output, units, tests, _noise_rms(found.chosen, output), problem)
 
     seen = [
         name
@@ -237,14 +242,14 @@ def _answer(
         if all(name in t.measured for t in tests)
     ]
     verdict, said, interrupted = _verdict(
-        found, data, [gained(fits, name) for name in seen], ask.budget, ask.told
+        found, problem, [gained(fits, name) for name in seen], ask.budget, ask.report
     )
     warnings += said
     stopped = stopped or interrupted
     named = verdict in ("explained", "partly_explained")
     fits = fits if named else Fits(fits.before, fits.before)
     final = gained(fits, output)
-    verdict, said = held(verdict, final, fits.after, data, tests, uncut=uncut)
+    verdict, said = held(verdict, final, fits.after, problem, tests, uncut=uncut)
     warnings += said
     causes = causes_of(found, noise_cost, fits.after) if named else []
     learned = loops_cause(found, noise_cost) if named else None
@@ -268,43 +273,50 @@ def _answer(
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:
-        left = leftovers(found.chosen if named else found.nominal, data)
-        warnings += [*bursts(left, data), *tones(left, data, units)]
+        left = leftovers(found.chosen if named else found.nominal, problem)
+        warnings += [*bursts(left, problem), *tones(left, problem, units)]
     return Diagnosis(
-        verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, data=data, tests=tests, before=before,
-        gain=final, fits=fits, model=data.subject.extended_model(model, fits.after), units=units,
+        verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, problem=problem,
+        tests=tests, before=before,
+        gain=final, fits=fits, model=problem.subject.extended_model(model, fits.after), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(
-            _rivals(found, verdict), found.nominal.hypothesis, data, found.chosen.noise, units,
+            _rivals(found, verdict), found.nominal.hypothesis, problem, found.chosen.noise, units,
             nearest=verdict == "unexplained",
         ),
-        shape=residual_shape(found.nominal, data, [place.coordinate for place in where], units) if gap else None,
+        shape=residual_shape(found.nominal, problem, [place.coordinate for place in where], units) if gap else None,
         warnings=tuple(warnings), stopped=stopped,
     )  # fmt: skip
 
 
 def _verdict(
-    found: Search, data: Data, gains: Sequence[Gain | None], budget: Budget, told: Callable[[str], None]
+    found: SearchResult,
+    problem: Problem,
+    gains: Sequence[Gain | None],
+    budget: Budget,
+    report: Callable[[str], None],
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
     if found.learned is not None:  # only what holds on test records is learned anew
-        return _unless_outdone("explained" if found.passes else "partly_explained", found, data, budget, told)
-    judged = verdict_of(found, data.subject.least_removed)
+        return _unless_outdone(
+            "explained" if found.passes else "partly_explained", found, problem, budget, report
+        )
+    judged = verdict_of(found, problem.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
-    doubted = bool(added) and doubtful(found, bool(data.allowed))
+    doubted = bool(added) and doubtful(found, bool(problem.allowed))
     laws = {one.id: one for one in found.chosen.hypothesis.simulation.mechanisms}
     correction = all(laws[name].of_identification for name in added)
-    verdict = confirmed(judged, added, gains, doubted=doubted, correction=correction, allowed=data.allowed)
+    verdict = confirmed(judged, added, gains, doubted=doubted, correction=correction, allowed=problem.allowed)
     if verdict != judged:
         said = [(LEFT_BY_IDENTIFICATION if verdict == "adequate" and correction else NOT_HELD).format(names)]
         return verdict, said, False
-    return _unless_outdone(verdict, found, data, budget, told)
+    return _unless_outdone(verdict, found, problem, budget, report)
 
 
 def _unless_outdone(
-    verdict: str, found: Search, data: Data, budget: Budget, told: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """`verdict`, but unexplained where a law of no name leaves less than the causes, or is likelier than causes that
     leave nothing that the gate asks for.
@@ -316,18 +328,20 @@ def _unless_outdone(
     law = found.outdone
     if law is None:
         try:
-            law = _law(verdict, found, data, budget, told)
-        except Stopped:
+            law = _law(verdict, found, problem, budget, report)
+        except StoppedByUser:
             return verdict, [NOT_COMPARED.format(names)], True
     return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)
 
 
-def _law(verdict: str, found: Search, data: Data, budget: Budget, told: Callable[[str], None]) -> str:
+def _law(
+    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+) -> str:
     """Of no name, in a sentence, that takes the causes' place; "": none."""
     nominal, chosen = found.nominal.hypothesis, found.chosen
     if verdict == "explained":
-        return explaining_the_past(data, nominal, chosen, budget, told)
-    return explaining_more(data, nominal, chosen.hypothesis, budget, told)
+        return explaining_the_past(problem, nominal, chosen, budget, report)
+    return explaining_more(problem, nominal, chosen.hypothesis, budget, report)
 
 
 def _gained(
@@ -336,27 +350,27 @@ def _gained(
     units: Mapping[str, str],
     tests: tuple[FitRecord, ...],
     noise_rms: float,
-    data: Data,
+    problem: Problem,
 ) -> Gain | None:
     before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
-    return gain(before, after, tests, output, units.get(output, ""), noise_rms, data.scales.rate)
+    return gain(before, after, tests, output, units.get(output, ""), noise_rms, problem.scales.rate)
 
 
 def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rate: float) -> Diagnosis:
     """`answer`, adequate once it was re-fitted; explained where one value of the file alone is what was wrong."""
-    data = answer.data
-    wrong = wrong_value(data, given, data.subject.spreads(model), answer.search.nominal, rate)
+    problem = answer.problem
+    wrong = wrong_value(problem, given, problem.subject.spreads(model), answer.search.nominal, rate)
     if wrong is None:
         return answer
     fits = Fits(wrong.given, wrong.revised)
     return replace(
         answer, verdict="explained", causes=(wrong_value_cause(wrong),), fits=fits,
-        gain=_gained(fits, data.subject.output, answer.units, answer.tests, answer.noise_rms, data),
-        model=data.subject.extended_model(model, wrong.revised),
+        gain=_gained(fits, problem.subject.output, answer.units, answer.tests, answer.noise_rms, problem),
+        model=problem.subject.extended_model(model, wrong.revised),
     )  # fmt: skip
 
 
-def _over_whole_records(first: Begun, data: Data, found: Search) -> Fits | None:
+def _over_whole_records(first: NominalFit, problem: Problem, found: SearchResult) -> Fits | None:
     """What was chosen within `data`, parts of records, fitted to free runs; None: it does not fit them, or less well.
 
     Nor where it was the beginnings and what follows is not followed as well: that would pull at the parameters.
@@ -365,16 +379,18 @@ def _over_whole_records(first: Begun, data: Data, found: Search) -> Fits | None:
         return None
     whole, nominal = first.whole
     chosen = found.chosen.hypothesis
-    again = fitted(whole, chosen.simulation, chosen.mechanisms, still=chosen.still)
+    again = fit_hypothesis(whole, chosen.simulation, chosen.mechanisms, still=chosen.still)
     if again is None or again.cost > nominal.cost:
         return None
-    if first.parted and again.cost / whole.samples > FOLLOWED * chosen.cost / data.samples:
+    if first.parted and again.cost / whole.samples > FOLLOWED * chosen.cost / problem.samples:
         return None
-    after = examine(again, whole, ())
-    return Fits(after if chosen is found.nominal.hypothesis else examine(nominal, whole, ()), after)
+    after = run_residual_tests(again, whole, ())
+    return Fits(
+        after if chosen is found.nominal.hypothesis else run_residual_tests(nominal, whole, ()), after
+    )
 
 
-def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
+def _rivals(found: SearchResult, verdict: str) -> list[Hypothesis]:
     """What an experiment has to tell apart: the equivalents, or the best of the causes that do not explain it."""
     if verdict == "explained":
         return [found.chosen.hypothesis, *found.equivalent][:RIVALS] if found.equivalent else []
@@ -385,7 +401,7 @@ def _rivals(found: Search, verdict: str) -> list[Hypothesis]:
     ]  # a third is often no more than the nominal model again
 
 
-def _noise_rms(examined: Examined, output: str) -> float:
+def _noise_rms(examined: TestedHypothesis, output: str) -> float:
     """RMS of the noise of an output by its model, in units."""
     outputs = examined.hypothesis.sensitivity.outputs
     square = examined.noise[outputs.index(output)].mean_square if output in outputs else np.nan

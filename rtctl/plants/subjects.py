@@ -14,7 +14,7 @@ _FALLBACKS: dict[str, Subject] = {VO2.kind: BY_RESISTANCE}
 def subject_for(kind: str, dataset: Dataset) -> Subject:
     """Of this kind; by its other output where no record that is fitted has the first."""
     subject = SUBJECTS[kind]
-    fitted = [record for record in dataset.records if record.use == "fit"] or dataset.records
-    if kind in _FALLBACKS and not any(record.has(subject.signal) for record in fitted):
+    fit_hypothesis = [record for record in dataset.records if record.use == "fit"] or dataset.records
+    if kind in _FALLBACKS and not any(record.has(subject.signal) for record in fit_hypothesis):
         return _FALLBACKS[kind]
     return subject

@@ -15,7 +15,7 @@ from rtctl.reproduce.study import Picture, Run, Section, Step, Study, as_json, f
 Told = Callable[[str], None]
 
 
-def run_study(study: Study, out: Path, *, short: bool, told: Told) -> list[tuple[Section, float]]:
+def run_study(study: Study, out: Path, *, short: bool, report: Told) -> list[tuple[Section, float]]:
     """The sections in order, each with the seconds that it took (in the session that ran it).
 
     `told` takes one line before each step. A section kept by another version, or by a run of the other length, is
@@ -29,7 +29,7 @@ def run_study(study: Study, out: Path, *, short: bool, told: Told) -> list[tuple
     for number, step in enumerate(study.steps, 1):
         place = kept / f"{step.name}.json"
         section = _kept(place, run)
-        told(f"{number} of {len(study.steps)}: {step.name}" + (" (kept)" if section else ""))
+        report(f"{number} of {len(study.steps)}: {step.name}" + (" (kept)" if section else ""))
         found.append(section or _computed(step, run, place))
     return found
 

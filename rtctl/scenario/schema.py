@@ -335,8 +335,11 @@ def scenario_of(profile: DeviceProfile) -> type[Scenario]:
 def _profile_of(tables: dict[str, Any]) -> DeviceProfile:
     """By `scenario.plant`; of an unknown one, which is a finding of its own, the default's."""
     heading = tables.get("scenario")
-    told = heading if isinstance(heading, dict) else {}
-    plant, units = str(told.get("plant", VO2.kind)), (told.get("drive_unit"), told.get("displacement_unit"))
+    report = heading if isinstance(heading, dict) else {}
+    plant, units = (
+        str(report.get("plant", VO2.kind)),
+        (report.get("drive_unit"), report.get("displacement_unit")),
+    )
     if plant not in PROFILES or not all(unit is None or isinstance(unit, str) for unit in units):
         return VO2
     return profile_of(plant, *units)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.residual.projection import Projected, Rows
 from rtctl.diagnosis.residual.residual_rows import as_converted
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
         folder = Path(name)
         truth = generate(seed, folder, plant="oscillator", **overrides)
         found = diagnosed(folder)
-    data, noise = found.data, found.search.chosen.noise[0]
+    data, noise = found.problem, found.search.chosen.noise[0]
     clean = {Path(record.name).stem: record.clean for record in truth.records}
     added = [
         (record.measured["displacement"] - clean[Path(record.name).stem][: record.samples])[record.first :]
@@ -60,7 +60,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
     own = sum(float(one.gram([noise])[0][0, 0]) for one in rows)
 
     def projected(one: Hypothesis) -> Projected:
-        return examine(one, data, (), found.search.chosen.noise).projected
+        return run_residual_tests(one, data, (), found.search.chosen.noise).projected
 
     nominal, named = projected(found.search.nominal.hypothesis), projected(found.search.chosen.hypothesis)
     return Left(

@@ -20,8 +20,8 @@ import numpy as np
 from generator import Truth, generate
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
@@ -85,19 +85,19 @@ def examined_case(seed: int, overrides: Line) -> Line:
     }
 
 
-def examined(folder: Path) -> tuple[Examined, Data]:
+def examined(folder: Path) -> tuple[TestedHypothesis, Problem]:
     """The re-fitted nominal model of the files in `folder`, examined as `rtctl diagnose` does."""
     nominal, data = nominal_of(folder)
-    return examine(nominal, data, mechanism_ids(nominal.simulation.kind)), data
+    return run_residual_tests(nominal, data, mechanism_ids(nominal.simulation.kind)), data
 
 
-def nominal_of(folder: Path) -> tuple[Hypothesis, Data]:
+def nominal_of(folder: Path) -> tuple[Hypothesis, Problem]:
     """The nominal model re-fitted to the files in `folder`."""
     manifest, model = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(model, open_dataset(manifest))
     subject = SUBJECTS[simulation.kind]
     fit, _, _ = split(read_dataset(manifest), subject)
-    data = Data(
+    data = Problem(
         subject=subject,
         records=fit,
         scales=scales_of(fit, subject.output, subject.drive),

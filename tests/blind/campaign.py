@@ -145,11 +145,11 @@ def overrides_of(sort: str, plant: str, seed: int) -> Line:
     return FULL_SIZE if seed % 6 == 0 else SHORTER
 
 
-def run_task(task: Line, told: Any) -> Line:
+def run_task(task: Line, report: Any) -> Line:
     """One case in a worker."""
     options = {name: task[name] for name in ("plant", "baselines", "next_experiment")}
     try:
-        line = run_case(task["seed"], told=told, **options, **task["overrides"])
+        line = run_case(task["seed"], report=report, **options, **task["overrides"])
     except Exception:  # of the generator, or of a baseline
         line = {"died": "crash", "stage": "outside the diagnosis", "error": traceback.format_exc()[-800:]}
     return task | line

@@ -35,7 +35,7 @@ def run_case(
     plant: str = "oscillator",
     baselines: bool = False,
     next_experiment: bool = False,
-    told: Told = lambda stage, known: None,
+    report: Told = lambda stage, known: None,
     **overrides: Any,
 ) -> Line:
     """A JSON line: the truth, the answer, the judgement, processor time; `overrides` as `generate` has them.
@@ -47,7 +47,7 @@ def run_case(
         folder = Path(name)
         truth = generate(seed, folder, plant=plant, **overrides)
         line = known_of(truth)
-        told("diagnose", line)
+        report("diagnose", line)
         begin, found = time.process_time(), None
         try:
             if plant == "vo2":
@@ -61,14 +61,14 @@ def run_case(
         line["cpu_s"] = round(time.process_time() - begin, 2)
         line["judgement"] = judged(line)
         if baselines and found is not None:
-            told("baseline", line)
+            report("baseline", line)
             line["bic"] = least_bic(found)
             if plant == "oscillator":
                 nominal = found.search.nominal.hypothesis.simulation.parameters
                 cubic = any(one.name == "stiffness_cubic" and one.value != 0.0 for one in nominal)
-                line["sindy"] = sindy(found.data, cubic=cubic)
+                line["sindy"] = sindy(found.problem, cubic=cubic)
         if next_experiment and found is not None:
-            told("next experiment", line)
+            report("next experiment", line)
             again = further(found, folder, seed, plant, overrides, lambda where: _again(where, truth))
             line |= {"next": again} if again else {}
     return line
@@ -92,6 +92,14 @@ def diagnosed(folder: Path) -> Diagnosis:
         read_dataset(manifest), SUBJECTS[simulation.kind].read_model(path), simulation, mechanism_ids(simulation.kind),
         DiagnosisOptions(threads=1),
     )  # fmt: skip
+
+
+def diagnosed_without_budget(folder: Path) -> Line:
+    """The content of diagnosis.json, where no clock ends a search: the same on every machine."""
+    from rtctl.diagnosis.problem import compile_time
+
+    compile_time.working_time = lambda: 0.0
+    return diagnosed(folder).json
 
 
 def known_of(truth: Any) -> Line:

@@ -156,10 +156,10 @@ def _time(lines: Sequence[Line]) -> list[tuple[str, ...]]:
             late = sum(x["verdict"] == "timeout" for x in lines if x["plant"] == plant)
             text = f"{middle:.1f} s, {worst:.1f} s ({len(chosen)} cases)"
             text += f", {late} over their time" if late else ""
-            told = wanted or plant == "vo2"
+            report = wanted or plant == "vo2"
             rows.append((
-                f"processor time {name}, median and worst ({plant})", "30 s, 90 s" if told else "", text,
-                _yes(middle <= 30.0 and worst <= 90.0 and not late) if told else "", "", "",
+                f"processor time {name}, median and worst ({plant})", "30 s, 90 s" if report else "", text,
+                _yes(middle <= 30.0 and worst <= 90.0 and not late) if report else "", "", "",
             ))  # fmt: skip
     return rows
 

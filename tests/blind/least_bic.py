@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.directions import acting_together
 from rtctl.diagnosis.residual.projection import leftover
 from rtctl.diagnosis.residual.residual_rows import own_rows
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.model_selection import unknowns
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
@@ -26,7 +26,7 @@ OF_A_SIZE = 3
 
 def least_bic(found: Diagnosis) -> dict[str, Any]:
     """`verdict` and `causes` as a judged line has them."""
-    search, data = found.search, found.data
+    search, data = found.search, found.problem
     fitted = [search.nominal.hypothesis, search.chosen.hypothesis]
     for ranking in search.tried:
         fitted += [one.hypothesis for one in sorted(ranking, key=lambda one: one.hypothesis.cost)[:OF_A_SIZE]]
@@ -46,7 +46,7 @@ def _each_once(fitted: list[Hypothesis]) -> list[Hypothesis]:
     return list({frozenset(one.mechanisms): one for one in reversed(fitted)}.values())
 
 
-def bic(data: Data, hypothesis: Hypothesis) -> float:
+def bic(data: Problem, hypothesis: Hypothesis) -> float:
     """Of one fitted set, its residual whitened by an autoregression of its own; infinite on the edge of divergence."""
     rows = own_rows(data, hypothesis)
     if rows is None:
@@ -58,7 +58,7 @@ def bic(data: Data, hypothesis: Hypothesis) -> float:
     return likelihood + unknowns(hypothesis) * float(np.log(count))
 
 
-def further_ones(at: Examined) -> list[tuple[str, float]]:
+def further_ones(at: TestedHypothesis) -> list[tuple[str, float]]:
     """Change of BIC by each further mechanism, from its score: minus what it removes, plus its unknowns' price."""
     named = [k for k, direction in enumerate(at.directions) if direction.mechanism]
     changes: dict[str, float] = {}

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.identification.fit_record import FitRecord
 
 FloatArray = NDArray[np.float64]
@@ -68,7 +68,7 @@ LIBRARY = (
 )
 
 
-def sindy(data: Data, *, cubic: bool) -> dict[str, Any]:
+def sindy(data: Problem, *, cubic: bool) -> dict[str, Any]:
     """`verdict` and `causes` as a judged line has them; `cubic`: the nominal model has a cubic stiffness."""
     samples_a_period = 2.0 * np.pi / data.scales.rate / data.records[0].period_s
     window = max(ORDER + 2, 2 * round(0.5 * samples_a_period / WINDOWS_A_PERIOD) + 1)

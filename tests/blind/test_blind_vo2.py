@@ -14,7 +14,7 @@ import pytest
 from case import diagnosed, identified, run_case
 from generator import generate
 
-from rtctl.diagnosis.problem.hypothesis import fitted
+from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
 from rtctl.diagnosis.search import catalogue_search as causes
 from rtctl.diagnosis.search.model_selection import Ranked
 from rtctl.diagnosis.search.stepwise import _less_what_is_allowed
@@ -53,10 +53,12 @@ def test_a_cause_that_removes_less_than_is_allowed_is_not_told(
     generate(200_600, tmp_path, kind="single", effects=("sensor.ageing",), **SMALL)
     identified(tmp_path)
     found = diagnosed(tmp_path)
-    data, chosen = replace(found.data, executor=None), found.search.chosen
+    data, chosen = replace(found.problem, executor=None), found.search.chosen
     assert chosen.hypothesis.mechanisms == ("sensor.ageing",)
     both = ("sensor.ageing", "hysteresis.shape")
-    larger = fitted(data, chosen.hypothesis.simulation.extended(both[1:]), both, chosen.hypothesis.starts)
+    larger = fit_hypothesis(
+        data, chosen.hypothesis.simulation.extended(both[1:]), both, chosen.hypothesis.starts
+    )
     assert larger is not None
     of_both = found.search._replace(
         chosen=chosen._replace(hypothesis=larger), tried=(*found.search.tried, (Ranked(larger, 0.0, None),))

@@ -9,9 +9,9 @@ from typing import Any
 Line = dict[str, Any]
 
 
-def run(task: Line, told: Any) -> Line:
+def run(task: Line, report: Any) -> Line:
     """Ends as the task says."""
-    told("diagnose", {"kind": "single", "truth": ["drive.lag"]})
+    report("diagnose", {"kind": "single", "truth": ["drive.lag"]})
     match task["ends"]:
         case "killed":
             os.kill(os.getpid(), signal.SIGKILL)

@@ -131,7 +131,7 @@ def _serve(connection: Connection, run: Run, limits: Limits) -> None:
     memory = int(limits.memory_GiB * GIB)
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
 
-    def told(stage: str, line: Line) -> None:
+    def report(stage: str, line: Line) -> None:
         used = resource.getrusage(resource.RUSAGE_SELF)
         soft = int(used.ru_utime + used.ru_stime + limits.cpu_s) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (soft, resource.RLIM_INFINITY))
@@ -139,7 +139,7 @@ def _serve(connection: Connection, run: Run, limits: Limits) -> None:
 
     try:
         while (task := connection.recv()) is not None:
-            told("start", {})
-            connection.send(("done", "", run(task, told)))
+            report("start", {})
+            connection.send(("done", "", run(task, report)))
     except (EOFError, BrokenPipeError):
         return  # the parent is gone

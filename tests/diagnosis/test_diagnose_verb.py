@@ -17,7 +17,7 @@ from rtctl.border.errors import RunError
 from rtctl.cli import main
 from rtctl.cli.printing.watched_search import watched_search
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.search.catalogue_search import Stopped
+from rtctl.diagnosis.search.catalogue_search import StoppedByUser
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.session.model_validation import simulation_for
@@ -62,9 +62,10 @@ def test_the_answer_has_the_keys_of_the_file_formats_and_names_friction(answered
 
 
 def test_the_extended_model_simulates_the_test_record_down_to_the_noise(answered: Path) -> None:
-    model, data = answered / "out" / "model-extended.toml", answered / "dataset.toml"
+    model, problem = answered / "out" / "model-extended.toml", answered / "dataset.toml"
     assert (
-        main(["simulate", str(model), str(data), "--out", str(answered / "s"), "--quiet", "--no-plot"]) == 0
+        main(["simulate", str(model), str(problem), "--out", str(answered / "s"), "--quiet", "--no-plot"])
+        == 0
     )
     rows = json.loads((answered / "s" / "summary.json").read_text())["records"]
     (test,) = [row for row in rows if row["use"] == "test"]
@@ -119,20 +120,20 @@ def test_a_log_names_each_fit_once(answered: Path, capsys: pytest.CaptureFixture
 def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path) -> None:
     heard: list[str] = []
 
-    def told(text: str) -> None:
+    def report(text: str) -> None:
         heard.append(text)
         if "do not explain" in text:
-            raise Stopped
+            raise StoppedByUser
 
-    data, model = answered / "dataset.toml", answered / "model.toml"
-    simulation = simulation_for(model, open_dataset(data))
+    problem, model = answered / "dataset.toml", answered / "model.toml"
+    simulation = simulation_for(model, open_dataset(problem))
     found = diagnose(
-        read_dataset(data),
+        read_dataset(problem),
         read_oscillator_model(model),
         simulation,
         ("damping.quadratic", "stiffness.cubic"),
         None,
-        told,
+        report,
     )
     assert found.stopped
     assert (found.verdict, found.causes) == ("unexplained", ())
@@ -147,11 +148,11 @@ def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path
 
 
 def test_an_interrupt_ends_the_search_at_the_next_fit(capsys: pytest.CaptureFixture[str]) -> None:
-    with watched_search("x", quiet=False) as told:
-        told("first")
+    with watched_search("x", quiet=False) as report:
+        report("first")
         os.kill(os.getpid(), signal.SIGINT)
-        with pytest.raises(Stopped):
-            told("second")
+        with pytest.raises(StoppedByUser):
+            report("second")
     assert "second" not in capsys.readouterr().err
 
 
@@ -185,13 +186,13 @@ def test_what_only_the_test_records_show_is_said(tmp_path: Path) -> None:
 
 
 def test_a_stop_before_anything_is_known_is_a_message(answered: Path) -> None:
-    def told(text: str) -> None:
-        raise Stopped
+    def report(text: str) -> None:
+        raise StoppedByUser
 
-    data, model = answered / "dataset.toml", answered / "model.toml"
-    simulation = simulation_for(model, open_dataset(data))
+    problem, model = answered / "dataset.toml", answered / "model.toml"
+    simulation = simulation_for(model, open_dataset(problem))
     with pytest.raises(RunError, match="nothing was written"):
-        diagnose(read_dataset(data), read_oscillator_model(model), simulation, (), None, told)
+        diagnose(read_dataset(problem), read_oscillator_model(model), simulation, (), None, report)
 
 
 def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answered: Path) -> None:
@@ -212,7 +213,7 @@ def test_on_a_full_disk_the_answer_is_told_and_one_message_says_what_to_do(answe
     assert "Traceback" not in done.stderr
     assert f"rtctl diagnose: {answered / 'full'}: File too large" in done.stderr
     assert "write elsewhere with --out" in done.stderr
-    told = json.loads(done.stdout)
-    assert told["causes"][0]["id"] == "friction.coulomb"
-    assert told["provenance"]["model"] == "model.toml"
+    report = json.loads(done.stdout)
+    assert report["causes"][0]["id"] == "friction.coulomb"
+    assert report["provenance"]["model"] == "model.toml"
     assert not (answered / "full" / "diagnosis.json").exists()

@@ -11,7 +11,7 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset, Record
@@ -22,12 +22,12 @@ from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 SUBJECT = SUBJECTS["vo2"]
 
 
-def data() -> Data:
+def problem() -> Problem:
     stimulus = Stimulus(inputs={"current": telegraph(800, 1)}, holds={"current": "zero"}, period_s=PERIOD_S)
     resistance, deflection = predict(simulation(), stimulus)
     readings = {LOG_RESISTANCE: np.log(resistance), "deflection": deflection}
     records = (FitRecord(name="r", stimulus=stimulus, measured=readings, first=0),)
-    return Data(
+    return Problem(
         subject=SUBJECT,
         records=records,
         scales=scales_of(records, "deflection", "current"),
@@ -41,7 +41,7 @@ def data() -> Data:
     ids=["as promised", "no less than tables have", "no more than is no gap", "nothing promised"],
 )
 def test_a_model_is_allowed_what_its_identification_promises(share: float | None, allowed: float) -> None:
-    seen = data()
+    seen = problem()
     names = (LOG_RESISTANCE, "deflection")
     found = allowing(seen, {} if share is None else {name: share * seen.size(name) for name in names}).allowed
     assert set(found) == set(names)
@@ -70,5 +70,5 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
 
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:
-    seen = replace(data(), subject=SUBJECTS["oscillator"])
+    seen = replace(problem(), subject=SUBJECTS["oscillator"])
     assert allowing(seen, {}) is seen

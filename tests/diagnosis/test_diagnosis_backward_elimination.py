@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from diagnosis_cases import device, friction_case
 
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.backward_elimination import _making_up, pruned, without_each
 from rtctl.identification.scales import scales_of
@@ -14,38 +14,38 @@ from rtctl.plants.subjects import SUBJECTS
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Data:
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     subject = SUBJECTS["oscillator"]
     records, _, _ = split(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
-    return Data(subject=subject, records=records, scales=scales_of(records), steps_per_period=64.0)
+    return Problem(subject=subject, records=records, scales=scales_of(records), steps_per_period=64.0)
 
 
-def fit_of(data: Data, *mechanisms: str) -> Hypothesis:
-    found = fitted(data, device().extended(mechanisms), mechanisms)
+def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:
+    found = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
     assert found is not None
     return found
 
 
-def test_what_does_not_help_is_taken_out_and_what_does_stays(data: Data) -> None:
-    nominal, both = fit_of(data), fit_of(data, "friction.coulomb", "stiffness.quintic")
-    kept = pruned(data, nominal, both)
+def test_what_does_not_help_is_taken_out_and_what_does_stays(problem: Problem) -> None:
+    nominal, both = fit_of(problem), fit_of(problem, "friction.coulomb", "stiffness.quintic")
+    kept = pruned(problem, nominal, both)
     assert kept.mechanisms == ("friction.coulomb",)
-    assert kept.cost == pytest.approx(fit_of(data, "friction.coulomb").cost, rel=1e-3)
-    assert pruned(data, nominal, kept) is kept
+    assert kept.cost == pytest.approx(fit_of(problem, "friction.coulomb").cost, rel=1e-3)
+    assert pruned(problem, nominal, kept) is kept
 
 
-def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(data: Data) -> None:
-    nominal, alone = fit_of(data), fit_of(data, "stiffness.quintic")
-    both = fit_of(data, "friction.coulomb", "stiffness.quintic")
-    rests = {one.mechanisms: one for one in without_each(data, nominal, both, [alone])}
+def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(problem: Problem) -> None:
+    nominal, alone = fit_of(problem), fit_of(problem, "stiffness.quintic")
+    both = fit_of(problem, "friction.coulomb", "stiffness.quintic")
+    rests = {one.mechanisms: one for one in without_each(problem, nominal, both, [alone])}
     assert rests[("stiffness.quintic",)] is alone
     assert rests[("friction.coulomb",)].cost < 0.1 * alone.cost
-    assert without_each(data, nominal, alone) == (nominal,)
+    assert without_each(problem, nominal, alone) == (nominal,)
 
 
-def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(data: Data) -> None:
-    both = fitted(
-        data,
+def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(problem: Problem) -> None:
+    both = fit_hypothesis(
+        problem,
         device(
             {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}},
             {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}},
@@ -54,9 +54,9 @@ def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(data: Data) -> No
         iterations=0,
     )
     assert both is not None
-    values = _making_up(data, both, ("drive.delay",))
+    values = _making_up(problem, both, ("drive.delay",))
     assert values["drive.delay.delay"] == pytest.approx(
         3e-3, rel=0.05
     )  # the lag's millisecond, to first order
     assert "drive.lag.time_constant" not in values
-    assert _making_up(data, both, both.mechanisms) == {}
+    assert _making_up(problem, both, both.mechanisms) == {}

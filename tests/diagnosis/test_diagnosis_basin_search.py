@@ -8,7 +8,7 @@ from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, SAMPLES, device
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -16,7 +16,7 @@ from rtctl.plants.subjects import SUBJECTS
 LEVEL = 450.0
 
 
-def ring_downs() -> Data:
+def ring_downs() -> Problem:
     """Of a device with friction that come to rest, each off its middle."""
     plant, records = device(FRICTION), []
     values = np.array([parameter.value for parameter in plant.parameters])
@@ -28,7 +28,7 @@ def ring_downs() -> Data:
         run = plant.predict(stimulus, values, np.array([[start, 0.0]])).outputs["displacement"][0]
         reading = run + NOISE_MM * np.random.default_rng(k).standard_normal(SAMPLES)
         records.append(FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": reading}))
-    return Data(
+    return Problem(
         subject=SUBJECTS["oscillator"],
         records=tuple(records),
         scales=scales_of(records),
@@ -36,20 +36,20 @@ def ring_downs() -> Data:
     )
 
 
-def begun(data: Data, factor: float) -> Hypothesis:
+def fit_nominal(problem: Problem, factor: float) -> Hypothesis:
     """From `factor` times the level."""
     plant = device(FRICTION)
     values = [p.value * (factor if p.mechanism else 1.0) for p in plant.parameters]
-    found = fitted(data, plant.with_values(np.array(values)), ("friction.coulomb",))
+    found = fit_hypothesis(problem, plant.with_values(np.array(values)), ("friction.coulomb",))
     assert found is not None
     return found
 
 
 @pytest.mark.parametrize("factor", [0.75, 0.85, 1.2])
 def test_the_deepest_valley_is_found_from_its_neighbours(factor: float) -> None:
-    data = ring_downs()
-    stuck, right = begun(data, factor), begun(data, 1.0)
-    found = past_kinks(data, stuck)
+    problem = ring_downs()
+    stuck, right = fit_nominal(problem, factor), fit_nominal(problem, 1.0)
+    found = past_kinks(problem, stuck)
     assert stuck.cost > 5.0 * right.cost
     assert found.cost < 1.05 * right.cost
     assert found.values[-1] == pytest.approx(LEVEL, rel=1e-2)

@@ -13,7 +13,7 @@ from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_dri
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.budget import AFTER, LEAST, Budget
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -48,9 +48,9 @@ def test_what_the_compiler_takes_spends_nothing_of_it() -> None:
     def outer(x: float) -> float:
         return float(within(x) + within(2.0 * x))
 
-    budget, begun = Budget.of(), time.process_time()
+    budget, fit_nominal = Budget.of(), time.process_time()
     numba.njit(outer)(1.0)
-    spent, of_it = time.process_time() - begun, budget.clock() - budget.begun
+    spent, of_it = time.process_time() - fit_nominal, budget.clock() - budget.begun
     assert of_it < 0.5 * spent
 
 
@@ -58,16 +58,16 @@ def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
     stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
     readings = {"displacement": measured(device(), noise_drive(1))}
     record = FitRecord(name="r", stimulus=stimulus, measured=readings)
-    data = Data(subject=SUBJECTS["oscillator"], records=(record,), scales=scales_of((record,)))
+    problem = Problem(subject=SUBJECTS["oscillator"], records=(record,), scales=scales_of((record,)))
     values = np.array([1.05 * one.value for one in device().parameters])
     start = device().with_values(values)
     asked = count()
     left = [
-        fitted(data.until(Budget.of(most, lambda: float(next(asked)))), start, ())
+        fit_hypothesis(problem.until(Budget.of(most, lambda: float(next(asked)))), start, ())
         for most in (0.0, 2.0, 99.0)
     ]
     costs = [one.cost for one in left if one is not None]
-    assert costs[0] == fitted(data, start, (), iterations=0).cost  # type: ignore[union-attr]
+    assert costs[0] == fit_hypothesis(problem, start, (), iterations=0).cost  # type: ignore[union-attr]
     assert costs[0] > costs[1] > costs[2]
 
 

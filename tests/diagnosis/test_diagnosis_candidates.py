@@ -11,20 +11,20 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
     AT_ONCE,
     FURTHEST,
     MOST_PAIRS,
     _given_way,
     _longest,
+    candidates_of,
     in_turn,
     pairs_of,
-    runners_of,
 )
-from rtctl.diagnosis.search.successive_halving import Runner, race
+from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import scales_of
@@ -64,7 +64,7 @@ def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear
     assert _longest(parent, np.zeros(2)) > 1.0
 
 
-def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Data, Examined]:
+def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
     """The nominal model beside two records of a device that has `mechanisms`."""
     records = tuple(
         FitRecord(
@@ -76,26 +76,26 @@ def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Data
         )
         for seed in (1, 2)
     )
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted_nominal(data, device(), ())
+    nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
-    return data, examine(nominal, data, ids)
+    return problem, run_residual_tests(nominal, problem, ids)
 
 
 def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_either() -> None:
     late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
-    data, parent = examined(ids, late, cubic)
+    problem, parent = examined(ids, late, cubic)
     pairs = pairs_of(parent)
     assert len(pairs) == MOST_PAIRS
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
     start = {one.name: one.value for one in pairs[0].simulation.parameters}
     assert 0.1 * AT_ONCE < start["drive.lag.time_constant"] / 1e-3 < 3.0 * AT_ONCE
     assert 0.1 * AT_ONCE < start["stiffness.cubic.coefficient"] / 150.0 < 3.0 * AT_ONCE
-    best = race(data, pairs, lambda text: None)[0]
+    best = halve_successively(problem, pairs, lambda text: None)[0]
     assert set(best.mechanisms) == {"drive.lag", "stiffness.cubic"}
     found = {one.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)}
     assert found["drive.lag.time_constant"] == pytest.approx(1e-3, rel=0.1)
@@ -114,11 +114,11 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
             "damping_ratio": {"value": 0.01, "unit": "1"},
         },
     }
-    data, parent = examined(("mode.second",), attached)
-    begun = [dict(_shown(one)) for one in runners_of(parent) if one.form == "mass_ratio"]
-    assert len({one["frequency"] for one in begun}) == tried
-    assert all(one["mass_ratio"] > 0.0 for one in begun)
-    best = race(data, runners_of(parent), lambda text: None)[0]
+    problem, parent = examined(("mode.second",), attached)
+    fit_nominal = [dict(_shown(one)) for one in candidates_of(parent) if one.form == "mass_ratio"]
+    assert len({one["frequency"] for one in fit_nominal}) == tried
+    assert all(one["mass_ratio"] > 0.0 for one in fit_nominal)
+    best = halve_successively(problem, candidates_of(parent), lambda text: None)[0]
     found = {
         one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)
     }
@@ -126,7 +126,7 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
     assert found["mass_ratio"] == pytest.approx(mass_ratio, rel=0.1)
 
 
-def _shown(runner: Runner) -> list[tuple[str, float]]:
+def _shown(runner: Candidate) -> list[tuple[str, float]]:
     return [(one.declared.name, one.value) for one in runner.simulation.parameters if one.mechanism]
 
 

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.screening.checks import foreign, short, split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -54,12 +54,13 @@ def test_a_short_record_is_left_out_by_name(tmp_path: Path) -> None:
 
 
 def test_a_heater_without_any_current_is_bad_input() -> None:
-    data = dataset(share=0.0, steps=17)
+    problem = dataset(share=0.0, steps=17)
     off = [
-        replace(one, signals={**one.signals, "current": 0.0 * one.signals["current"]}) for one in data.records
+        replace(one, signals={**one.signals, "current": 0.0 * one.signals["current"]})
+        for one in problem.records
     ]
     with pytest.raises(InputError, match="current of every record to fit is 0 mA"):
-        split(replace(data, records=tuple(off)), VO2)
+        split(replace(problem, records=tuple(off)), VO2)
 
 
 @pytest.mark.parametrize(("other", "said"), [(0.0, False), (0.01, False), (0.5, True)])
@@ -76,13 +77,13 @@ def test_repeats_of_other_inputs_are_said_and_not_taken_for_repeats(
 
 
 def test_a_resistance_that_no_film_has_is_said() -> None:
-    data = dataset(share=0.0, steps=17)
-    (bad, *rest) = data.records
+    problem = dataset(share=0.0, steps=17)
+    (bad, *rest) = problem.records
     resistance = bad.signals["resistance"].copy()
-    assert not any("which no film has" in one for one in split(data, VO2)[2])
+    assert not any("which no film has" in one for one in split(problem, VO2)[2])
     resistance[500:503] = -1.0
     bad = replace(bad, signals={**bad.signals, "resistance": resistance}, use="fit")
-    warnings = split(replace(data, records=(bad, *rest)), VO2)[2]
+    warnings = split(replace(problem, records=(bad, *rest)), VO2)[2]
     assert any(f"{bad.name}: 3 readings of the resistance are 0 ohm or less" in one for one in warnings)
 
 
@@ -93,16 +94,16 @@ def test_a_velocity_that_is_no_slope_of_the_displacement_is_said(
     tmp_path: Path, scale: float, noise: float, said: str
 ) -> None:
     """Of its noise it may be any share: of a slope that is noisy too nothing is said."""
-    data = read_dataset(write_case(tmp_path, [record(1), record(2, "test")]))
+    problem = read_dataset(write_case(tmp_path, [record(1), record(2, "test")]))
     rng, records = np.random.default_rng(0), []
-    for one in data.records:
+    for one in problem.records:
         displacement = one.signals["displacement"]
         slope = np.gradient(displacement, PERIOD_S)
         velocity = scale * (slope + noise * slope.std() * rng.standard_normal(len(slope)))
         noisy = displacement + noise * 0.02 * rng.standard_normal(len(slope))
         signals = {**one.signals, "velocity": velocity, "displacement": noisy}
         records.append(replace(one, signals=signals))
-    warnings = split(replace(data, records=tuple(records)), OSCILLATOR)[2]
+    warnings = split(replace(problem, records=tuple(records)), OSCILLATOR)[2]
     notes = [one for one in warnings if "the displacement's slope is" in one]
     assert len(notes) == bool(said)
     assert all(said in note for note in notes)
@@ -152,10 +153,10 @@ def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
 def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
-    data = Data(subject=OSCILLATOR, records=(one,), scales=scales_of([one]))
-    whole = power / data.size("displacement") ** 2
-    assert foreign(data, ("displacement",), 0.5 * 0.5**2 * whole) == []
-    (warning,) = foreign(data, ("displacement",), 0.5 * 0.8**2 * whole)
+    problem = Problem(subject=OSCILLATOR, records=(one,), scales=scales_of([one]))
+    whole = power / problem.size("displacement") ** 2
+    assert foreign(problem, ("displacement",), 0.5 * 0.5**2 * whole) == []
+    (warning,) = foreign(problem, ("displacement",), 0.5 * 0.8**2 * whole)
     assert "leaves 80% of" in warning
 
 

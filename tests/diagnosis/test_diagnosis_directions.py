@@ -12,7 +12,7 @@ from plant_sim.oscillator.equation.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.finite_differences import slope
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_slopes
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -20,7 +20,7 @@ from rtctl.plants.subjects import SUBJECTS
 from rtctl.wiring import build_simulation
 
 
-def in_micrometres() -> tuple[Data, Hypothesis]:
+def in_micrometres() -> tuple[Problem, Hypothesis]:
     """A device that moves by thousands of them."""
     parameters = {
         "damping": {"value": 8.0, "unit": "1/s"}, "stiffness": {"value": 1.6e4, "unit": "1/s^2"},
@@ -32,18 +32,18 @@ def in_micrometres() -> tuple[Data, Hypothesis]:
     stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
     reading = measured(device, drive, noise=1.0)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}),)
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted(data, device, (), iterations=3)
+    nominal = fit_hypothesis(problem, device, (), iterations=3)
     assert nominal is not None
-    assert data.size("displacement") > 1000.0
-    return data, nominal
+    assert problem.size("displacement") > 1000.0
+    return problem, nominal
 
 
 def test_a_shape_that_does_not_act_yet_asks_for_no_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hysteresis that yields over one unit would be a relay here."""
-    data, nominal = in_micrometres()
+    problem, nominal = in_micrometres()
     taken = []
 
     def noted(self: Equation, drive: Any, how: Any, start: Any) -> Any:
@@ -52,37 +52,37 @@ def test_a_shape_that_does_not_act_yet_asks_for_no_steps(monkeypatch: pytest.Mon
 
     integrate = Equation.integrate
     monkeypatch.setattr(Equation, "integrate", noted)
-    residual = [np.zeros((1, data.records[0].samples))]
-    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), data, residual)
-    slopes = mechanism_slopes(nominal, directions, data, 0)
+    residual = [np.zeros((1, problem.records[0].samples))]
+    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), problem, residual)
+    slopes = mechanism_slopes(nominal, directions, problem, 0)
     assert (np.abs(slopes).max(axis=(1, 2)) > 0.0).all()
     assert max(taken) < 100
 
 
 def test_a_direction_that_no_step_resolves_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    data, nominal = in_micrometres()
+    problem, nominal = in_micrometres()
 
     def refused(*of: object) -> object:
         raise ValueError("would need 1e9 steps")
 
-    residual = [np.zeros((1, data.records[0].samples))]
-    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), data, residual)
+    residual = [np.zeros((1, problem.records[0].samples))]
+    directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), problem, residual)
     monkeypatch.setattr(type(nominal.simulation), "predict", refused)
-    assert not mechanism_slopes(nominal, directions, data, 0).any()
+    assert not mechanism_slopes(nominal, directions, problem, 0).any()
 
 
 def test_a_step_that_moves_the_motion_far_is_taken_again_shorter() -> None:
     """Near a barrier the bend of a slope would look like a direction of its own."""
-    data, _ = in_micrometres()
-    size, along = data.size("displacement"), np.ones((1, data.records[0].samples))
+    problem, _ = in_micrometres()
+    size, along = problem.size("displacement"), np.ones((1, problem.records[0].samples))
 
     def bent(step: float) -> np.ndarray:
         return size * along * (3e4 * step + 1e10 * step**2)
 
-    found = slope(bent, data, ["displacement"], 0.0)
+    found = slope(bent, problem, ["displacement"], 0.0)
     assert np.all(np.abs(found / size / 3e4 - 1.0) < 0.001)
 
     def escaping(step: float) -> np.ndarray:
         return size * along * (1e10 * step)
 
-    assert slope(escaping, data, ["displacement"], 0.0) == 0.0
+    assert slope(escaping, problem, ["displacement"], 0.0) == 0.0

@@ -9,10 +9,10 @@ import pytest
 from diagnosis_cases import device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Data, fitted, polished
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis, polish
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import runners_of
+from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import SUBJECTS
@@ -69,12 +69,12 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
     records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted(data, device(), ())
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = runners_of(examine(nominal, data, ("mode.second",)))
+    made = candidates_of(run_residual_tests(nominal, problem, ("mode.second",)))
     assert {runner.form for runner in made} == {"gain", "mass_ratio"}
     for runner in made:
         (other,) = {"gain", "mass_ratio"} - {runner.form}
@@ -95,16 +95,16 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
     near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
-    begun = fitted(data, near, ("stiffness.cubic", "sensor.hum"), still=still)
-    assert begun is not None
-    end = polished(data, begun)
+    fit_nominal = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    assert fit_nominal is not None
+    end = polish(problem, fit_nominal)
     assert end is not None
     assert end.still == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
@@ -122,16 +122,18 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    begun = fitted(data, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
-    assert begun is not None
+    fit_nominal = fit_hypothesis(
+        problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2
+    )
+    assert fit_nominal is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
-        end = polished(data, begun)
+        end = polish(problem, fit_nominal)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}
     found = {one.name: one.value for one in end.simulation.parameters}

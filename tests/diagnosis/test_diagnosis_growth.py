@@ -7,8 +7,8 @@ import pytest
 from diagnosis_cases import NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -30,10 +30,12 @@ def test_a_ring_down_that_ends_in_the_noise_is_no_growth(growing: float, seen: b
         records.append(
             FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         )
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)), steps_per_period=64.0
     )  # fmt: skip
-    nominal = fitted(data, device(), ())
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    tests = {test.name: test.p_value for test in examine(nominal, data, ("friction.coulomb",)).tests}
+    tests = {
+        test.name: test.p_value for test in run_residual_tests(nominal, problem, ("friction.coulomb",)).tests
+    }
     assert (tests["residual grows with the motion"] < 1e-3) == seen

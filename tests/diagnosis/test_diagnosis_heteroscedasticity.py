@@ -9,8 +9,8 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -20,7 +20,7 @@ LOUDER = (0.2, 1.0, 5.0)
 """Times the usual noise, of each record, whose drives are the stronger the louder they are."""
 
 
-def examined(made: Simulation, seed: int) -> Examined:
+def examined(made: Simulation, seed: int) -> TestedHypothesis:
     """Three records of `made`, the nominal model fitted to them, and what is left."""
     records = []
     for k, louder in enumerate(LOUDER):
@@ -32,13 +32,13 @@ def examined(made: Simulation, seed: int) -> Examined:
         records.append(
             FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": z + noise}, first=1)
         )
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
-    nominal = fitted(data, device(), ())
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    return examine(nominal, data, IDS)
+    return run_residual_tests(nominal, problem, IDS)
 
 
 @cache

@@ -10,11 +10,11 @@ from diagnosis_cases import FRICTION, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
 from rtctl.diagnosis.search.model_selection import ranked
-from rtctl.diagnosis.search.stepwise import Search, _less_what_is_idle
+from rtctl.diagnosis.search.stepwise import SearchResult, _less_what_is_idle
 from rtctl.diagnosis.verification.holdout_support import supported
 from rtctl.diagnosis.verification.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
@@ -39,92 +39,96 @@ def record_of(seed: int, offset_mm: float, effects: tuple[dict[str, object], ...
     return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
 
 
-def fit_of(data: Data, *mechanisms: str) -> Hypothesis:
-    found = fitted(data, device().extended(mechanisms), mechanisms)
+def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:
+    found = fit_hypothesis(problem, device().extended(mechanisms), mechanisms)
     assert found is not None
     return found
 
 
 @pytest.fixture(scope="module")
-def searched() -> tuple[Data, Search]:
+def searched() -> tuple[Problem, SearchResult]:
     """A search that chose friction and an offset, by two records that have both."""
     records = tuple(record_of(seed, OFFSET_MM) for seed in (1, 2))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = examine(fit_of(data), data, IDS)
-    both = examine(fit_of(data, "friction.coulomb", "sensor.offset"), data, IDS)
+    nominal = run_residual_tests(fit_of(problem), problem, IDS)
+    both = run_residual_tests(fit_of(problem, "friction.coulomb", "sensor.offset"), problem, IDS)
     tried = tuple(
-        ranked(data, field, both, plain=False)
-        for field in ([fit_of(data, "friction.coulomb")], [both.hypothesis])
+        ranked(problem, field, both, plain=False)
+        for field in ([fit_of(problem, "friction.coulomb")], [both.hypothesis])
     )
-    without = without_each(data, nominal.hypothesis, both.hypothesis)
-    return data, Search(nominal, both, True, (), tried, without)
+    without = without_each(problem, nominal.hypothesis, both.hypothesis)
+    return problem, SearchResult(nominal, both, True, (), tried, without)
 
 
 def supported_by(
-    searched: tuple[Data, Search], tests: Sequence[FitRecord]
+    searched: tuple[Problem, SearchResult], tests: Sequence[FitRecord]
 ) -> tuple[set[str], tuple[str, ...]]:
-    data, found = searched
-    left, dropped = supported(found, data, tests, IDS, Budget.of(60.0))
+    problem, found = searched
+    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
     assert left.chosen.tests == found.chosen.tests
     return set(left.chosen.hypothesis.mechanisms), dropped
 
 
-def test_a_small_cause_that_the_test_records_have_too_stays(searched: tuple[Data, Search]) -> None:
+def test_a_small_cause_that_the_test_records_have_too_stays(searched: tuple[Problem, SearchResult]) -> None:
     names, dropped = supported_by(searched, [record_of(7, OFFSET_MM)])
     assert names == {"friction.coulomb", "sensor.offset"}
     assert dropped == ()
 
 
-def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(searched: tuple[Data, Search]) -> None:
+def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(
+    searched: tuple[Problem, SearchResult],
+) -> None:
     names, dropped = supported_by(searched, [record_of(7, 0.0), record_of(8, 0.0)])
     assert names == {"friction.coulomb"}
     assert dropped == ("sensor.offset",)
 
 
 @pytest.mark.parametrize(("tested_mm", "told"), [(0.0, "adequate"), (2e-4, "explained")])
-def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(tested_mm: float, told: str) -> None:
+def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(tested_mm: float, report: str) -> None:
     records = tuple(record_of(seed, 2e-4, FRICTION_FREE) for seed in (1, 2))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = examine(fit_of(data), data, IDS)
-    offset = examine(fit_of(data, "sensor.offset"), data, IDS)
-    tried = (ranked(data, [offset.hypothesis], offset, plain=False),)
-    found = Search(nominal, offset, True, (), tried, (nominal.hypothesis,))
+    nominal = run_residual_tests(fit_of(problem), problem, IDS)
+    offset = run_residual_tests(fit_of(problem, "sensor.offset"), problem, IDS)
+    tried = (ranked(problem, [offset.hypothesis], offset, plain=False),)
+    found = SearchResult(nominal, offset, True, (), tried, (nominal.hypothesis,))
     assert 0.0 < nominal.hypothesis.cost - offset.hypothesis.cost < 0.05 * offset.hypothesis.cost
     tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
-    left, dropped = supported(found, data, tests, IDS, Budget.of(60.0))
-    assert dropped == (("sensor.offset",) if told == "adequate" else ())
-    assert verdict_of(left, 0.9) == told
+    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
+    assert dropped == (("sensor.offset",) if report == "adequate" else ())
+    assert verdict_of(left, 0.9) == report
 
 
-def test_without_test_records_nothing_is_dropped(searched: tuple[Data, Search]) -> None:
+def test_without_test_records_nothing_is_dropped(searched: tuple[Problem, SearchResult]) -> None:
     assert supported_by(searched, []) == ({"friction.coulomb", "sensor.offset"}, ())
 
 
 def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_is_out_of_time(
-    searched: tuple[Data, Search], monkeypatch: pytest.MonkeyPatch
+    searched: tuple[Problem, SearchResult], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data, found = searched
+    problem, found = searched
     tests = [record_of(7, 0.0)]
-    assert supported(found, data, tests, IDS, Budget.of(0.0)) == (found, ())
+    assert supported(found, problem, tests, IDS, Budget.of(0.0)) == (found, ())
     monkeypatch.setattr(
         "rtctl.diagnosis.verification.holdout_support.free_run_error", lambda *_: np.full(9, np.inf)
     )
-    assert supported(found, data, tests, IDS, Budget.of(60.0)) == (found, ())
+    assert supported(found, problem, tests, IDS, Budget.of(60.0)) == (found, ())
 
 
-def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(searched: tuple[Data, Search]) -> None:
+def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(
+    searched: tuple[Problem, SearchResult],
+) -> None:
     """The gate let both pass, and the motion without it is the same."""
-    data, found = searched
+    problem, found = searched
     beside = device(FRICTION).extended(("stiffness.viscoelastic",))
-    made = fitted(data, beside, ("friction.coulomb", "stiffness.viscoelastic"), iterations=0)
+    made = fit_hypothesis(problem, beside, ("friction.coulomb", "stiffness.viscoelastic"), iterations=0)
     assert made is not None
-    both = examine(made, data, IDS)
-    tried = (found.tried[0], ranked(data, [made], both, plain=False))
-    left = _less_what_is_idle(data, Search(found.nominal, both, True, (), tried), IDS)
+    both = run_residual_tests(made, problem, IDS)
+    tried = (found.tried[0], ranked(problem, [made], both, plain=False))
+    left = _less_what_is_idle(problem, SearchResult(found.nominal, both, True, (), tried), IDS)
     assert left.chosen.hypothesis.mechanisms == ("friction.coulomb",)
     assert left.chosen.tests == both.tests
-    assert _less_what_is_idle(data, found, IDS) is found
+    assert _less_what_is_idle(problem, found, IDS) is found

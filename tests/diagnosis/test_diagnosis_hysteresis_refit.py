@@ -12,17 +12,17 @@ from vo2_model_cases import UNITS
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import fitted
+from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
 from rtctl.diagnosis.report.pictures import noise_density, pictures
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
 from rtctl.diagnosis.search import hysteresis_refit as finer_loops
 from rtctl.diagnosis.search.catalogue_search import (
     LOOPS_STOPPED,
     NOT_PUT_RIGHT,
-    Asked,
     DiagnosisOptions,
-    Stopped,
+    SearchRequest,
+    StoppedByUser,
     _Mended,
 )
 from rtctl.diagnosis.search.stepwise import level_of
@@ -41,20 +41,20 @@ FEW = ("actuation.delay", "sensor.lag")
 """Names, so that a search is short."""
 
 
-def answer(data, model, told=lambda text: None, ids=None, **options):
+def answer(problem, model, report=lambda text: None, ids=None, **options):
     simulation = vo2_simulation(model, UNITS, "model.toml")
     chosen = DiagnosisOptions(threads=1, **options)
-    return diagnose(data, model, simulation, ids or mechanism_ids("vo2"), chosen, told)
+    return diagnose(problem, model, simulation, ids or mechanism_ids("vo2"), chosen, report)
 
 
-def late(data: Dataset) -> Dataset:
+def late(problem: Dataset) -> Dataset:
     """The same film whose commands arrive late."""
     records = []
-    for one in data.records:
+    for one in problem.records:
         current = one.signals["current"]
         early = current if one.use == "identify" else np.r_[current[LATE:], [current[-1]] * LATE]
         records.append(dataclasses.replace(one, signals={**one.signals, "current": early}))
-    return dataclasses.replace(data, records=tuple(records))
+    return dataclasses.replace(problem, records=tuple(records))
 
 
 @pytest.fixture(scope="module")
@@ -87,17 +87,17 @@ def test_the_page_shows_where_relays_switch(found):
 
 
 def test_a_delay_beside_them_is_named_as_well(stepped):
-    data, model = stepped
-    found = answer(late(data), model)
+    problem, model = stepped
+    found = answer(late(problem), model)
     assert {cause.id for cause in found.causes} == {finer_loops.ID, "actuation.delay"}
 
 
 def test_one_may_stop_before_the_loops_are_learned(stepped):
-    def told(text):
+    def report(text):
         if text == "the static loops, learned anew: resistance":
-            raise Stopped
+            raise StoppedByUser
 
-    found = answer(*stepped, told, seconds=1.0)
+    found = answer(*stepped, report, seconds=1.0)
     assert found.stopped
     assert LOOPS_STOPPED in found.warnings
     assert finer_loops.ID not in [cause.id for cause in found.causes]
@@ -105,16 +105,18 @@ def test_one_may_stop_before_the_loops_are_learned(stepped):
 
 def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped, monkeypatch):
     at_nominal = found.search._replace(chosen=found.search.nominal, learned=None, without=())
-    data = dataclasses.replace(found.data, executor=None)
-    ask = finer_loops.FinerLoops(found.search.learned.coarse, data, found.tests, mechanism_ids("vo2"), 0.01)
+    problem = dataclasses.replace(found.problem, executor=None)
+    ask = finer_loops.LoopRefitter(
+        found.search.learned.coarse, problem, found.tests, mechanism_ids("vo2"), 0.01
+    )
     monkeypatch.setattr(finer_loops, "LEAST_GAIN", 100.0)
     assert ask.behind(at_nominal) is at_nominal
 
 
 @pytest.fixture(scope="module")
 def few_levels():
-    data = dataset(share=0.0, steps=FEW_LEVELS)
-    return late(data), identified(data)
+    problem = dataset(share=0.0, steps=FEW_LEVELS)
+    return late(problem), identified(problem)
 
 
 def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels):
@@ -131,47 +133,49 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
 def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_levels, monkeypatch):
     """It would matter beside loops that are learned behind it, whose errors are smaller than what it is taken for."""
     monkeypatch.setattr(finer_loops, "NEGLIGIBLE", 0.0)
-    data, model = few_levels
-    found = answer(data, model, ids=FEW)
-    delayed, clean = found.search.learned.before, dataclasses.replace(found.data, executor=None)
+    problem, model = few_levels
+    found = answer(problem, model, ids=FEW)
+    delayed, clean = found.search.learned.before, dataclasses.replace(found.problem, executor=None)
     more = delayed.simulation.extended(("sensor.ageing",))
-    both = fitted(clean, more, (*delayed.mechanisms, "sensor.ageing"), delayed.starts)
+    both = fit_hypothesis(clean, more, (*delayed.mechanisms, "sensor.ageing"), delayed.starts)
     assert both is not None
     assert both.cost < 0.995 * delayed.cost
-    search = found.search._replace(chosen=examine(both, clean, FEW), passes=False, learned=None, without=())
-    loops = finer_loops.FinerLoops(
-        found.data.subject.identified(model, data), clean, found.tests, FEW, level_of(0.05)
+    search = found.search._replace(
+        chosen=run_residual_tests(both, clean, FEW), passes=False, learned=None, without=()
+    )
+    loops = finer_loops.LoopRefitter(
+        found.problem.subject.identified(model, problem), clean, found.tests, FEW, level_of(0.05)
     )
     after = loops.behind(search)
     assert after.passes
     assert after.chosen.hypothesis.mechanisms == ("actuation.delay",)
 
 
-def beyond(data: Dataset, zone_mA: float) -> Dataset:
+def beyond(problem: Dataset, zone_mA: float) -> Dataset:
     """The same film behind a current of which so much does not heat."""
     records = []
-    for one in data.records:
+    for one in problem.records:
         records.append(
             dataclasses.replace(one, signals={**one.signals, "current": one.signals["current"] + zone_mA})
         )
-    return dataclasses.replace(data, records=tuple(records))
+    return dataclasses.replace(problem, records=tuple(records))
 
 
 def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
     """Else the current's makes up for loops that are off, and what heats is off for ever after."""
-    data = beyond(dataset(share=0.0, steps=FEW_LEVELS), ZONE_MA)
-    found = answer(data, identified(data), ids=("actuation.deadband", "sensor.lag"))
+    problem = beyond(dataset(share=0.0, steps=FEW_LEVELS), ZONE_MA)
+    found = answer(problem, identified(problem), ids=("actuation.deadband", "sensor.lag"))
     assert [cause.id for cause in found.causes] == ["actuation.deadband"]
     assert found.search.learned is not None
-    told = {one.name: one.value for one in found.search.chosen.hypothesis.simulation.parameters}
-    assert told["actuation.deadband.zone"] == pytest.approx(ZONE_MA, rel=1e-3)
-    assert told["current_gain"] == pytest.approx(1.0, abs=5e-4)
-    assert told["current_offset"] == pytest.approx(0.0, abs=5e-4)
+    report = {one.name: one.value for one in found.search.chosen.hypothesis.simulation.parameters}
+    assert report["actuation.deadband.zone"] == pytest.approx(ZONE_MA, rel=1e-3)
+    assert report["current_gain"] == pytest.approx(1.0, abs=5e-4)
+    assert report["current_offset"] == pytest.approx(0.0, abs=5e-4)
 
 
 def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(monkeypatch):
-    data = dataset(share=0.0, steps=MORE_LEVELS)
-    case = late(data), identified(data)
+    problem = dataset(share=0.0, steps=MORE_LEVELS)
+    case = late(problem), identified(problem)
     found = answer(*case, ids=FEW)
     monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
     as_they_are = answer(*case, ids=FEW)
@@ -185,21 +189,22 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(mon
 
 
 def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(monkeypatch):
-    data = dataset(share=0.0, steps=MORE_LEVELS)
-    case = late(data), identified(data)
+    problem = dataset(share=0.0, steps=MORE_LEVELS)
+    case = late(problem), identified(problem)
     monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
     found = answer(*case, ids=FEW)
     monkeypatch.undo()
     monkeypatch.setattr(finer_loops, "LEAST_GAIN", 5.0)  # more than loops gain, less than the delay does
-    ask = Asked(
-        dataclasses.replace(found.data, executor=None), found.search.nominal.hypothesis, case[1], case[0], found.tests,
+    ask = SearchRequest(
+        dataclasses.replace(found.problem, executor=None),
+        found.search.nominal.hypothesis, case[1], case[0], found.tests,
         FEW, DiagnosisOptions(), Budget.of(60.0), lambda text: None,
     )  # fmt: skip
     assert _Mended(ask, []).at_last(found.search).learned is not None
     several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))
     assert _Mended(ask, []).at_last(several) is several
     left = found.search._replace(passes=False)
-    assert ask.relearning(found.data.subject.identified(case[1], case[0])).behind(left) is left
+    assert ask.relearning(found.problem.subject.identified(case[1], case[0])).behind(left) is left
 
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
@@ -212,11 +217,11 @@ def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monke
 
 
 def test_one_may_stop_before_the_loops_are_put_right(few_levels):
-    def told(text):
+    def report(text):
         if text == "the static loops, learned anew: resistance":
-            raise Stopped
+            raise StoppedByUser
 
-    found = answer(*few_levels, told, ids=FEW[:1])
+    found = answer(*few_levels, report, ids=FEW[:1])
     assert found.stopped
     assert NOT_PUT_RIGHT in found.warnings
     assert [cause.id for cause in found.causes] == ["actuation.delay"]

@@ -9,7 +9,7 @@ from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -18,7 +18,7 @@ SILENT = 300
 """Samples before the drive sets in: the device rests where friction holds it."""
 
 
-def at_the_true_values(starts: list[list[float]]) -> tuple[Data, Hypothesis]:
+def at_the_true_values(starts: list[list[float]]) -> tuple[Problem, Hypothesis]:
     """Two records of a device with friction that began at rest at zero, and its own model from other starts."""
     records = []
     for seed in range(len(starts)):
@@ -27,22 +27,22 @@ def at_the_true_values(starts: list[list[float]]) -> tuple[Data, Hypothesis]:
         stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
         reading = measured(device(FRICTION), drive)
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"],
         records=tuple(records),
         scales=scales_of(records),
         steps_per_period=64.0,
     )
-    found = fitted(data, device(FRICTION), ("friction.coulomb",), np.array(starts), 0)
+    found = fit_hypothesis(problem, device(FRICTION), ("friction.coulomb",), np.array(starts), 0)
     assert found is not None
-    return data, found
+    return problem, found
 
 
 def test_a_record_that_a_wrong_start_leaves_elsewhere_begins_where_it_rested() -> None:
-    data, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
-    found = at_better_starts(data, astray)
-    samples = sum(record.samples for record in data.records)
-    noise = 0.5 * samples * (NOISE_MM / data.size("displacement")) ** 2
+    problem, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
+    found = at_better_starts(problem, astray)
+    samples = sum(record.samples for record in problem.records)
+    noise = 0.5 * samples * (NOISE_MM / problem.size("displacement")) ** 2
     assert astray.cost > 1.5 * noise
     assert found.cost == pytest.approx(noise, rel=0.1)
     assert abs(found.starts[0, 0]) < 0.01
@@ -50,18 +50,18 @@ def test_a_record_that_a_wrong_start_leaves_elsewhere_begins_where_it_rested() -
 
 
 def test_starts_that_are_right_stay() -> None:
-    data, right = at_the_true_values([[0.0, 0.0], [0.0, 0.0]])
-    assert at_better_starts(data, right) is right
+    problem, right = at_the_true_values([[0.0, 0.0], [0.0, 0.0]])
+    assert at_better_starts(problem, right) is right
 
 
 def test_where_no_step_resolves_another_start_it_is_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    data, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
+    problem, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
 
     def refused(*of: object) -> object:
         raise ValueError("would need 1e9 steps")
 
     monkeypatch.setattr(type(astray.simulation), "predict", refused)
-    assert at_better_starts(data, astray) is astray
+    assert at_better_starts(problem, astray) is astray
 
 
 def test_a_model_without_states_is_as_it_is() -> None:
@@ -70,7 +70,9 @@ def test_a_model_without_states_is_as_it_is() -> None:
     records = (
         FitRecord(name="r", stimulus=stimulus, measured={"resistance": resistance, "deflection": deflection}),
     )
-    data = Data(subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current"))
-    found = fitted(data, simulation(), (), iterations=0)
+    problem = Problem(
+        subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current")
+    )
+    found = fit_hypothesis(problem, simulation(), (), iterations=0)
     assert found is not None
-    assert at_better_starts(data, found) is found
+    assert at_better_starts(problem, found) is found

@@ -10,10 +10,10 @@ from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_d
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.isolability import isolability
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.diagnosis.residual.directions import mechanism_slopes
 from rtctl.diagnosis.residual.missing_force import residual_shape
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import OSCILLATOR
@@ -29,7 +29,7 @@ IDS = (
 
 
 @cache
-def examined() -> tuple[Data, Examined]:
+def examined() -> tuple[Problem, TestedHypothesis]:
     """The nominal model re-fitted to two records of the device with friction."""
     plant, records = device(FRICTION), []
     for seed, level in ((1, 6.0), (2, 9.0)):
@@ -40,18 +40,20 @@ def examined() -> tuple[Data, Examined]:
             initial={"displacement": float(reading[0])}, peak={"displacement": float(np.abs(reading).max())},
         )  # fmt: skip
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
-    data = Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
-    nominal = fitted(data, device(), ())
+    problem = Problem(
+        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+    )
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    return data, examine(nominal, data, IDS)
+    return problem, run_residual_tests(nominal, problem, IDS)
 
 
 def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() -> None:
-    data, at = examined()
+    problem, at = examined()
     found = isolability(at)
     pair = ("friction.coulomb", "damping.quadratic")
     whole: list[list[np.ndarray]] = [[], [], []]
-    lines = at.hypothesis.linearise(data)
+    lines = at.hypothesis.linearise(problem)
     for index, line in enumerate(lines):
         own = np.zeros((2 * len(lines), line.own.shape[2]))
         own[2 * index : 2 * index + 2] = line.own[:, 0]
@@ -60,7 +62,7 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
         whole[0].append(white(follows))
         for k, identity in enumerate(pair):
             mine = [d for d in at.directions if d.mechanism == identity]
-            whole[1 + k].append(white(mechanism_slopes(at.hypothesis, mine, data, index)[0, 0]))
+            whole[1 + k].append(white(mechanism_slopes(at.hypothesis, mine, problem, index)[0, 0]))
     basis = np.linalg.qr(np.concatenate(whole[0], axis=1).T)[0]
     left = []
     for parts in whole[1:]:
@@ -82,8 +84,8 @@ def test_a_delay_and_a_lag_of_the_drive_are_known_to_be_inseparable_and_friction
 
 
 def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
-    data, at = examined()
-    shape = residual_shape(at, data, ["state", "velocity_sign"], UNITS)
+    problem, at = examined()
+    shape = residual_shape(at, problem, ["state", "velocity_sign"], UNITS)
     assert shape is not None
     assert (shape.coordinate, shape.unit, shape.force_unit) == ("velocity", "mm/s", "mm/s^2")
     assert shape.share > 0.8
@@ -95,5 +97,5 @@ def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
 
 
 def test_a_shape_needs_a_coordinate_that_is_one_number() -> None:
-    data, at = examined()
-    assert residual_shape(at, data, ["state", "amplitude"], UNITS) is None
+    problem, at = examined()
+    assert residual_shape(at, problem, ["state", "amplitude"], UNITS) is None

@@ -8,14 +8,23 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import FAR_OFF, FURTHER, Data, bounds, fitted, sensitivity_of
+from rtctl.diagnosis.problem.hypothesis import (
+    FAR_OFF,
+    FURTHER,
+    Problem,
+    bounds,
+    fit_hypothesis,
+    sensitivity_of,
+)
 from rtctl.diagnosis.residual.residual_tests import resolved
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import OSCILLATOR
 
 
-def data_of(plant: Simulation, start: tuple[float, float], noise: float, steps: float, level: float) -> Data:
+def data_of(
+    plant: Simulation, start: tuple[float, float], noise: float, steps: float, level: float
+) -> Problem:
     """Two records of 1500 samples of `plant`."""
     values = np.array([parameter.value for parameter in plant.parameters])
     records = []
@@ -29,51 +38,53 @@ def data_of(plant: Simulation, start: tuple[float, float], noise: float, steps: 
         reading = plant.predict(stimulus, values, np.array([start])).outputs["displacement"][0]
         reading = reading + noise * np.random.default_rng(seed).standard_normal(len(reading))
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
-    return Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=steps)
+    return Problem(
+        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=steps
+    )
 
 
-def floor(data: Data, noise: float) -> float:
+def floor(problem: Problem, noise: float) -> float:
     """Half the sum of squares that noise leaves, on the scale of the cost."""
-    samples = sum(record.samples for record in data.records)
-    return 0.5 * samples * (noise / data.size("displacement")) ** 2
+    samples = sum(record.samples for record in problem.records)
+    return 0.5 * samples * (noise / problem.size("displacement")) ** 2
 
 
 def test_steps_are_refined_where_they_leave_more_than_the_noise() -> None:
     noise, plant = 1e-6, device()
-    data = data_of(plant, (0.0, 0.0), noise, 12.0, 6.0)
-    nominal = fitted_nominal(data, plant, ())
+    problem = data_of(plant, (0.0, 0.0), noise, 12.0, 6.0)
+    nominal = fitted_nominal(problem, plant, ())
     assert nominal is not None
-    assert nominal.cost > 2.0 * floor(data, noise)
-    refined, nominal = finely(data, nominal)
+    assert nominal.cost > 2.0 * floor(problem, noise)
+    refined, nominal = finely(problem, nominal)
     assert refined.steps_per_period != 12.0
-    assert nominal.cost < 1.1 * floor(data, noise)
+    assert nominal.cost < 1.1 * floor(problem, noise)
 
 
 def test_steps_stay_where_the_noise_is_far_above_their_error() -> None:
-    data = data_of(device(), (0.0, 0.0), 0.004, 64.0, 6.0)
-    nominal = fitted_nominal(data, device(), ())
+    problem = data_of(device(), (0.0, 0.0), 0.004, 64.0, 6.0)
+    nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
-    assert finely(data, nominal) == (data, nominal)
+    assert finely(problem, nominal) == (problem, nominal)
 
 
 def test_the_gate_takes_the_error_of_the_steps_off_the_residual() -> None:
     noise = 5e-3
-    data = data_of(device(), (0.0, 0.0), noise, 20.0, 6.0)
-    at = fitted(data, device(), (), np.zeros((2, 2)), iterations=0)
+    problem = data_of(device(), (0.0, 0.0), noise, 20.0, 6.0)
+    at = fit_hypothesis(problem, device(), (), np.zeros((2, 2)), iterations=0)
     assert at is not None
-    own_noise = noise * np.random.default_rng(1).standard_normal((1, data.records[0].samples))
-    coarse = at.linearise(data)[0].residual
+    own_noise = noise * np.random.default_rng(1).standard_normal((1, problem.records[0].samples))
+    coarse = at.linearise(problem)[0].residual
     error = np.std(coarse + own_noise)
     assert 1e-8 < error < 0.2 * noise
-    assert np.std(resolved(at, data, 0, coarse) + own_noise) < 0.01 * error
+    assert np.std(resolved(at, problem, 0, coarse) + own_noise) < 0.01 * error
 
 
 def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_without_number() -> None:
     """A stretch of noise alone fits a spring of any strength; each length of stretches would go further."""
-    data = data_of(device(), (0.0, 0.0), 1e-3, 64.0, 6.0)
+    problem = data_of(device(), (0.0, 0.0), 1e-3, 64.0, 6.0)
     for own, most in ((1.0, FAR_OFF), (1e9, None)):
-        sensitivity = sensitivity_of(data, device(stiffness_cubic=(own, "1/(mm^2*s^2)")), frozenset())
-        low, high = bounds(sensitivity, data.scales)
+        sensitivity = sensitivity_of(problem, device(stiffness_cubic=(own, "1/(mm^2*s^2)")), frozenset())
+        low, high = bounds(sensitivity, problem.scales)
         k = [sensitivity.simulation.parameters[i].name for i in sensitivity.free].index("stiffness_cubic")
         limit = most or FURTHER * own / sensitivity.scale[k]  # where a model begins there is room
         assert high[k] == pytest.approx(limit)
@@ -91,9 +102,11 @@ def test_a_constant_of_many_times_the_motion_leaves_the_nominal_values_as_they_a
             initial={"displacement": float(reading[0])}, read=frozenset({"displacement"}),
         )  # fmt: skip
         records.append(FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1))
-    data = Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
+    problem = Problem(
+        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+    )
     start = device(stiffness=(1.55e4, "1/s^2"), stiffness_cubic=(30.0, "1/(mm^2*s^2)"))
-    nominal = fitted_nominal(data, start, ())
+    nominal = fitted_nominal(problem, start, ())
     assert nominal is not None
     values = {one.name: one.value for one in nominal.simulation.parameters}
     assert values["stiffness"] == pytest.approx(1.6e4, rel=5e-3)

@@ -32,7 +32,7 @@ from rtctl.diagnosis.experiment_design.design import (
 )
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, _chosen, next_experiment
 from rtctl.diagnosis.experiment_design.t_optimality import PARTED, Pair, Played, played, together
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.report.files import scenario_text
 from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.fit_record import FitRecord
@@ -57,38 +57,40 @@ def record_of(drive: np.ndarray, hold: str) -> FitRecord:
     return FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading})
 
 
-def candidate(data: Data, identity: str) -> Hypothesis:
+def candidate(problem: Problem, identity: str) -> Hypothesis:
     simulation = device().extended((identity,))
     values = np.array([p.value for p in simulation.parameters])
     for k, parameter in enumerate(simulation.parameters):
         if parameter.mechanism == identity:
             values[k] = RIVALS[identity].get(parameter.declared.name, parameter.value)
-    found = fitted(data, start_of(simulation, values), (identity,))
+    found = fit_hypothesis(problem, start_of(simulation, values), (identity,))
     assert found is not None
     return found
 
 
 @cache
-def ambiguous() -> tuple[Data, tuple[Hypothesis, ...], NextExperiment]:
+def ambiguous() -> tuple[Problem, tuple[Hypothesis, ...], NextExperiment]:
     """Weak friction under band noise of one level, its rivals, and what is proposed."""
     records = (record_of(noise_drive(1), "linear"),)
-    data = Data(subject=OSCILLATOR, records=records, scales=scales_of(records), steps_per_period=64.0)
-    rivals = tuple(candidate(data, identity) for identity in RIVALS)
-    proposed = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
+    problem = Problem(subject=OSCILLATOR, records=records, scales=scales_of(records), steps_per_period=64.0)
+    rivals = tuple(candidate(problem, identity) for identity in RIVALS)
+    proposed = next_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
-    return data, rivals, proposed
+    return problem, rivals, proposed
 
 
-def nominal(data: Data) -> Hypothesis:
-    found = fitted(data, device(), ())
+def nominal(problem: Problem) -> Hypothesis:
+    found = fit_hypothesis(problem, device(), ())
     assert found is not None
     return found
 
 
 def evidence(records: tuple[FitRecord, ...]) -> float:
     """Squares over the noise by which the rival is worse once both are re-fitted to `records`."""
-    data = Data(subject=OSCILLATOR, records=records, scales=ambiguous()[0].scales, steps_per_period=64.0)
-    true, rival = (candidate(data, identity) for identity in RIVALS)
+    problem = Problem(
+        subject=OSCILLATOR, records=records, scales=ambiguous()[0].scales, steps_per_period=64.0
+    )
+    true, rival = (candidate(problem, identity) for identity in RIVALS)
     readings = np.concatenate([r.measured["displacement"][r.first :] for r in records])
     return 2.0 * (rival.cost - true.cost) * float(np.mean(readings**2)) / NOISE_MM**2
 
@@ -138,11 +140,11 @@ def test_a_parameter_that_a_new_record_does_not_tell_from_its_start_is_known_fro
 
 
 def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
-    data, _, _ = ambiguous()
-    low, high = drive_range(data)
-    largest = float(np.abs(data.records[0].stimulus.inputs["drive"]).max())
+    problem, _, _ = ambiguous()
+    low, high = drive_range(problem)
+    largest = float(np.abs(problem.records[0].stimulus.inputs["drive"]).max())
     assert (low, high) == pytest.approx((-largest, largest))
-    entries, longest = menu(data, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
+    entries, longest = menu(problem, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
     assert len(entries) == 63
     assert len({entry.statement for entry in entries}) == 63
     for entry in entries:
@@ -151,28 +153,28 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
 
 
 def test_slower_records_leave_the_motion_enough_samples_and_say_how_they_are_sampled() -> None:
-    data, _, _ = ambiguous()
-    slower = [entry for entry in menu(data, UNITS) if entry.period_s > 1.5 * PERIOD_S]
+    problem, _, _ = ambiguous()
+    slower = [entry for entry in menu(problem, UNITS) if entry.period_s > 1.5 * PERIOD_S]
     assert {round(entry.period_s / PERIOD_S) for entry in slower} == {2}
     assert all(f"a sample each {2 * PERIOD_S:g} s" in entry.statement for entry in slower)
     assert all(entry.scenario["excitation"][0]["period"] == "4000 us" for entry in slower)
-    fast = data.scales._replace(rate=2.0 * np.pi / (5.0 * PERIOD_S))  # 5 samples a period, slower 2.5
-    assert not [e for e in menu(replace(data, scales=fast), UNITS) if e.period_s > 1.5 * PERIOD_S]
+    fast = problem.scales._replace(rate=2.0 * np.pi / (5.0 * PERIOD_S))  # 5 samples a period, slower 2.5
+    assert not [e for e in menu(replace(problem, scales=fast), UNITS) if e.period_s > 1.5 * PERIOD_S]
 
 
 def test_a_hold_is_told_from_a_delay_by_records_that_are_sampled_more_slowly() -> None:
     """A hold of levels is half a period late, whatever the period; a delay stays."""
-    data, _, _ = ambiguous()
+    problem, _, _ = ambiguous()
     found = []
     for identity, size in (("input.hold", 1.0), ("drive.delay", 0.5 * PERIOD_S)):
         made = device().extended((identity,))
         values = np.array([p.value for p in made.parameters])
         values[[p.mechanism == identity for p in made.parameters].index(True)] = size
-        one = fitted(data, made.with_values(values), (identity,), iterations=0)
+        one = fit_hypothesis(problem, made.with_values(values), (identity,), iterations=0)
         assert one is not None
         found.append(one)
     loud = [NoiseModel(np.empty(0), (10.0 * NOISE_MM) ** 2)]
-    proposed = next_experiment(found, nominal(data), data, loud, UNITS)
+    proposed = next_experiment(found, nominal(problem), problem, loud, UNITS)
     assert proposed is not None
     assert proposed.best.input.period_s == pytest.approx(2.0 * PERIOD_S)
     as_fast = [one.separation for one in proposed.menu if one.input.period_s < 1.5 * PERIOD_S]
@@ -189,19 +191,19 @@ def test_a_band_limited_drive_begins_and_ends_at_rest_and_has_nothing_near_half_
 
 
 def test_a_square_wave_has_the_frequency_that_it_is_said_to_have() -> None:
-    data, _, _ = ambiguous()
-    waves = [entry for entry in menu(data, UNITS) if entry.statement.startswith("square wave of ")]
+    problem, _, _ = ambiguous()
+    waves = [entry for entry in menu(problem, UNITS) if entry.statement.startswith("square wave of ")]
     assert len(waves) == 27
     for wave in waves:
-        told = float(wave.statement.removeprefix("square wave of ").split(" Hz")[0])
+        report = float(wave.statement.removeprefix("square wave of ").split(" Hz")[0])
         turns = np.flatnonzero(np.diff(wave.levels) != 0.0)
-        assert np.diff(turns) * wave.period_s == pytest.approx(0.5 / told, rel=1e-3)
+        assert np.diff(turns) * wave.period_s == pytest.approx(0.5 / report, rel=1e-3)
 
 
 def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_random_one() -> None:
-    data, _, proposed = ambiguous()
+    problem, _, proposed = ambiguous()
     assert proposed.separates == tuple(RIVALS)
-    so_far, chosen = evidence(data.records), with_one_more(proposed.best)
+    so_far, chosen = evidence(problem.records), with_one_more(proposed.best)
     others = [with_one_more(one) for one in proposed.menu[1::4]]
     assert so_far < 9.0
     assert chosen > 25.0
@@ -212,12 +214,12 @@ def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_ran
 
 
 def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
-    data, rivals, proposed = ambiguous()
+    problem, rivals, proposed = ambiguous()
     monkeypatch.setattr("rtctl.diagnosis.experiment_design.t_optimality.FURTHEST", 1.0)
-    careful = next_experiment(rivals, nominal(data), data, NOISE, UNITS)
+    careful = next_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
     assert careful is not None
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
-    limit = max(float(np.abs(r.measured["displacement"]).max()) for r in data.records)
+    limit = max(float(np.abs(r.measured["displacement"]).max()) for r in problem.records)
     for one in proposed.menu:
         if one.input.period_s > 1.5 * PERIOD_S:
             continue  # `measured` is of records at the period of the data
@@ -228,20 +230,20 @@ def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch
 
 def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> None:
     """A hum has a phase in every record; in the next one it is taken to be as large as in the first."""
-    data, (true, _), _ = ambiguous()
+    problem, (true, _), _ = ambiguous()
     humming = device().extended(("sensor.hum",))
-    hum = fitted(data, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
+    hum = fit_hypothesis(problem, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
     assert hum is not None
-    proposed = next_experiment([hum, true], nominal(data), data, NOISE, UNITS)
+    proposed = next_experiment([hum, true], nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
     assert proposed.separates == ("sensor.hum", next(iter(RIVALS)))
     assert proposed.best.separation > 3.0
 
 
 def with_noise(times: float) -> NextExperiment:
-    data, rivals, _ = ambiguous()
+    problem, rivals, _ = ambiguous()
     proposed = next_experiment(
-        rivals, nominal(data), data, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS
+        rivals, nominal(problem), problem, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS
     )
     assert proposed is not None
     return proposed
@@ -249,7 +251,7 @@ def with_noise(times: float) -> NextExperiment:
 
 def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> None:
     """The separation that is told is that of so many records."""
-    data, _, once = ambiguous()
+    problem, _, once = ambiguous()
     assert with_noise(0.5).times == 1
     louder = 1.3 * once.separation / DECIDES
     noisy = with_noise(louder)
@@ -259,7 +261,7 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     records = [
         record_of(scored.input.levels, "linear") for scored, times in noisy.plan.records for _ in range(times)
     ]
-    brought = (evidence((*data.records, *records)) - evidence(data.records)) / louder**2
+    brought = (evidence((*problem.records, *records)) - evidence(problem.records)) / louder**2
     assert (
         0.8 * noisy.separation**2 < brought < 4.0 * noisy.separation**2
     )  # told is the least, linear in the rival
@@ -315,7 +317,7 @@ def test_inputs_of_which_one_tells_what_the_other_needs_known_are_proposed_toget
 @cache
 def lagging(*identities: str) -> NextExperiment:
     """What is proposed for a linear device with so much of each."""
-    data, _, _ = ambiguous()
+    problem, _, _ = ambiguous()
     found = []
     for identity in identities:
         made = device().extended((identity,))
@@ -323,10 +325,10 @@ def lagging(*identities: str) -> NextExperiment:
         own = [
             sizes[identity] if p.mechanism and not p.declared.is_shape else p.value for p in made.parameters
         ]
-        one = fitted(data, made.with_values(np.array(own)), (identity,), iterations=0)
+        one = fit_hypothesis(problem, made.with_values(np.array(own)), (identity,), iterations=0)
         assert one is not None
         found.append(one)
-    proposed = next_experiment(found, nominal(data), data, NOISE, UNITS)
+    proposed = next_experiment(found, nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
     return proposed
 
@@ -350,13 +352,13 @@ def test_a_pair_that_no_input_separates_does_not_hide_the_others() -> None:
 def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_would_have_it() -> None:
     """A lag of the drive begins as the drive does, one of the sensor as the motion: they part where springs harden."""
     made = device(stiffness_cubic=(2e5, "1/(mm^2*s^2)"))
-    data, found = ambiguous()[0], []
+    problem, found = ambiguous()[0], []
     for identity in ("drive.lag", "sensor.lag"):
         one = made.extended((identity,))
         own = np.array([0.003 if p.declared.name == "time_constant" else p.value for p in one.parameters])
-        found.append(fitted(data, one.with_values(own), (identity,), iterations=0))
+        found.append(fit_hypothesis(problem, one.with_values(own), (identity,), iterations=0))
     true, rival = found
-    bare = fitted(data, made, (), iterations=0)
+    bare = fit_hypothesis(problem, made, (), iterations=0)
     assert true is not None
     assert rival is not None
     assert bare is not None
@@ -365,13 +367,15 @@ def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_woul
     new = FitRecord(name="next", stimulus=stimulus, measured={"displacement": np.zeros(900)})
 
     def seen(one: Hypothesis, start: np.ndarray) -> np.ndarray:
-        run = one.simulation.predict(stimulus, one.values_of(0), start[None], data.steps_per_period)
+        run = one.simulation.predict(stimulus, one.values_of(0), start[None], problem.steps_per_period)
         return run.outputs["displacement"][0] / NOISE_MM
 
     nearest = least_squares(
         lambda start: seen(true, np.zeros(2)) - seen(rival, start), np.zeros(2), x_scale=(0.1, 10.0)
     )
-    at_rest, settled = (played(new, (true, rival), bare, data, NOISE, settled=one) for one in (False, True))
+    at_rest, settled = (
+        played(new, (true, rival), bare, problem, NOISE, settled=one) for one in (False, True)
+    )
     assert at_rest is not None
     assert settled is not None
     assert settled.whole
@@ -431,8 +435,8 @@ def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_de
 
 
 def test_one_candidate_needs_no_experiment() -> None:
-    data, rivals, _ = ambiguous()
-    assert next_experiment(rivals[:1], nominal(data), data, NOISE, UNITS) is None
+    problem, rivals, _ = ambiguous()
+    assert next_experiment(rivals[:1], nominal(problem), problem, NOISE, UNITS) is None
 
 
 def of_two_inputs() -> NextExperiment:

@@ -11,8 +11,8 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _without_running_away, begun
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _without_running_away, fit_nominal
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import OSCILLATOR
@@ -23,7 +23,7 @@ NOISE_MM, SAMPLES = 0.004, 1500
 
 
 @cache
-def near_the_edge() -> Data:
+def near_the_edge() -> Problem:
     plant = device(**SOFTENING)
     values = np.array([one.value for one in plant.parameters])
     records = []
@@ -34,7 +34,9 @@ def near_the_edge() -> Data:
         reading = plant.predict(stimulus, values, np.zeros((1, 2))).outputs["displacement"][0]
         reading = reading + NOISE_MM * np.random.default_rng(seed).standard_normal(SAMPLES)
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
-    return Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
+    return Problem(
+        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+    )
 
 
 def off_by(share: float) -> Simulation:
@@ -45,21 +47,21 @@ def off_by(share: float) -> Simulation:
 
 
 def test_a_model_that_runs_away_from_a_record_is_fitted_to_what_comes_before_and_then_to_all() -> None:
-    data = near_the_edge()
-    assert fitted(data, off_by(0.05), ()) is None
-    whole, nominal = _without_running_away(data, off_by(0.05), ())
+    problem = near_the_edge()
+    assert fit_hypothesis(problem, off_by(0.05), ()) is None
+    whole, nominal = _without_running_away(problem, off_by(0.05), ())
     assert [record.samples for record in whole.records] == [SAMPLES, SAMPLES]
-    noise = 0.5 * 2 * SAMPLES * (NOISE_MM / data.size("displacement")) ** 2
+    noise = 0.5 * 2 * SAMPLES * (NOISE_MM / problem.size("displacement")) ** 2
     assert nominal.cost == pytest.approx(noise, rel=0.1)
-    first = begun(data, off_by(0.05), lambda text: None)
+    first = fit_nominal(problem, off_by(0.05), lambda text: None)
     assert first.uncut
     assert not first.said
     assert first.nominal.cost == pytest.approx(noise, rel=0.1)
 
 
 def test_a_model_that_follows_next_to_nothing_is_refused() -> None:
-    data = near_the_edge()
+    problem = near_the_edge()
     loud = {"displacement": 50.0 * np.random.default_rng(0).standard_normal(SAMPLES)}
-    deaf = replace(data, records=tuple(replace(one, measured=loud) for one in data.records))
+    deaf = replace(problem, records=tuple(replace(one, measured=loud) for one in problem.records))
     with pytest.raises(RunError, match=DIVERGES):
         _without_running_away(deaf, off_by(0.0), ())

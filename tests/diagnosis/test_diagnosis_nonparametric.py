@@ -13,12 +13,12 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.diagnose import _verdict, allowing
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.residual.residual_tests import examine
-from rtctl.diagnosis.search.candidates import runners_of
-from rtctl.diagnosis.search.catalogue_search import Stopped
-from rtctl.diagnosis.search.stepwise import Search
-from rtctl.diagnosis.search.successive_halving import race
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.catalogue_search import StoppedByUser
+from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.diagnosis.verification.nonparametric import SUSPECT, explaining_more, explaining_the_past, past_in
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -34,18 +34,22 @@ def cooling_slowly() -> Vo2Simulation:
     return made.with_values(np.array(own))
 
 
-def named_by(data: Data, simulation: Simulation, identity: str) -> tuple[Data, Hypothesis, Hypothesis]:
+def named_by(
+    problem: Problem, simulation: Simulation, identity: str
+) -> tuple[Problem, Hypothesis, Hypothesis]:
     """The data, the model re-fitted to them, and the same with a cause that removes a fifth at least."""
-    nominal = fitted(data, simulation, ())
+    nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
-    named = race(data, runners_of(examine(nominal, data, (identity,))), lambda text: None)[0]
+    named = halve_successively(
+        problem, candidates_of(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+    )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
-    return data, nominal, named
+    return problem, nominal, named
 
 
 @cache
-def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
+def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of a device, its model re-fitted to them, and the same with a dead band."""
     made = cooling_slowly() if device == "cools slowly" else simulation(actuation__deadband={"zone": 2.0})
     subject, records = SUBJECTS["vo2"], []
@@ -59,14 +63,14 @@ def searched(device: str) -> tuple[Data, Hypothesis, Hypothesis]:
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=measured, first=0))
     comparable, readings = subject.comparable(simulation(), tuple(records))
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
-    data = allowing(
-        Data(
+    problem = allowing(
+        Problem(
             subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
         ),
         {},
     )  # fmt: skip
-    return named_by(data, comparable, DEADBAND)
+    return named_by(problem, comparable, DEADBAND)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +82,7 @@ def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, s
 
 
 @cache
-def braked(hidden: str) -> tuple[Data, Hypothesis, Hypothesis]:
+def braked(hidden: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
     made = unnamed("unnamed.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
     return named_by(of(made), device(), "friction.coulomb")
@@ -90,7 +94,7 @@ def unnamed(identity: str, **values: float) -> Simulation:
     return made.with_values(np.array([values.get(one.declared.name, one.value) for one in made.parameters]))
 
 
-def of(made: Simulation) -> Data:
+def of(made: Simulation) -> Problem:
     """Two records of it."""
     records = []
     for seed in (1, 2):
@@ -101,7 +105,7 @@ def of(made: Simulation) -> Data:
                 name=f"r{seed}", stimulus=stimulus, measured={"displacement": measured(made, drive)}, first=1
             )
         )
-    return Data(
+    return Problem(
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
@@ -117,10 +121,10 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
 
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
-    data, nominal, named = named_by(
+    problem, nominal, named = named_by(
         of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
-    assert explaining_more(data, nominal, named, Budget.of()).startswith("The restoring force has a kink")
+    assert explaining_more(problem, nominal, named, Budget.of()).startswith("The restoring force has a kink")
 
 
 RELAXING = {"level": 900.0, "order": 0.5, "time": 8e-3}
@@ -142,12 +146,12 @@ def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise
         },
     }
     made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
-    data, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
-    found = explaining_more(data, nominal, named, Budget.of())
+    problem, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
+    found = explaining_more(problem, nominal, named, Budget.of())
     assert found.startswith(said) if said else not found
 
 
-def late_by(radians: float, share: float) -> Data:
+def late_by(radians: float, share: float) -> Problem:
     """Two records of the device with a force that follows it late, as much of its stiffness as `share`."""
     rate = float(np.sqrt(1.6e4))
     time = radians / rate / 48.0
@@ -156,30 +160,34 @@ def late_by(radians: float, share: float) -> Data:
 
 def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
     """Of a force that is 9 radians late a second mode leaves what no other question sees."""
-    data = late_by(9.0, 0.03)
-    nominal = fitted(data, device(), ())
+    problem = late_by(9.0, 0.03)
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert past_in(examine(nominal, data, ()), data) < SUSPECT
-    assert explaining_the_past(data, nominal, examine(nominal, data, ()), Budget.of()).startswith(
-        "A force follows"
-    )
+    assert past_in(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    assert explaining_the_past(
+        problem, nominal, run_residual_tests(nominal, problem, ()), Budget.of()
+    ).startswith("A force follows")
     friction, nominal, named = braked("dry")
-    told: list[str] = []
-    assert past_in(examine(named, friction, ()), friction) > SUSPECT
-    assert not explaining_the_past(friction, nominal, examine(named, friction, ()), Budget.of(), told.append)
-    assert not told, "no law was fitted where nothing is suspected"
+    report: list[str] = []
+    assert past_in(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert not explaining_the_past(
+        friction, nominal, run_residual_tests(named, friction, ()), Budget.of(), report.append
+    )
+    assert not report, "no law was fitted where nothing is suspected"
 
 
 def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None:
-    data, nominal, named = braked("root")
-    search = Search(examine(nominal, data, ()), examine(named, data, ()), False, (), ())
+    problem, nominal, named = braked("root")
+    search = SearchResult(
+        run_residual_tests(nominal, problem, ()), run_residual_tests(named, problem, ()), False, (), ()
+    )
 
     def stop(text: str) -> None:
-        raise Stopped(text)
+        raise StoppedByUser(text)
 
-    verdict, said, stopped = _verdict(search, data, [None], Budget.of(), stop)
+    verdict, said, stopped = _verdict(search, problem, [None], Budget.of(), stop)
     assert (verdict, stopped) == ("partly_explained", True)
     assert "may explain it better than friction.coulomb" in said[-1]
-    verdict, said, stopped = _verdict(search, data, [None], Budget.of(), lambda text: None)
+    verdict, said, stopped = _verdict(search, problem, [None], Budget.of(), lambda text: None)
     assert (verdict, stopped) == ("unexplained", False)
     assert "leaves less: not named" in said[-1]

@@ -11,7 +11,7 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
-from rtctl.diagnosis.nominal_fit.nominal_fit import begun
+from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.predictability import (
     MOST,
     _before_parting,
@@ -21,8 +21,8 @@ from rtctl.diagnosis.nominal_fit.predictability import (
     period_of,
     unforeseeable,
 )
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
 from rtctl.identification.fit_record import ONWARD, FitRecord
@@ -46,45 +46,45 @@ def record_of(plant: Simulation, seed: int, drive: np.ndarray) -> FitRecord:
 
 
 @cache
-def hopping() -> tuple[Data, Hypothesis]:
+def hopping() -> tuple[Problem, Hypothesis]:
     """Three records of a device whose drive comes late, and the best that a model without knows of them."""
     plant = device(DELAY, **WELLS)
     drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
     records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted_nominal(data, device(**WELLS), ())
+    nominal = fitted_nominal(problem, device(**WELLS), ())
     assert nominal is not None
-    return data, nominal
+    return problem, nominal
 
 
 def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
-    data, nominal = hopping()
-    assert misfit(data, nominal) > FAR
-    found = beginnings(data, nominal)
+    problem, nominal = hopping()
+    assert misfit(problem, nominal) > FAR
+    found = beginnings(problem, nominal)
     assert found is not None
     short, refitted = found
     kept = sum(record.samples for record in short.records)
     assert 0.1 * 3 * SAMPLES < kept < 0.9 * 3 * SAMPLES
     assert misfit(short, refitted) < FAR
     for record in short.records:
-        whole = next(one for one in data.records if one.name == record.name)
+        whole = next(one for one in problem.records if one.name == record.name)
         np.testing.assert_array_equal(
             record.measured["displacement"], whole.measured["displacement"][: record.samples]
         )
-    examined = examine(refitted, short, ("drive.delay", "friction.coulomb", "stiffness.quintic"))
+    examined = run_residual_tests(refitted, short, ("drive.delay", "friction.coulomb", "stiffness.quintic"))
     named = [one.mechanism != "" for one in examined.directions]
     removed = np.where(named, examined.projected.single(), 0.0)
     assert examined.directions[int(np.argmax(removed))].mechanism == "drive.delay"
 
 
 def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() -> None:
-    data, nominal = hopping()
+    problem, nominal = hopping()
     noise = np.random.default_rng(0).standard_normal(SAMPLES)
-    deaf = tuple(replace(one, measured={"displacement": noise}) for one in data.records)
-    assert beginnings(replace(data, records=deaf), nominal) is None
-    found = beginnings(data, nominal)
+    deaf = tuple(replace(one, measured={"displacement": noise}) for one in problem.records)
+    assert beginnings(replace(problem, records=deaf), nominal) is None
+    found = beginnings(problem, nominal)
     assert found is not None
     assert beginnings(*found) is None
 
@@ -92,12 +92,14 @@ def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() 
 @pytest.mark.parametrize("hops", [True, False])
 def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: bool) -> None:
     """However small that is beside the motion of all records."""
-    data, nominal = hopping()
-    found = beginnings(data, nominal)
+    problem, nominal = hopping()
+    found = beginnings(problem, nominal)
     assert found is not None
     short, followed = found
-    record = data.records[0]
-    line = followed.sensitivity.linearise(record, followed.shared, followed.starts[0], data.steps_per_period)
+    record = problem.records[0]
+    line = followed.sensitivity.linearise(
+        record, followed.shared, followed.starts[0], problem.steps_per_period
+    )
     assert line is not None
     reading = record.measured["displacement"].copy()
     reading[record.first :] += line.residual[0]
@@ -108,11 +110,12 @@ def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: b
 
 
 def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after() -> None:
-    data, nominal = hopping()
+    problem, nominal = hopping()
     held = tuple(
-        replace(one, stimulus=replace(one.stimulus, holds={"drive": "band-limited"})) for one in data.records
+        replace(one, stimulus=replace(one.stimulus, holds={"drive": "band-limited"}))
+        for one in problem.records
     )
-    found = beginnings(replace(data, records=held), nominal)
+    found = beginnings(replace(problem, records=held), nominal)
     assert found is not None
     for record in found[0].records:
         whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
@@ -122,66 +125,66 @@ def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after
 
 
 @cache
-def rocked_over() -> Data:
+def rocked_over() -> Problem:
     """A record that is rocked ever more until it gets over the ridge, again and again; one that stays in its well."""
     plant = device(**WELLS)
     time_s = PERIOD_S * np.arange(SAMPLES)
     rocking = np.sin(2.0 * np.pi * 7.0 * time_s)
     growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
     records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
-    return Data(
+    return Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
 
 
 def test_what_next_to_nothing_decides_is_no_judge() -> None:
-    data = rocked_over()
-    truth = fitted(data, device(**WELLS), (), iterations=0)
+    problem = rocked_over()
+    truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
-    short = foreseeable(data, truth)
-    assert unforeseeable(data, truth) == 1
+    short = foreseeable(problem, truth)
+    assert unforeseeable(problem, truth) == 1
     assert [one.samples < SAMPLES for one in short.records] == [True, False]
     assert unforeseeable(short, truth) == 0
     assert foreseeable(short, truth) is short
-    record, kept = data.records[0], short.records[0].samples
+    record, kept = problem.records[0], short.records[0].samples
     values = truth.values_of(0)
     nudged = values.copy()
     nudged[[one.name for one in truth.simulation.parameters].index("stiffness")] *= 1.0 + 1e-5
     runs = truth.simulation.predict(
         record.stimulus, np.stack([values, nudged]), np.tile(truth.start(0), (2, 1))
     )
-    apart = np.abs(np.diff(runs.outputs["displacement"], axis=0)[0]) / data.size("displacement")
+    apart = np.abs(np.diff(runs.outputs["displacement"], axis=0)[0]) / problem.size("displacement")
     assert apart[:kept].max() < 0.05 < 0.5 < apart[kept:].max()
 
 
 def test_a_diagnosis_begins_before_that_and_says_so() -> None:
-    data, heard = rocked_over(), []
-    found = begun(data, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
+    problem, heard = rocked_over(), []
+    found = fit_nominal(problem, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
     assert "the nominal model as far as what it does is foreseeable" in heard
     assert found.uncut
-    assert found.data.samples < data.samples
-    assert [f"of {data.samples} samples {found.data.samples} were used" in one for one in found.said] == [
-        True
-    ]
-    assert misfit(found.data, found.nominal) < 0.02
+    assert found.problem.samples < problem.samples
+    assert [
+        f"of {problem.samples} samples {found.problem.samples} were used" in one for one in found.said
+    ] == [True]
+    assert misfit(found.problem, found.nominal) < 0.02
 
 
 def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_something_missing() -> None:
-    data = rocked_over()
-    truth = fitted(data, device(**WELLS), (), iterations=0)
+    problem = rocked_over()
+    truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
     found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
-    told = [unseen(found, data, (record,), truth) for record in data.records]
-    assert ["1 of 1 records" in one.said for one in told if one] == [True, False]
-    assert [one.is_gap for one in told if one] == [False, False]
+    report = [unseen(found, problem, (record,), truth) for record in problem.records]
+    assert ["1 of 1 records" in one.said for one in report if one] == [True, False]
+    assert [one.is_gap for one in report if one] == [False, False]
 
 
 def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_already() -> None:
-    data = rocked_over()
-    truth = fitted(data, device(**WELLS), (), iterations=0)
+    problem = rocked_over()
+    truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
-    short = foreseeable(data, truth)
-    period = period_of(data, short.records[0])
+    short = foreseeable(problem, truth)
+    period = period_of(problem, short.records[0])
 
     def parting(record: FitRecord) -> FitRecord:
         reading = record.measured["displacement"].copy()
@@ -190,5 +193,5 @@ def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_al
 
     parted = replace(short, records=tuple(parting(record) for record in short.records))
     first, second = (record.samples for record in short.records)
-    assert _before_parting(data, short, truth) == [first, second]
-    assert _before_parting(data, parted, truth) == [first - 2 * period, second]
+    assert _before_parting(problem, short, truth) == [first, second]
+    assert _before_parting(problem, parted, truth) == [first - 2 * period, second]

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely
 from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import OSCILLATOR
@@ -25,7 +25,7 @@ HOPPING = 2
 
 
 @cache
-def between_wells() -> Data:
+def between_wells() -> Problem:
     """Two records within a well and one that hops."""
     plant = device(**WELLS)
     values = np.array([one.value for one in plant.parameters])
@@ -40,49 +40,51 @@ def between_wells() -> Data:
         records.append(
             FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         )
-    return Data(subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0)
+    return Problem(
+        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+    )
 
 
-def gone_astray(data: Data) -> Hypothesis:
+def gone_astray(problem: Problem) -> Hypothesis:
     """Fitted from a stiffness that is a little off: it crosses at other moments, and ends there."""
     plant = device(**WELLS)
     values = np.array([one.value for one in plant.parameters])
     names = [one.name for one in plant.parameters]
     values[names.index("stiffness")] *= 1.05
-    found = fitted(data, plant.with_values(values), ())
+    found = fit_hypothesis(problem, plant.with_values(values), ())
     assert found is not None
     return found
 
 
-def noise_cost(data: Data) -> float:
-    samples = sum(record.samples - record.first for record in data.records)
-    return 0.5 * samples * (NOISE_MM / data.size("displacement")) ** 2
+def noise_cost(problem: Problem) -> float:
+    samples = sum(record.samples - record.first for record in problem.records)
+    return 0.5 * samples * (NOISE_MM / problem.size("displacement")) ** 2
 
 
 def test_a_record_that_is_lost_is_caught_up_with() -> None:
-    data = between_wells()
-    astray = gone_astray(data)
-    assert astray.cost > 100.0 * noise_cost(data)
-    found = caught_up(data, astray)
-    assert found.cost == pytest.approx(noise_cost(data), rel=0.1)
-    assert caught_up(data, found) is found  # none stands out any more
+    problem = between_wells()
+    astray = gone_astray(problem)
+    assert astray.cost > 100.0 * noise_cost(problem)
+    found = caught_up(problem, astray)
+    assert found.cost == pytest.approx(noise_cost(problem), rel=0.1)
+    assert caught_up(problem, found) is found  # none stands out any more
 
 
 def test_what_cannot_be_followed_is_left_as_it_is() -> None:
-    data = between_wells()
+    problem = between_wells()
     noise = {"displacement": np.random.default_rng(0).standard_normal(SAMPLES)}
-    deaf = (*data.records[:HOPPING], replace(data.records[HOPPING], measured=noise))
-    strange = replace(data, records=deaf)
-    nominal = fitted(strange, device(**WELLS), ())
+    deaf = (*problem.records[:HOPPING], replace(problem.records[HOPPING], measured=noise))
+    strange = replace(problem, records=deaf)
+    nominal = fit_hypothesis(strange, device(**WELLS), ())
     assert nominal is not None
     assert caught_up(strange, nominal).cost == pytest.approx(nominal.cost, rel=0.05)
-    alone = replace(data, records=data.records[HOPPING:])
-    one = fitted(alone, device(**WELLS), ())
+    alone = replace(problem, records=problem.records[HOPPING:])
+    one = fit_hypothesis(alone, device(**WELLS), ())
     assert one is not None
     assert caught_up(alone, one) is one
 
 
 def test_a_diagnosis_begins_with_every_record_followed() -> None:
-    data = between_wells()
-    _, nominal = finely(data, gone_astray(data))
-    assert nominal.cost == pytest.approx(noise_cost(data), rel=0.1)
+    problem = between_wells()
+    _, nominal = finely(problem, gone_astray(problem))
+    assert nominal.cost == pytest.approx(noise_cost(problem), rel=0.1)

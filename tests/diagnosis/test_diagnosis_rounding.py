@@ -9,10 +9,10 @@ import pytest
 from diagnosis_cases import PERIOD_S, device
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.diagnosis.residual.quantization import heard, rounding_errors, step_of
 from rtctl.diagnosis.residual.residual_rows import own_rows
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -41,14 +41,14 @@ def ring_down(seed: int) -> FitRecord:
     return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
 
 
-def examined(seed: int) -> Examined:
+def examined(seed: int) -> TestedHypothesis:
     records = tuple(ring_down(10 * seed + k) for k in range(3))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted(data, device(), ())
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    return examine(nominal, data, IDS)
+    return run_residual_tests(nominal, problem, IDS)
 
 
 def smallest_of_six() -> list[float]:
@@ -99,7 +99,7 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
         quiet, name="weak", stimulus=replace(quiet.stimulus, inputs={"drive": drive}),
         measured={"displacement": STEP_MM * np.round(0.05 * quiet.measured["displacement"] / STEP_MM)},
     )  # fmt: skip
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"],
         records=(loud, weak),
         scales=scales_of((loud, weak)),
@@ -107,11 +107,11 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
     )
     lengths = []
     for stiffness in (1.6e4, 2.4e4):
-        found = fitted(data, device(stiffness=(stiffness, "1/s^2")), (), iterations=0)
+        found = fit_hypothesis(problem, device(stiffness=(stiffness, "1/s^2")), (), iterations=0)
         assert found is not None
-        rows = own_rows(data, found)
+        rows = own_rows(problem, found)
         assert rows is not None
         lengths.append([row.residual.shape[1] for row in rows])
-        assert examine(found, data, IDS).p_value >= 0.0
+        assert run_residual_tests(found, problem, IDS).p_value >= 0.0
     assert lengths[0] == lengths[1]
     assert lengths[0][1] < 0.5 * lengths[0][0] < 0.5 * 3000

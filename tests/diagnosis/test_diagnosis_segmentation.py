@@ -13,7 +13,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.nominal_fit.segmentation import MOST, cut_up, remembers
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -44,7 +44,7 @@ def carriage(**more: float) -> Simulation:
     )
 
 
-def strokes(plant: Simulation, samples: int = 6000) -> Data:
+def strokes(plant: Simulation, samples: int = 6000) -> Problem:
     """One record of the carriage sent to and fro, ever faster."""
     t = PERIOD_S * np.arange(samples)
     drive = 40.0 * np.sign(np.sin(2.0 * np.pi * (0.3 + 0.02 * t) * t)) * (1.0 + 0.05 * t)
@@ -55,25 +55,25 @@ def strokes(plant: Simulation, samples: int = 6000) -> Data:
     return data_of((record,))
 
 
-def data_of(records: tuple[FitRecord, ...]) -> Data:
-    return Data(
+def data_of(records: tuple[FitRecord, ...]) -> Problem:
+    return Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
 
 
-def nominal_of(data: Data, simulation: Simulation) -> Hypothesis:
-    found = fitted_nominal(data, simulation, ())
+def nominal_of(problem: Problem, simulation: Simulation) -> Hypothesis:
+    found = fitted_nominal(problem, simulation, ())
     assert found is not None
     return found
 
 
 def test_a_mass_that_drifts_away_remembers_and_its_stretches_lose_no_sample() -> None:
-    data = strokes(carriage(level=120.0, offset=3.0))
-    nominal = nominal_of(data, carriage())
-    assert remembers(data, nominal)
-    short = cut_up(data, nominal)
+    problem = strokes(carriage(level=120.0, offset=3.0))
+    nominal = nominal_of(problem, carriage())
+    assert remembers(problem, nominal)
+    short = cut_up(problem, nominal)
     assert len(short.records) > 4
-    whole = data.records[0].measured["displacement"]
+    whole = problem.records[0].measured["displacement"]
     joined = np.concatenate([piece.measured["displacement"][:-1] for piece in short.records])
     np.testing.assert_array_equal(joined, whole[: len(joined)])
     assert len(joined) == len(whole) - 1
@@ -82,8 +82,8 @@ def test_a_mass_that_drifts_away_remembers_and_its_stretches_lose_no_sample() ->
 
 def test_a_spring_forgets_and_a_good_model_needs_no_stretches(tmp_path: Path) -> None:
     records, _, _ = split(read_dataset(friction_case(tmp_path)), SUBJECTS["oscillator"])
-    data = data_of(records)
-    assert not remembers(data, nominal_of(data, device()))
+    problem = data_of(records)
+    assert not remembers(problem, nominal_of(problem, device()))
     free = strokes(carriage(level=1e-9, offset=1e-9))
     assert not remembers(free, nominal_of(free, carriage()))
 
@@ -97,17 +97,17 @@ def test_a_spring_that_rings_through_the_record_is_no_drift() -> None:
         UNITS,
         "ringing",
     )
-    data = strokes(ringing)
-    record = data.records[0]
+    problem = strokes(ringing)
+    record = problem.records[0]
     reading = record.measured["displacement"]
-    data = data_of((replace(record, measured={"displacement": reading + 0.6 * reading.std()}),))
-    nominal = nominal_of(data, ringing)
-    assert misfit(data, nominal) > FAR
-    assert not remembers(data, nominal)
+    problem = data_of((replace(record, measured={"displacement": reading + 0.6 * reading.std()}),))
+    nominal = nominal_of(problem, ringing)
+    assert misfit(problem, nominal) > FAR
+    assert not remembers(problem, nominal)
 
 
 def test_very_many_stretches_are_thinned_evenly() -> None:
-    data = strokes(carriage(level=120.0, offset=3.0))
-    many = replace(data, records=data.records * 60)
-    short = cut_up(many, nominal_of(data, carriage()))
+    problem = strokes(carriage(level=120.0, offset=3.0))
+    many = replace(problem, records=problem.records * 60)
+    short = cut_up(many, nominal_of(problem, carriage()))
     assert len(short.records) == MOST

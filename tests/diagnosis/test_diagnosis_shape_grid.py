@@ -9,7 +9,7 @@ from vo2_model_cases import simulation
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Data, bounds, sensitivity_of
+from rtctl.diagnosis.problem.hypothesis import Problem, bounds, sensitivity_of
 from rtctl.diagnosis.search.shape_grid import shape_grid
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -36,9 +36,9 @@ def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
     residual = np.cos(2.0 * np.pi * frequency_Hz * time_s + 1.0) + 0.01 * rng.standard_normal(N)
     stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": residual}),)
-    data = Data(subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records))
+    problem = Problem(subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records))
     found = min(
-        abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, data, [residual[None]])
+        abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, problem, [residual[None]])
     )
     assert found < 0.01 / (N * PERIOD_S)
 
@@ -59,32 +59,34 @@ def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too(
     series = np.arange(float(N))
     stimulus = Stimulus(inputs={"current": series}, holds={"current": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"deflection": series}),)
-    data = Data(subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current"))
+    problem = Problem(
+        subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current")
+    )
     for identity, expected in (("sensor.self_heating", [1.0, 0.0]), ("thermal.nonlinear_loss", [1.0])):
-        grid = list(shape_grid(OF_VO2[identity], data, [series[None]]))
+        grid = list(shape_grid(OF_VO2[identity], problem, [series[None]]))
         assert [one.values["known"] for one in grid] == expected
         assert {one.trials for one in grid} == {1}
 
 
-def vo2_data(current_mA: float, resistance_ohm: float) -> Data:
+def vo2_data(current_mA: float, resistance_ohm: float) -> Problem:
     """Of a current, a deflection and a resistance of that size."""
     series = np.ones(N)
     stimulus = Stimulus(inputs={"current": current_mA * series}, holds={"current": "zero"}, period_s=PERIOD_S)
     measured = {LOG_RESISTANCE: np.log(resistance_ohm * series), "deflection": np.arange(float(N))}
     records = (FitRecord(name="r", stimulus=stimulus, measured=measured),)
-    return Data(subject=SUBJECTS["vo2"], records=records, scales=SUBJECTS["vo2"].scales(records))
+    return Problem(subject=SUBJECTS["vo2"], records=records, scales=SUBJECTS["vo2"].scales(records))
 
 
 def test_a_shape_that_is_zero_in_most_devices_is_looked_for_in_multiples_of_its_scale() -> None:
     """Ten times of nothing is nothing: a pure phase that expands was never found."""
-    data = vo2_data(8.0, 5e4)
+    problem = vo2_data(8.0, 5e4)
     made = simulation().extended(("hysteresis.rate_dependence",))
-    sensitivity = sensitivity_of(data, made, frozenset())
-    low, high = bounds(sensitivity, data.scales)
+    sensitivity = sensitivity_of(problem, made, frozenset())
+    low, high = bounds(sensitivity, problem.scales)
     names = [sensitivity.simulation.parameters[i].name for i in sensitivity.free]
     for name, scale, signed in (
         ("activation", 1.0 / 64.0, False),
-        ("expansion", data.scales.excursion / 64.0, True),
+        ("expansion", problem.scales.excursion / 64.0, True),
     ):
         k = names.index(f"hysteresis.rate_dependence.{name}")
         assert high[k] * sensitivity.scale[k] == pytest.approx(10.0 * scale)

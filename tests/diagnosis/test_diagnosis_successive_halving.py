@@ -14,20 +14,20 @@ from vo2_model_cases import predict, simulation, telegraph
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import runners_of
-from rtctl.diagnosis.search.challengers import second_chance
+from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.stepwise import _unstuck
 from rtctl.diagnosis.search.successive_halving import (
     PROMISING,
-    Runner,
+    Candidate,
     _in_another_form,
     _in_contention,
     _promising,
     _to_the_end,
-    race,
+    halve_successively,
 )
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -39,48 +39,50 @@ DRIFT = "thermal.ambient_drift"
 
 
 @pytest.fixture(scope="module")
-def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Data, Hypothesis]:
+def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypothesis]:
     folder: Path = tmp_path_factory.mktemp("race")
     records, _, _ = split(read_dataset(friction_case(folder)), SUBJECTS["oscillator"])
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted_nominal(data, device(), ())
+    nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
-    return data, nominal
+    return problem, nominal
 
 
-def runner(nominal: Hypothesis, coefficient: float) -> Runner:
+def runner(nominal: Hypothesis, coefficient: float) -> Candidate:
     """With a cubic spring of so many [1/(mm^2 s^2)] at the start."""
     neutral = nominal.simulation.extended(("stiffness.cubic",))
     values = np.array([parameter.value for parameter in neutral.parameters])
     values[-1] = coefficient
-    return Runner(
+    return Candidate(
         mechanisms=("stiffness.cubic",), simulation=neutral.with_values(values), starts=nominal.starts,
         still=frozenset(), neutral=neutral, parent=nominal,
     )  # fmt: skip
 
 
-def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Data, Hypothesis]) -> None:
-    data, nominal = fitted_case
-    (near,) = race(data, [runner(nominal, 0.0)], lambda text: None)
-    (astray,) = race(data, [runner(nominal, 1e7)], lambda text: None)
+def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Problem, Hypothesis]) -> None:
+    problem, nominal = fitted_case
+    (near,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
+    (astray,) = halve_successively(problem, [runner(nominal, 1e7)], lambda text: None)
     assert near.cost <= nominal.cost
     assert astray.cost == pytest.approx(near.cost, rel=1e-3)
 
 
-def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Data, Hypothesis]) -> None:
-    data, nominal = fitted_case
-    whole = fitted(data, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    begun = fitted(data, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
+def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
+    problem, nominal = fitted_case
+    whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
+    fit_nominal = fit_hypothesis(
+        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
+    )
     assert whole is not None
-    assert begun is not None
+    assert fit_nominal is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
-    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
+    assert fit_nominal.promised < fit_nominal.cost - 0.9 * (fit_nominal.cost - whole.cost)
 
 
 def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
-    fitted_case: tuple[Data, Hypothesis],
+    fitted_case: tuple[Problem, Hypothesis],
 ) -> None:
     _, nominal = fitted_case
 
@@ -104,71 +106,75 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
         stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "linear"}, period_s=PERIOD_S)
         reading = {"displacement": measured(late, drive)}
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=reading, first=1))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
-    nominal = fitted(data, device(), ())
+    nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    found = race(data, runners_of(examine(nominal, data, ("drive.lag",))), lambda text: None)[0]
+    found = halve_successively(
+        problem, candidates_of(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+    )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
     assert values["drive.lag.settled"] == 0.0
     assert "drive.lag.settled" in found.still
-    assert examine(found, data, ()).p_value > 0.01
+    assert run_residual_tests(found, problem, ()).p_value > 0.01
 
 
-def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Data, Hypothesis]) -> None:
+def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[Problem, Hypothesis]) -> None:
     """However little they have gained so far; a few of them, each by its most promising start."""
     _, nominal = fitted_case
     promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
-    begun = {
+    fit_nominal = {
         (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
         for name, those in promises.items()
     }
-    going = _promising(begun, 0.9)
+    going = _promising(fit_nominal, 0.9)
     assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
-    assert not _promising(begun, 0.4)
+    assert not _promising(fit_nominal, 0.4)
 
 
 def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
-    fitted_case: tuple[Data, Hypothesis], monkeypatch: pytest.MonkeyPatch
+    fitted_case: tuple[Problem, Hypothesis], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The cheapest start leads the set, and the most promising one is another."""
-    data, nominal = fitted_case
+    problem, nominal = fitted_case
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving.SECOND", 0)
     entered: list[float] = []
 
-    def counted(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
+    def counted(problem: Problem, one: Hypothesis, laps: int) -> Hypothesis:
         entered.append(one.cost)
         return one
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
     field = _to_the_end(
-        data, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
     )
     assert len(entered) == 1
     assert len(field) == 1
 
 
 def test_a_nominal_model_that_was_stuck_goes_where_the_best_cause_led(
-    fitted_case: tuple[Data, Hypothesis],
+    fitted_case: tuple[Problem, Hypothesis],
 ) -> None:
     """Only if it begins there below where it had ended, and ends far below."""
-    data, nominal = fitted_case
-    (first,) = race(data, [runner(nominal, 0.0)], lambda text: None)
-    assert _unstuck(data, nominal, first) is None
+    problem, nominal = fitted_case
+    (first,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
+    assert _unstuck(problem, nominal, first) is None
     detuned = [0.8 * one.value if one.name == "stiffness" else one.value for one in device().parameters]
-    stuck = fitted(data, device().with_values(np.array(detuned)), (), nominal.starts, 0)
+    stuck = fit_hypothesis(problem, device().with_values(np.array(detuned)), (), nominal.starts, 0)
     assert stuck is not None
-    lower = _unstuck(data, stuck, first)
+    lower = _unstuck(problem, stuck, first)
     assert lower is not None
     assert lower.mechanisms == ()
     assert lower.cost == pytest.approx(nominal.cost, rel=1e-3)
 
 
-def test_a_shorter_step_ends_between_the_parent_and_the_first(fitted_case: tuple[Data, Hypothesis]) -> None:
+def test_a_shorter_step_ends_between_the_parent_and_the_first(
+    fitted_case: tuple[Problem, Hypothesis],
+) -> None:
     _, nominal = fitted_case
     whole = runner(nominal, 200.0)
     part = whole.shorter(0.1)
@@ -184,20 +190,25 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
     records = (
         FitRecord(name="r", stimulus=stimulus, measured={"displacement": measured(device(late), drive)}),
     )
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
-    nominal = fitted_nominal(data, device(), ())
+    nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
     delayed = nominal.simulation.extended(("drive.delay",))
     values = np.array([parameter.value for parameter in delayed.parameters])
     values[-1] = 4e-3
-    found = fitted(data, delayed.with_values(values), ("drive.delay",), nominal.starts)
+    found = fit_hypothesis(problem, delayed.with_values(values), ("drive.delay",), nominal.starts)
     assert found is not None
     assert found.cost < 0.1 * nominal.cost
     stuck, ids = replace(nominal, mechanisms=("drive.lag",)), ("drive.delay", "drive.lag", "stiffness.cubic")
-    field = second_chance(
-        data, [examine(nominal, data, ids)], [found, stuck], ids, lambda text: None, Budget.of(60.0)
+    field = refit_challengers(
+        problem,
+        [run_residual_tests(nominal, problem, ids)],
+        [found, stuck],
+        ids,
+        lambda text: None,
+        Budget.of(60.0),
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
@@ -217,13 +228,13 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
             "deflection": deflection + 0.05 * draw.normal(size=along.samples),
         }
         records.append(FitRecord(name=f"r{seed}", stimulus=along, measured=readings))
-    data = Data(
+    problem = Problem(
         subject=SUBJECTS["vo2"], records=tuple(records), scales=scales_of(records, "deflection", "current"),
         steps_per_period=8.0,
     )  # fmt: skip
-    nominal = fitted(data, simulation(), ())
+    nominal = fit_hypothesis(problem, simulation(), ())
     assert nominal is not None
-    assert data.glance is not data
+    assert problem.glance is not problem
     ids = (
         "heater.tcr",
         "thermal.nonlinear_loss",
@@ -231,12 +242,14 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         "thermal.second_time_constant",
         DRIFT,
     )
-    field = race(data, runners_of(examine(nominal, data, ids)), lambda text: None)
+    field = halve_successively(
+        problem, candidates_of(run_residual_tests(nominal, problem, ids)), lambda text: None
+    )
     assert (DRIFT,) in [one.mechanisms for one in field]
 
 
 def test_another_form_of_a_set_that_goes_to_the_end_goes_with_it(
-    fitted_case: tuple[Data, Hypothesis],
+    fitted_case: tuple[Problem, Hypothesis],
 ) -> None:
     """A driven second mode beside a delay (three times the cost, its damping still at the default) against a mass."""
     _, nominal = fitted_case

@@ -16,7 +16,7 @@ from vo2_model_cases import UNITS
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.diagnosis.screening.unknown_initial_state import (
     WARM_PERIODS,
     WARM_PERIODS_OF_WELLS,
@@ -146,13 +146,13 @@ def test_a_start_that_the_scored_samples_have_forgotten_stays_where_the_record_s
     )  # fmt: skip
     record = FitRecord(name="r", first=1500, stimulus=stimulus, measured={"displacement": reading})
     subject = SUBJECTS["oscillator"]
-    data = Data(subject=subject, records=(record,), scales=subject.scales((record,)))
+    problem = Problem(subject=subject, records=(record,), scales=subject.scales((record,)))
     off = {"damping": (80.0, "1/s"), "stiffness": (1.2e4, "1/s^2")}
-    found = fitted(data, device(**off), ())
+    found = fit_hypothesis(problem, device(**off), ())
     assert found is not None
     assert found.values[0] == pytest.approx(60.0, rel=0.01)
-    assert abs(found.start(0)[0] - reading[0]) < data.scales.displacement
-    assert abs(found.start(0)[1] - speed) < data.scales.velocity
+    assert abs(found.start(0)[0] - reading[0]) < problem.scales.displacement
+    assert abs(found.start(0)[1] - speed) < problem.scales.velocity
 
 
 @njit(cache=True)
@@ -235,12 +235,12 @@ def test_what_a_film_remembers_of_a_history_that_is_not_known_is_no_gap(cut: int
         else dataclasses.replace(one, signals={name: values[cut:] for name, values in one.signals.items()})
         for one in whole.records
     )
-    data = dataclasses.replace(whole, records=records)
+    problem = dataclasses.replace(whole, records=records)
     simulation = vo2_simulation(model, UNITS, "model.toml")
     ids = ("actuation.delay", "sensor.lag", "sensor.ageing", "thermal.second_time_constant")
-    answer = diagnose(data, model, simulation, ids, DiagnosisOptions(threads=1))
+    answer = diagnose(problem, model, simulation, ids, DiagnosisOptions(threads=1))
     assert answer.verdict == "adequate"
     said = [one for one in answer.warnings if "where a full cooling leaves the device" in one]
     assert len(said) == (cut > 0)
-    scored = [record.first for record in (*answer.data.records, *answer.tests)]
+    scored = [record.first for record in (*answer.problem.records, *answer.tests)]
     assert 0 < max(scored) < 700 if cut else max(scored) == 0

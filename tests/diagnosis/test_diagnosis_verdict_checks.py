@@ -42,8 +42,8 @@ def test_white_noise_larger_than_the_motion_leaves_a_right_model_adequate(tmp_pa
 
 @pytest.mark.parametrize("gain", [1.0, 1.3])
 def test_a_test_record_with_another_sensor_gain_is_a_gap(tmp_path: Path, gain: float) -> None:
-    *fitted, (drive, reading, use) = records_of((1, 2, 3))
-    verdict, warnings = diagnosed(tmp_path, [*fitted, (drive, gain * reading, use)])
+    *fit_hypothesis, (drive, reading, use) = records_of((1, 2, 3))
+    verdict, warnings = diagnosed(tmp_path, [*fit_hypothesis, (drive, gain * reading, use)])
     assert verdict == ("adequate" if gain == 1.0 else "unexplained")
     assert any("measured or written otherwise" in one for one in warnings) == (gain != 1.0)
 

@@ -189,8 +189,8 @@ def test_the_loop_drives_the_reference_device_over_a_pty(pipeline: int | None, t
         try:
             assert device.stdout is not None
             device.stdout.readline()
-            told = [word for setting in settings for word in ("--set", setting)]
-            assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *told]) == 0
+            report = [word for setting in settings for word in ("--set", setting)]
+            assert main(["acquire", str(file), "--out", str(tmp_path / "data"), "--quiet", *report]) == 0
         finally:
             device.kill()
     (record,) = (tmp_path / "data").glob("r0*.parquet")

@@ -69,9 +69,9 @@ def test_the_path_of_the_loop_is_the_simulation(identity):
     expected = np.array(predict(made, stimulus(CURRENT)))
     nominal = np.array(predict(simulation(), stimulus(CURRENT)))
     found = followed(made.model, CURRENT)
-    for own, told, plain in zip(found, expected, nominal, strict=True):
-        effect = np.std(told - plain)
-        assert np.std(own - told) < 0.02 * effect + 1e-9 * np.std(plain)
+    for own, report, plain in zip(found, expected, nominal, strict=True):
+        effect = np.std(report - plain)
+        assert np.std(own - report) < 0.02 * effect + 1e-9 * np.std(plain)
 
 
 @pytest.mark.parametrize(
@@ -83,9 +83,9 @@ def test_beside_a_current_that_does_not_heat_too(identity):
     made = simulation(**ZONE, **beside)
     expected = np.array(predict(made, stimulus(CURRENT)))
     without = np.array(predict(simulation(**beside), stimulus(CURRENT)))
-    for own, told, plain in zip(followed(made.model, CURRENT), expected, without, strict=True):
-        assert np.std(told - plain) > 0.02 * np.std(plain)
-        assert np.std(own - told) < 0.05 * np.std(told - plain)
+    for own, report, plain in zip(followed(made.model, CURRENT), expected, without, strict=True):
+        assert np.std(report - plain) > 0.02 * np.std(plain)
+        assert np.std(own - report) < 0.05 * np.std(report - plain)
 
 
 def test_all_of_them_at_once_and_the_corrections_too():
@@ -99,8 +99,8 @@ def test_all_of_them_at_once_and_the_corrections_too():
     model = dataclasses.replace(made.model, corrections=corrections)
     expected = np.array(predict(vo2_simulation(model, {}, "case"), stimulus(CURRENT)))
     found = followed(model, CURRENT)
-    for own, told in zip(found, expected, strict=True):
-        assert np.std(own - told) < 0.02 * np.std(told)
+    for own, report in zip(found, expected, strict=True):
+        assert np.std(own - report) < 0.02 * np.std(report)
 
 
 @pytest.mark.parametrize("identity", [*CASES, "zone"])

@@ -461,9 +461,9 @@ def test_a_value_in_another_unit_is_converted() -> None:
 def test_what_is_wrong_with_a_mechanism_is_told_with_file_key_and_what_is_near(
     identity: str, values: dict[str, tuple[float, str]], words: list[str]
 ) -> None:
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as report:
         oscillator_simulation(model((identity, values)), UNITS, "beam.toml")
-    message = str(told.value)
+    message = str(report.value)
     assert all(line.startswith("beam.toml: ") for line in message.splitlines())
     for word in words:
         assert word in message
@@ -471,9 +471,9 @@ def test_what_is_wrong_with_a_mechanism_is_told_with_file_key_and_what_is_near(
 
 def test_all_that_is_wrong_is_told_at_once() -> None:
     file = model(("friction.columb", {}), ("drive.lag", {}), ("drive.delay", {"delay": (1.0, "mm")}))
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as report:
         oscillator_simulation(file, UNITS, "beam.toml")
-    assert [line.split(":")[1].split()[0] for line in str(told.value).splitlines()] == [
+    assert [line.split(":")[1].split()[0] for line in str(report.value).splitlines()] == [
         "model.mechanisms.0.id", "model.mechanisms.1.parameters.time_constant", "model.mechanisms.2.parameters.delay",
     ]  # fmt: skip
 

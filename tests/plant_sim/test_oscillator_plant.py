@@ -228,5 +228,5 @@ def test_a_model_that_the_program_wrote_tells_the_units_of_its_device(z: str, u:
     gain = next(one for one in NOMINAL_PARAMETERS if one.name == "drive_gain").unit_in(z=z, u=u)
     tables = {"drive_gain": {"value": 3.0, "unit": gain}}
     model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}})
-    told = read_device_table(model, tmp_path / "model.toml")
-    assert (told.displacement.unit, told.drive.unit) == (z, u)
+    report = read_device_table(model, tmp_path / "model.toml")
+    assert (report.displacement.unit, report.drive.unit) == (z, u)

@@ -76,21 +76,21 @@ def test_a_stopped_study_goes_on_where_it_was(tmp_path: Path) -> None:
 
     toy = study(Step("one", counted), Step("two", stopped))
     with pytest.raises(KeyboardInterrupt):
-        run_study(toy, tmp_path, short=True, told=calls.append)
-    found = run_study(toy, tmp_path, short=True, told=lambda line: None)
+        run_study(toy, tmp_path, short=True, report=calls.append)
+    found = run_study(toy, tmp_path, short=True, report=lambda line: None)
     assert [section.title for section, _ in found] == ["Tracking", "Second"]
     assert calls.count("first") == 1
 
     (tmp_path / "pictures" / "line.png").unlink()
-    run_study(toy, tmp_path, short=True, told=lambda line: None)
+    run_study(toy, tmp_path, short=True, report=lambda line: None)
     assert calls.count("first") == 2  # its picture is gone
-    run_study(toy, tmp_path, short=False, told=lambda line: None)
+    run_study(toy, tmp_path, short=False, report=lambda line: None)
     assert calls.count("first") == 3  # a short section is none of a full report
 
 
 def test_the_report_has_every_figure_beside_the_papers(tmp_path: Path) -> None:
     toy = study(Step("one", drawn))
-    sections = run_study(toy, tmp_path, short=True, told=lambda line: None)
+    sections = run_study(toy, tmp_path, short=True, report=lambda line: None)
     write_report(toy, sections, tmp_path, "rtctl reproduce toy", "2020-01-01")
     text = (tmp_path / "report.md").read_text()
     assert "| mean error | um | 1.1 | 0.55 | 0.5 |  |" in text

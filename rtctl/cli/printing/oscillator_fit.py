@@ -31,7 +31,7 @@ def run_oscillator(args: argparse.Namespace) -> int:
     with progress_bar(f"identify {dataset.name}", 1000, quiet=quiet) as advance:
         found = identify_oscillator(
             dataset, start, build_simulation, options,
-            source=str(args.model or "nominal model"), told=lambda text, share: advance(round(1000 * share)),
+            source=str(args.model or "nominal model"), report=lambda text, share: advance(round(1000 * share)),
         )  # fmt: skip
     provenance = provenance_of(found, dataset, args)
     write_oscillator_model(args.out, ModelFile(model=found.model.model, provenance=provenance))

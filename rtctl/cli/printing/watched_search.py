@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rtctl.cli.options import stop_on_interrupt
-from rtctl.diagnosis.search.catalogue_search import Stopped
+from rtctl.diagnosis.search.catalogue_search import StoppedByUser
 from rtctl.output.progress import say
 
 
@@ -16,13 +16,13 @@ def watched_search(title: str, *, quiet: bool) -> Iterator[Callable[[str], None]
     """`told(what)` for `diagnose`: raises Stopped after Ctrl-C or SIGTERM; the second Ctrl-C is immediate."""
     with stop_on_interrupt() as stop_requested, _shown(title, quiet=quiet) as show:
 
-        def told(text: str) -> None:
+        def report(text: str) -> None:
             if stop_requested():
                 show("stopping: writing what is done")
-                raise Stopped
+                raise StoppedByUser
             show(text)
 
-        yield told
+        yield report
 
 
 @contextmanager

@@ -37,7 +37,10 @@ def run(args: argparse.Namespace) -> int:
     study = importlib.import_module(f"rtctl.reproduce.{args.study}.study").STUDY
     quiet = args.quiet or args.json
     sections = run_study(
-        study, folder, short=args.short, told=lambda line: say(f"reproduce {args.study}: {line}", quiet=quiet)
+        study,
+        folder,
+        short=args.short,
+        report=lambda line: say(f"reproduce {args.study}: {line}", quiet=quiet),
     )
     words = ["rtctl", "reproduce", args.study, "--out", str(args.out), *(["--short"] if args.short else [])]
     write_report(study, sections, folder, shlex.join(words), f"{date.today():%Y-%m-%d}, rtctl {__version__}")

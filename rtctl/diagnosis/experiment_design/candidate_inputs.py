@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import check
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.scenario.schema import profile_of, scenario_of
 
@@ -85,38 +85,38 @@ class _Setting(NamedTuple):
         return f"{max(1, round(value / self.period_s)) * self.period_s:.9g} s"
 
 
-def drive_range(data: Data) -> tuple[float, float]:
+def drive_range(problem: Problem) -> tuple[float, float]:
     """[drive unit] Largest seen, to both sides where the drive has a sign."""
-    drive = data.subject.drive
-    low = min(float(record.stimulus.inputs[drive].min()) for record in data.records)
-    high = max(float(record.stimulus.inputs[drive].max()) for record in data.records)
+    drive = problem.subject.drive
+    low = min(float(record.stimulus.inputs[drive].min()) for record in problem.records)
+    high = max(float(record.stimulus.inputs[drive].max()) for record in problem.records)
     if low < 0.0:
         return -max(-low, high), max(-low, high)
     return low, high
 
 
-def menu(data: Data, units: Mapping[str, str]) -> list[Input]:
+def menu(problem: Problem, units: Mapping[str, str]) -> list[Input]:
     """All entries; none where nothing drove the records or they are too fast for a device's clock."""
-    low, high = drive_range(data)
-    period_us = round(1e6 * min(record.period_s for record in data.records))
+    low, high = drive_range(problem)
+    period_us = round(1e6 * min(record.period_s for record in problem.records))
     if not (high > low and period_us >= 1):
         return []
     period_s = 1e-6 * period_us
-    samples = min(MOST_SAMPLES, LONGER * int(np.median([record.samples for record in data.records])))
-    frequency = data.scales.rate / (2.0 * np.pi)
+    samples = min(MOST_SAMPLES, LONGER * int(np.median([record.samples for record in problem.records])))
+    frequency = problem.scales.rate / (2.0 * np.pi)
     settings = [(level, 1) for level in LEVELS]
     settings += [
-        (LEVELS[-1], k) for k in data.subject.slower if frequency * k * period_s * LEAST_A_PERIOD <= 1.0
+        (LEVELS[-1], k) for k in problem.subject.slower if frequency * k * period_s * LEAST_A_PERIOD <= 1.0
     ]
     made = []
     for level, slower in settings:
-        at = f"at {level:.0%} of {high:.4g} {units[data.subject.drive]}"
+        at = f"at {level:.0%} of {high:.4g} {units[problem.subject.drive]}"
         if slower > 1:
             at += f", a sample each {slower * period_s:.4g} s"
         setting = _Setting(level, frequency, samples * period_s, slower * period_s, slower, at)
         for statement, table in _tables(setting):
-            scenario = _scenario(data.subject, table, units, low, high, period_us)
-            profile = profile_of(data.subject.kind, units.get("drive"), units.get("displacement"))
+            scenario = _scenario(problem.subject, table, units, low, high, period_us)
+            profile = profile_of(problem.subject.kind, units.get("drive"), units.get("displacement"))
             checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
             try:
                 levels = checked.excitation[0].build(low, high, setting.period_s)

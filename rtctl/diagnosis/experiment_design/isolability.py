@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 
 class Isolability(NamedTuple):
@@ -32,7 +32,7 @@ class Isolability(NamedTuple):
         return tuple(name for _, name in sorted(others, reverse=True))
 
 
-def isolability(examined: Examined) -> Isolability:
+def isolability(examined: TestedHypothesis) -> Isolability:
     """At the hypothesis of `examined`; a mechanism with several amplitudes or shapes by its most visible one."""
     projected = examined.projected
     best: dict[str, int] = {}

@@ -15,7 +15,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.candidate_inputs import Input, band_limited, menu
 from rtctl.diagnosis.experiment_design.design import ALIKE, DECIDES, Planned, Scored, planned
 from rtctl.diagnosis.experiment_design.t_optimality import Played, information, played, rest
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 
@@ -136,7 +136,7 @@ def _apart(names: Sequence[str]) -> str:
 
 
 def next_experiment(
-    candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel],
+    candidates: Sequence[Hypothesis], nominal: Hypothesis, problem: Problem, noise: Sequence[NoiseModel],
     units: Mapping[str, str], *, nearest: bool = False,
 ) -> NextExperiment | None:  # fmt: skip
     """For two candidates or more, or the two that come `nearest` where none is a cause; None
@@ -148,25 +148,25 @@ def next_experiment(
     """
     if len(candidates) < 2:
         return None
-    known = [information(candidate, data, noise) for candidate in candidates]
+    known = [information(candidate, problem, noise) for candidate in candidates]
     possible = [
         (entry, brought)
-        for entry in menu(data, units)
-        if (brought := played(_record(entry, candidates[0], data), candidates, nominal, data, noise))
+        for entry in menu(problem, units)
+        if (brought := played(_record(entry, candidates[0], problem), candidates, nominal, problem, noise))
     ]
     if not possible:
         return None
 
     def settled(entry: Input) -> Played | None:
-        record = _record(entry, candidates[0], data)
-        return played(record, candidates, nominal, data, noise, settled=True)
+        record = _record(entry, candidates[0], problem)
+        return played(record, candidates, nominal, problem, noise, settled=True)
 
     found = _chosen(possible, known, settled)
     common = set.intersection(*(set(candidate.mechanisms) for candidate in candidates))
     names = [" + ".join(own for own in one.mechanisms if own not in common) for one in candidates]
-    told = dict.fromkeys(names[k] for pair in found.counted for k in pair)
+    report = dict.fromkeys(names[k] for pair in found.counted for k in pair)
     return NextExperiment(
-        found.plan, tuple(told), tuple((names[i], names[j]) for i, j in found.alike), found.menu, nearest
+        found.plan, tuple(report), tuple((names[i], names[j]) for i, j in found.alike), found.menu, nearest
     )
 
 
@@ -213,16 +213,16 @@ def _chosen(
         ]
 
 
-def _record(entry: Input, candidate: Hypothesis, data: Data) -> FitRecord:
+def _record(entry: Input, candidate: Hypothesis, problem: Problem) -> FitRecord:
     """Held as the records so far are, by the same chain; nothing was measured yet."""
-    drive = data.subject.drive
-    hold = data.records[0].stimulus.holds[drive]
+    drive = problem.subject.drive
+    hold = problem.records[0].stimulus.holds[drive]
     levels = entry.levels
     if hold == "band-limited":
-        levels = band_limited(levels, 2.0 * np.pi / (data.scales.rate * entry.period_s))
+        levels = band_limited(levels, 2.0 * np.pi / (problem.scales.rate * entry.period_s))
     nothing = np.zeros(len(entry.levels))
     peak = {
-        name: max(r.stimulus.peak.get(name, 0.0) for r in data.records)
+        name: max(r.stimulus.peak.get(name, 0.0) for r in problem.records)
         for name in candidate.sensitivity.outputs
     }
     stimulus = Stimulus(

@@ -18,7 +18,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.nominal_fit.predictability import PARTED, followed, period_of
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.projection import Rows
 from rtctl.diagnosis.screening.unknown_initial_state import has_two_wells
 from rtctl.identification.fit_record import FitRecord
@@ -95,10 +95,10 @@ class Played(NamedTuple):
         return float(np.sqrt(min(self.pairs[side].squared(known[side[1]]) for side in sides)))
 
 
-def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) -> FloatArray:
+def information(candidate: Hypothesis, problem: Problem, noise: Sequence[NoiseModel]) -> FloatArray:
     """(p, p) of the shared unknowns, from all records so far."""
     total = np.zeros((len(candidate.shared), len(candidate.shared)))
-    for record, line in zip(data.records, candidate.linearise(data), strict=True):
+    for record, line in zip(problem.records, candidate.linearise(problem), strict=True):
         rows = Rows(
             residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
             period_s=record.period_s,
@@ -109,7 +109,8 @@ def information(candidate: Hypothesis, data: Data, noise: Sequence[NoiseModel]) 
 
 
 def played(
-    record: FitRecord, candidates: Sequence[Hypothesis], nominal: Hypothesis, data: Data, noise: Sequence[NoiseModel],
+    record: FitRecord, candidates: Sequence[Hypothesis], nominal: Hypothesis, problem: Problem,
+    noise: Sequence[NoiseModel],
     *, settled: bool = False,
 ) -> Played | None:  # fmt: skip
     """`record`, of which the input is known, by all candidates; None where the device might be hurt.
@@ -119,17 +120,19 @@ def played(
     as slopes at rest tell.
     """
     outputs = candidates[0].sensitivity.outputs
-    furthest = {n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in data.records) for n in outputs}
+    furthest = {
+        n: FURTHEST * max(float(np.abs(r.measured[n]).max()) for r in problem.records) for n in outputs
+    }
     tables = []
     for candidate in candidates:
-        table = _table(record, candidate, _own(candidate), data)
+        table = _table(record, candidate, _own(candidate), problem)
         if table is None or any(np.abs(table[0, o]).max() > furthest[n] for o, n in enumerate(outputs)):
             return None
         tables.append(table)
     free = nominal.simulation.predict(record.stimulus, nominal.values_of(0), rest(nominal)[None])
     runs = [*(table[0] for table in tables), np.stack([free.outputs[name][0] for name in outputs])]
-    sizes = np.array([excursion(data, name) for name in outputs])
-    end = together(np.stack(runs), sizes, period_of(data, record))
+    sizes = np.array([excursion(problem, name) for name in outputs])
+    end = together(np.stack(runs), sizes, period_of(problem, record))
     count = record.samples
     models = [model.at(record.period_s) for model in noise]
 
@@ -142,7 +145,7 @@ def played(
     for i, j in itertools.permutations(range(len(candidates)), 2):
         rival, shared = white[j], len(candidates[j].shared)
         if settled:
-            rival = _begun_like(white[i][0], rival, candidates[j], record, data, whitened)
+            rival = _begun_like(white[i][0], rival, candidates[j], record, problem, whitened)
         pairs[i, j] = Pair.of(white[i][0], rival[0], rival[1:], shared)
     return Played(pairs, end == count)
 
@@ -152,14 +155,14 @@ def _own(candidate: Hypothesis) -> FloatArray:
     return np.append(rest(candidate), candidate.starts[0, candidate.states :])
 
 
-def _table(record: FitRecord, candidate: Hypothesis, own: FloatArray, data: Data) -> FloatArray | None:
+def _table(record: FitRecord, candidate: Hypothesis, own: FloatArray, problem: Problem) -> FloatArray | None:
     """(1 + p + q, outputs, n): what it predicts, and its slopes; None where it diverges."""
-    line = candidate.sensitivity.linearise(record, candidate.shared, own, data.steps_per_period)
+    line = candidate.sensitivity.linearise(record, candidate.shared, own, problem.steps_per_period)
     return None if line is None else np.concatenate((line.residual[None], line.shared, line.own))
 
 
 def _begun_like(
-    true: FloatArray, rival: FloatArray, candidate: Hypothesis, record: FitRecord, data: Data,
+    true: FloatArray, rival: FloatArray, candidate: Hypothesis, record: FitRecord, problem: Problem,
     whitened: Callable[[FloatArray], FloatArray],
 ) -> FloatArray:  # fmt: skip
     """The `rival`'s predictions and slopes (1 + p + q, n) from the own unknowns at which it comes nearest to `true`
@@ -172,7 +175,7 @@ def _begun_like(
             break
         step = np.linalg.lstsq(along.T, true - rival[0], rcond=1e-9)[0]
         there = own + step * candidate.sensitivity.state_scale
-        made = _table(record, candidate, there, data)
+        made = _table(record, candidate, there, problem)
         moved = whitened(made) if made is not None else None
         if moved is None or np.sum((true - moved[0]) ** 2) >= np.sum((true - rival[0]) ** 2):
             break
@@ -196,9 +199,9 @@ def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
     return min(reach)
 
 
-def excursion(data: Data, output: str) -> float:
+def excursion(problem: Problem, output: str) -> float:
     """RMS of the readings about each record's mean."""
-    readings = [record.measured[output][record.first :] for record in data.records]
+    readings = [record.measured[output][record.first :] for record in problem.records]
     count = sum(len(one) for one in readings)
     return float(np.sqrt(sum(len(one) * float(np.var(one)) for one in readings) / count))
 

@@ -15,7 +15,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, bounds, fitted, sensitivity_of
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, bounds, fit_hypothesis, sensitivity_of
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
 from rtctl.identification.oscillator.weak_form import half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut, settled
@@ -50,7 +50,7 @@ FINEST_STEPS = 256.0
 
 
 def approached(
-    data: Data, simulation: Simulation, still: frozenset[str] = frozenset(), *, settle: bool = True
+    problem: Problem, simulation: Simulation, still: frozenset[str] = frozenset(), *, settle: bool = True
 ) -> list[Simulation]:
     """`simulation` after each length of stretches; those over which it diverges are left out.
 
@@ -59,26 +59,26 @@ def approached(
     found: list[Simulation] = []
     if not simulation.state:
         return found
-    width_s = half_width(data.records, data.scales.rate)
+    width_s = half_width(problem.records, problem.scales.rate)
     for periods in PERIODS if settle else PERIODS[1:]:
-        length_s = periods * 2.0 * np.pi / data.scales.rate
-        sensitivity = sensitivity_of(data, simulation, still)
+        length_s = periods * 2.0 * np.pi / problem.scales.rate
+        sensitivity = sensitivity_of(problem, simulation, still)
         own = [simulation.parameters[k].value for k in sensitivity.of_record]
         cost = SegmentCost(
             sensitivity=sensitivity,
             segments=_stretches(
-                data, simulation, length_s, width_s, own, MOST_STRETCHES if settle else MOST_JUDGED
+                problem, simulation, length_s, width_s, own, MOST_STRETCHES if settle else MOST_JUDGED
             ),
-            sigma=np.array([data.size(name) for name in sensitivity.outputs]),
-            executor=data.executor,
-            steps_per_period=data.steps_per_period,
+            sigma=np.array([problem.size(name) for name in sensitivity.outputs]),
+            executor=problem.executor,
+            steps_per_period=problem.steps_per_period,
         )
         shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
         cost = _that_run(cost, shared)
         cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
-        low, high = bounds(sensitivity, data.scales)
+        low, high = bounds(sensitivity, problem.scales)
         reached = minimise(
-            cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=data.enough
+            cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=problem.enough
         )
         if reached is not None:
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
@@ -86,38 +86,38 @@ def approached(
     return found
 
 
-def over_stretches(data: Data, hypothesis: Hypothesis) -> float:
+def over_stretches(problem: Problem, hypothesis: Hypothesis) -> float:
     """Cost of the fitted set over short stretches, each from a state of its own: what does not rest on a long memory.
 
     A body without a spring drifts, and whatever is slow fits the drift of a free run; within a stretch there is none.
     """
     if not hypothesis.simulation.state:
         return hypothesis.cost
-    return _judged(data, hypothesis)[0]
+    return _judged(problem, hypothesis)[0]
 
 
-def left_over_stretches(data: Data, hypothesis: Hypothesis) -> float:
+def left_over_stretches(problem: Problem, hypothesis: Hypothesis) -> float:
     """RMS of what it leaves there, over the outputs' sizes; of a simulation that has states."""
-    cost, samples = _judged(data, hypothesis)
+    cost, samples = _judged(problem, hypothesis)
     return float(np.sqrt(2.0 * cost / samples)) if samples else np.inf
 
 
-def _judged(data: Data, hypothesis: Hypothesis) -> tuple[float, int]:
+def _judged(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
     """Cost over stretches, and of how many samples; infinite where one diverges."""
     simulation = hypothesis.simulation
     apart = hypothesis.sensitivity.of_record.tolist()
-    sensitivity = Sensitivity.of(simulation, data.records, apart, scales=data.scales, of_record=apart)
+    sensitivity = Sensitivity.of(simulation, problem.records, apart, scales=problem.scales, of_record=apart)
     own = [simulation.parameters[k].value for k in apart]
     length_s, width_s = (
-        JUDGED_PERIODS * 2.0 * np.pi / data.scales.rate,
-        half_width(data.records, data.scales.rate),
+        JUDGED_PERIODS * 2.0 * np.pi / problem.scales.rate,
+        half_width(problem.records, problem.scales.rate),
     )
     cost = SegmentCost(
         sensitivity=sensitivity,
-        segments=_stretches(data, simulation, length_s, width_s, own, MOST_JUDGED),
-        sigma=np.array([data.size(name) for name in sensitivity.outputs]),
-        executor=data.executor,
-        steps_per_period=data.steps_per_period,
+        segments=_stretches(problem, simulation, length_s, width_s, own, MOST_JUDGED),
+        sigma=np.array([problem.size(name) for name in sensitivity.outputs]),
+        executor=problem.executor,
+        steps_per_period=problem.steps_per_period,
     )
     nothing = np.empty(0)
     reached = minimise(
@@ -128,10 +128,10 @@ def _judged(data: Data, hypothesis: Hypothesis) -> tuple[float, int]:
 
 
 def _stretches(
-    data: Data, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float], most: int
+    problem: Problem, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float], most: int
 ) -> list[Segment]:
     """At most so many, spread evenly over all records; `own`: what each record has for itself."""
-    pieces = [piece for record in data.records for piece in cut(record, simulation, length_s, width_s)]
+    pieces = [piece for record in problem.records for piece in cut(record, simulation, length_s, width_s)]
     chosen = np.linspace(0, len(pieces) - 1, min(most, len(pieces))).round().astype(int)
     return [pieces[k]._replace(joined=False, start=np.append(pieces[k].start, own)) for k in chosen]
 
@@ -155,36 +155,38 @@ def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Un
     return cost, unknowns._replace(own=unknowns.own[kept])
 
 
-def fitted_nominal(data: Data, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
+def fitted_nominal(problem: Problem, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:
     """The best fit of whole records, from the model's own values, or those of short stretches; None: it diverges.
 
     Where the lowest ends far off, from every start: a jump between motions makes many minima.
     """
     tried = [
-        fitted(data, start, mechanisms, iterations=TRIAL)
-        for start in (simulation, *_level(data, simulation), *approached(data, simulation))
+        fit_hypothesis(problem, start, mechanisms, iterations=TRIAL)
+        for start in (simulation, *_level(problem, simulation), *approached(problem, simulation))
     ]
-    found = _ends([fitted(data, one.simulation, mechanisms, one.starts) for one in _nearest(tried)])
-    if not found or misfit(data, found[0]) >= FAR:
-        starts = approached(data, simulation, settle=False)
-        found = _ends([*found, *(fitted(data, start, mechanisms) for start in starts)])
+    found = _ends(
+        [fit_hypothesis(problem, one.simulation, mechanisms, one.starts) for one in _nearest(tried)]
+    )
+    if not found or misfit(problem, found[0]) >= FAR:
+        starts = approached(problem, simulation, settle=False)
+        found = _ends([*found, *(fit_hypothesis(problem, start, mechanisms) for start in starts)])
         shifted = _as_if_not_shifted(
-            data, simulation, mechanisms, misfit(data, found[0]) if found else np.inf
+            problem, simulation, mechanisms, misfit(problem, found[0]) if found else np.inf
         )
         found = [shifted] if shifted is not None else found
     return found[0] if found else None
 
 
-def _level(data: Data, simulation: Simulation) -> list[Simulation]:
+def _level(problem: Problem, simulation: Simulation) -> list[Simulation]:
     """`simulation` with its offsets where they put the outputs' means right, if one is off by more than all motion."""
-    if not data.subject.offsets:
+    if not problem.subject.offsets:
         return []
     values = np.array([one.value for one in simulation.parameters])
     names = [one.name for one in simulation.parameters]
-    runs = [simulation.predict(record.stimulus, values) for record in data.records]
+    runs = [simulation.predict(record.stimulus, values) for record in problem.records]
     moved = values.copy()
-    for output, offset in data.subject.offsets.items():
-        readings = [record.measured.get(output) for record in data.records]
+    for output, offset in problem.subject.offsets.items():
+        readings = [record.measured.get(output) for record in problem.records]
         if (
             offset not in names
             or not any(y is not None for y in readings)
@@ -201,16 +203,16 @@ def _level(data: Data, simulation: Simulation) -> list[Simulation]:
 
 
 def _as_if_not_shifted(
-    data: Data, simulation: Simulation, mechanisms: Sequence[str], left: float
+    problem: Problem, simulation: Simulation, mechanisms: Sequence[str], left: float
 ) -> Hypothesis | None:
     """The nominal model with the values of a fit beside a constant of the reading, where that is what is missing.
 
     A constant that is many times the motion is fitted by any other motion about that place, and no cause is a
     neighbour of that. None where it is not, or where such a fit leaves not much less than `left`.
     """
-    constant = data.subject.shifted_by
-    name = data.subject.output
-    readings = [record.measured.get(name) for record in data.records]
+    constant = problem.subject.shifted_by
+    name = problem.subject.output
+    readings = [record.measured.get(name) for record in problem.records]
     if (
         not constant
         or constant in mechanisms
@@ -224,14 +226,14 @@ def _as_if_not_shifted(
     values = np.array([one.value for one in beside.parameters])
     values[[one.mechanism == constant for one in beside.parameters]] = middle
     starts = [beside.with_values(values)]
-    starts += approached(data, starts[0])
-    tried = _ends([fitted(data, start, (*mechanisms, constant)) for start in starts])
-    if not tried or not misfit(data, tried[0]) < NOT_SHIFTED * left:
+    starts += approached(problem, starts[0])
+    tried = _ends([fit_hypothesis(problem, start, (*mechanisms, constant)) for start in starts])
+    if not tried or not misfit(problem, tried[0]) < NOT_SHIFTED * left:
         return None
     best = tried[0]
     own = best.simulation.parameters
     nominal = simulation.with_values(np.array([one.value for one in own if one.mechanism != constant]))
-    return fitted(data, nominal, mechanisms, best.starts, iterations=0)
+    return fit_hypothesis(problem, nominal, mechanisms, best.starts, iterations=0)
 
 
 def _ends(found: Sequence[Hypothesis | None]) -> list[Hypothesis]:
@@ -239,25 +241,28 @@ def _ends(found: Sequence[Hypothesis | None]) -> list[Hypothesis]:
     return sorted((one for one in found if one is not None), key=_cost)
 
 
-def misfit(data: Data, hypothesis: Hypothesis) -> float:
+def misfit(problem: Problem, hypothesis: Hypothesis) -> float:
     """RMS of what is left as a share of that of the signals about their means, over all outputs."""
     signal = 0.0
     for name in hypothesis.sensitivity.outputs:
-        readings = np.concatenate([record.measured[name][record.first :] for record in data.records])
-        signal += float(np.sum((readings - readings.mean()) ** 2)) / data.size(name) ** 2
+        readings = np.concatenate([record.measured[name][record.first :] for record in problem.records])
+        signal += float(np.sum((readings - readings.mean()) ** 2)) / problem.size(name) ** 2
     return float(np.sqrt(2.0 * hypothesis.cost / signal)) if signal > 0.0 else np.inf
 
 
-def fitted_again(data: Data, hypothesis: Hypothesis) -> Hypothesis:
+def fitted_again(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """The same set from the values of short stretches, if that is better; as it is where it is not far off."""
-    if misfit(data, hypothesis) < FAR:
+    if misfit(problem, hypothesis) < FAR:
         return hypothesis
     mechanisms, starts, still = hypothesis.mechanisms, hypothesis.starts, hypothesis.still
     tried = [
-        fitted(data, start, mechanisms, starts, TRIAL, still)
-        for start in approached(data, hypothesis.simulation, still)
+        fit_hypothesis(problem, start, mechanisms, starts, TRIAL, still)
+        for start in approached(problem, hypothesis.simulation, still)
     ]
-    found = [fitted(data, one.simulation, mechanisms, one.starts, still=still) for one in _nearest(tried)]
+    found = [
+        fit_hypothesis(problem, one.simulation, mechanisms, one.starts, still=still)
+        for one in _nearest(tried)
+    ]
     return _ends([hypothesis, *found])[0]
 
 
@@ -266,38 +271,40 @@ def _nearest(tried: Sequence[Hypothesis | None]) -> list[Hypothesis]:
     return sorted((one for one in tried if one is not None), key=_cost)[:FITTED]
 
 
-def finely(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis]:
+def finely(problem: Problem, nominal: Hypothesis) -> tuple[Problem, Hypothesis]:
     """Data with steps so fine that they are not the error, and the nominal model fitted with them to every record.
 
     Near a ridge between two wells, or over many periods of a light damping, the steps that suit most records leave
     more than the noise does.
     """
-    return fine_enough(data, caught_up(data, nominal), caught_up)
+    return fine_enough(problem, caught_up(problem, nominal), caught_up)
 
 
 def fine_enough(
-    data: Data, one: Hypothesis, put_right: Callable[[Data, Hypothesis], Hypothesis] = lambda data, one: one
-) -> tuple[Data, Hypothesis]:
+    problem: Problem,
+    one: Hypothesis,
+    correct: Callable[[Problem, Hypothesis], Hypothesis] = lambda problem, one: one,
+) -> tuple[Problem, Hypothesis]:
     """Data with steps so fine that they are not the error of `one`, and that fitted with them and `put_right`; the same
     data where they are.
     """
-    while data.steps_per_period is not None and _step_error(data, one) > STEP_ERROR * one.cost:
-        steps = 2.0 * data.steps_per_period
-        data = replace(data, steps_per_period=steps if steps <= FINEST_STEPS else None)
-        again = fitted(data, one.simulation, one.mechanisms, one.starts, still=one.still)
-        one = put_right(data, again) if again is not None else one
-    return data, one
+    while problem.steps_per_period is not None and _step_error(problem, one) > STEP_ERROR * one.cost:
+        steps = 2.0 * problem.steps_per_period
+        problem = replace(problem, steps_per_period=steps if steps <= FINEST_STEPS else None)
+        again = fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, still=one.still)
+        one = correct(problem, again) if again is not None else one
+    return problem, one
 
 
-def _step_error(data: Data, one: Hypothesis) -> float:
+def _step_error(problem: Problem, one: Hypothesis) -> float:
     """What the steps add to the outputs, on the scale of the cost; infinite where fine ones diverge."""
     total = 0.0
-    for index, record in enumerate(data.records):
+    for index, record in enumerate(problem.records):
         lanes = (one.values_of(index)[None], one.start(index)[None])
-        coarse = one.simulation.predict(record.stimulus, *lanes, data.steps_per_period)
+        coarse = one.simulation.predict(record.stimulus, *lanes, problem.steps_per_period)
         fine = one.simulation.predict(record.stimulus, *lanes)
         for name in one.sensitivity.outputs:
-            error = (coarse.outputs[name] - fine.outputs[name])[0, record.first :] / data.size(name)
+            error = (coarse.outputs[name] - fine.outputs[name])[0, record.first :] / problem.size(name)
             total += 0.5 * float(error @ error)
     return total if np.isfinite(total) else np.inf
 

@@ -10,7 +10,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
 from rtctl.diagnosis.nominal_fit.predictability import as_far_as_followed, beginnings, foreseeable
 from rtctl.diagnosis.nominal_fit.segmentation import cut_up, remembers
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.screening.checks import foreign
 
 LONG_MEMORY = (
@@ -29,12 +29,12 @@ UNFORESEEABLE = (
 DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
 
 
-class Begun(NamedTuple):
+class NominalFit(NamedTuple):
     """What the causes are looked for in."""
 
-    data: Data
+    problem: Problem
     nominal: Hypothesis
-    whole: tuple[Data, Hypothesis] | None
+    whole: tuple[Problem, Hypothesis] | None
     """Whole records and the nominal model fitted to them; None: on one of them it diverges from every start."""
     said: list[str]
     parted: bool = False
@@ -43,53 +43,53 @@ class Begun(NamedTuple):
     @property
     def uncut(self) -> bool:
         """Whether causes are looked for in whole records."""
-        return self.whole is not None and self.whole[0].records is self.data.records
+        return self.whole is not None and self.whole[0].records is self.problem.records
 
 
-def begun(data: Data, simulation: Simulation, told: Callable[[str], None]) -> Begun:
+def fit_nominal(problem: Problem, simulation: Simulation, report: Callable[[str], None]) -> NominalFit:
     """Raises RunError where the model diverges and follows next to nothing; `told` may raise to stop."""
     mechanisms = tuple(mechanism.id for mechanism in simulation.mechanisms)
-    told("the nominal model")
-    nominal = fitted_nominal(data, simulation, mechanisms)
+    report("the nominal model")
+    nominal = fitted_nominal(problem, simulation, mechanisms)
     if nominal is None:
-        told("the nominal model as far as it follows the records")
-        short, nominal = _without_running_away(data, simulation, mechanisms)
-        if short.samples < data.samples:
-            left = PARTS.format("run away from", "", short.samples, data.samples, len(short.records))
+        report("the nominal model as far as it follows the records")
+        short, nominal = _without_running_away(problem, simulation, mechanisms)
+        if short.samples < problem.samples:
+            left = PARTS.format("run away from", "", short.samples, problem.samples, len(short.records))
             short, nominal = finely(short, nominal)
             said = foreign(short, nominal.sensitivity.outputs, nominal.cost)
-            return Begun(short, nominal, None, [*said, left])
-        data = short
+            return NominalFit(short, nominal, None, [*said, left])
+        problem = short
     beyond: list[str] = []
-    if (sure := foreseeable(data, nominal)) is not data:
-        told("the nominal model as far as what it does is foreseeable")
+    if (sure := foreseeable(problem, nominal)) is not problem:
+        report("the nominal model as far as what it does is foreseeable")
         again = fitted_nominal(sure, simulation, mechanisms)
         if again is not None:
-            beyond = [UNFORESEEABLE.format(data.samples, sure.samples, len(sure.records))]
-            data, nominal = sure, again
-    whole = data, nominal = finely(data, nominal)
-    said = [*foreign(data, nominal.sensitivity.outputs, nominal.cost), *beyond]
-    if remembers(data, nominal):
-        told("the nominal model within short stretches")
-        short = cut_up(data, nominal)
+            beyond = [UNFORESEEABLE.format(problem.samples, sure.samples, len(sure.records))]
+            problem, nominal = sure, again
+    whole = problem, nominal = finely(problem, nominal)
+    said = [*foreign(problem, nominal.sensitivity.outputs, nominal.cost), *beyond]
+    if remembers(problem, nominal):
+        report("the nominal model within short stretches")
+        short = cut_up(problem, nominal)
         within = fitted_nominal(short, simulation, mechanisms)
         if within is None:
             raise RunError(DIVERGES)
-        return Begun(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
-    if (followed := beginnings(data, nominal)) is not None:
-        told("the nominal model as far as it follows the records")
+        return NominalFit(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
+    if (followed := beginnings(problem, nominal)) is not None:
+        report("the nominal model as far as it follows the records")
         short, nominal = finely(*followed)
         where = ("part from", ", as between two motions")
-        said.append(PARTS.format(*where, short.samples, data.samples, len(short.records)))
-        return Begun(short, nominal, whole, said, parted=True)
-    return Begun(data, nominal, whole, said)
+        said.append(PARTS.format(*where, short.samples, problem.samples, len(short.records)))
+        return NominalFit(short, nominal, whole, said, parted=True)
+    return NominalFit(problem, nominal, whole, said)
 
 
 def _without_running_away(
-    data: Data, simulation: Simulation, mechanisms: tuple[str, ...]
-) -> tuple[Data, Hypothesis]:
+    problem: Problem, simulation: Simulation, mechanisms: tuple[str, ...]
+) -> tuple[Problem, Hypothesis]:
     """A softening spring that is a little off runs away where the device stays: fitted to what comes before."""
-    followed = as_far_as_followed(data, simulation, mechanisms) if simulation.state else None
+    followed = as_far_as_followed(problem, simulation, mechanisms) if simulation.state else None
     if followed is None:
         raise RunError(DIVERGES)
     return followed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rtctl.border.mechanisms import Scales, plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.report.answer import estimates_of
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 TIMES = 2.0
 """As large, or as small."""
@@ -17,7 +17,7 @@ MOVED = (
 )
 
 
-def far_off(given: Simulation, refitted: Examined, scales: Scales) -> list[str]:
+def far_off(given: Simulation, refitted: TestedHypothesis, scales: Scales) -> list[str]:
     """Of `given`, the model's file."""
     moved = []
     of_file = {one.name: one for one in given.parameters}

@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, approached, misfit
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
 
 PARTED = 0.5
@@ -40,58 +40,58 @@ FORESEEN = 1e3
 """The same where a record that gets steeper than `UNDECIDED` is cut."""
 
 
-def beginnings(data: Data, nominal: Hypothesis) -> tuple[Data, Hypothesis] | None:
+def beginnings(problem: Problem, nominal: Hypothesis) -> tuple[Problem, Hypothesis] | None:
     """The data that the nominal model follows, and the nominal model fitted to them; None where it follows all, or
     next to none.
     """
     if not nominal.states:
         return None
-    if misfit(data, nominal) < FAR and _share_after(data, nominal) < MOST:
+    if misfit(problem, nominal) < FAR and _share_after(problem, nominal) < MOST:
         return None
-    found = as_far_as_followed(data, nominal.simulation, nominal.mechanisms)
-    if found is None or found[0].samples == data.samples:
+    found = as_far_as_followed(problem, nominal.simulation, nominal.mechanisms)
+    if found is None or found[0].samples == problem.samples:
         return None
     short, followed = found
-    kept = _before_parting(data, short, followed)
+    kept = _before_parting(problem, short, followed)
     again = _fitted_to(short, followed.simulation, followed.mechanisms, kept)
     return found if again is None else again
 
 
-def foreseeable(data: Data, nominal: Hypothesis) -> Data:
+def foreseeable(problem: Problem, nominal: Hypothesis) -> Problem:
     """The beginnings of records up to where what follows is not foreseeable; the same data where all of it is, or next
     to none.
     """
     kept = [
-        reach if reach >= record.first + LEAST_PERIODS * period_of(data, record) else 0
-        for record, reach in zip(data.records, _foreseen(data, nominal), strict=True)
+        reach if reach >= record.first + LEAST_PERIODS * period_of(problem, record) else 0
+        for record, reach in zip(problem.records, _foreseen(problem, nominal), strict=True)
     ]
     records = tuple(
-        record.beginning(count) for record, count in zip(data.records, kept, strict=True) if count
+        record.beginning(count) for record, count in zip(problem.records, kept, strict=True) if count
     )
-    short = replace(data, records=records)
-    return short if LEAST_SHARE * data.samples <= short.samples < data.samples else data
+    short = replace(problem, records=records)
+    return short if LEAST_SHARE * problem.samples <= short.samples < problem.samples else problem
 
 
-def unforeseeable(data: Data, hypothesis: Hypothesis) -> int:
+def unforeseeable(problem: Problem, hypothesis: Hypothesis) -> int:
     """Records of which the end is."""
     return sum(
         reach < record.samples
-        for record, reach in zip(data.records, _foreseen(data, hypothesis), strict=True)
+        for record, reach in zip(problem.records, _foreseen(problem, hypothesis), strict=True)
     )
 
 
-def _foreseen(data: Data, hypothesis: Hypothesis) -> list[int]:
+def _foreseen(problem: Problem, hypothesis: Hypothesis) -> list[int]:
     """Of each record, samples up to where what follows is not foreseeable."""
-    all_of_it = [record.samples for record in data.records]
+    all_of_it = [record.samples for record in problem.records]
     if not hypothesis.states:
         return all_of_it
     try:
-        lines = hypothesis.linearise(data)
+        lines = hypothesis.linearise(problem)
     except ArithmeticError:
         return all_of_it
-    sizes = np.array([data.size(name) for name in hypothesis.sensitivity.outputs])[:, None]
+    sizes = np.array([problem.size(name) for name in hypothesis.sensitivity.outputs])[:, None]
     found = []
-    for record, line in zip(data.records, lines, strict=True):
+    for record, line in zip(problem.records, lines, strict=True):
         steepest = np.max(np.abs(line.shared) / sizes, axis=(0, 1), initial=0.0)
         lost = np.flatnonzero(~(steepest < UNDECIDED))
         sure = np.flatnonzero(steepest[: lost[0]] < FORESEEN) if len(lost) else np.array([len(steepest) - 1])
@@ -100,34 +100,34 @@ def _foreseen(data: Data, hypothesis: Hypothesis) -> list[int]:
 
 
 def as_far_as_followed(
-    data: Data, simulation: Simulation, mechanisms: Sequence[str]
-) -> tuple[Data, Hypothesis] | None:
+    problem: Problem, simulation: Simulation, mechanisms: Sequence[str]
+) -> tuple[Problem, Hypothesis] | None:
     """The beginnings of records that `simulation` follows, all of them perhaps, fitted to them; None: next to none."""
-    best: tuple[Data, Hypothesis] | None = None
-    starts = [simulation, *approached(data, simulation)]
-    longest = max(starts, key=lambda one: sum(_followed(data, one)))
+    best: tuple[Problem, Hypothesis] | None = None
+    starts = [simulation, *approached(problem, simulation)]
+    longest = max(starts, key=lambda one: sum(_followed(problem, one)))
     simulation = longest
     for _ in range(TURNS):
-        kept = _followed(data, simulation)
-        found = _fitted_to(data, simulation, mechanisms, kept)
+        kept = _followed(problem, simulation)
+        found = _fitted_to(problem, simulation, mechanisms, kept)
         if found is None or (best is not None and found[0].samples <= best[0].samples):
             break
         best, simulation = found, found[1].simulation
-    return best if best is not None and best[0].samples >= LEAST_SHARE * data.samples else None
+    return best if best is not None and best[0].samples >= LEAST_SHARE * problem.samples else None
 
 
-def _before_parting(data: Data, short: Data, followed: Hypothesis) -> list[int]:
+def _before_parting(problem: Problem, short: Problem, followed: Hypothesis) -> list[int]:
     """Of each record of `short`, samples; of those that are cut without last periods that leave far more than others
     of the record: there it parts already.
     """
-    whole = {record.name: record.samples for record in data.records}
+    whole = {record.name: record.samples for record in problem.records}
     try:
         lines = followed.linearise(short)
     except ArithmeticError:
         return [record.samples for record in short.records]
     found = []
     for record, line in zip(short.records, lines, strict=True):
-        period, late = period_of(data, record), 0
+        period, late = period_of(problem, record), 0
         count = (record.samples - record.first) // period
         if record.samples < whole[record.name]:
             error = line.residual[:, -count * period :].reshape(-1, count, period)
@@ -138,44 +138,46 @@ def _before_parting(data: Data, short: Data, followed: Hypothesis) -> list[int]:
     return found
 
 
-def _share_after(data: Data, nominal: Hypothesis) -> float:
+def _share_after(problem: Problem, nominal: Hypothesis) -> float:
     """Of the squared error at the fit, what follows where it parts from the records."""
     total = after = 0.0
     try:
-        lines = nominal.linearise(data)
+        lines = nominal.linearise(problem)
     except ArithmeticError:
         return 0.0
-    for record, line in zip(data.records, lines, strict=True):
+    for record, line in zip(problem.records, lines, strict=True):
         for name, error in zip(nominal.sensitivity.outputs, line.residual, strict=True):
-            squares = (error / data.size(name)) ** 2
-            reach = followed(error, period_of(data, record), PARTED * float(np.std(record.measured[name])))
+            squares = (error / problem.size(name)) ** 2
+            reach = followed(error, period_of(problem, record), PARTED * float(np.std(record.measured[name])))
             total += float(squares.sum())
             after += float(squares[reach:].sum())
     return after / total if total > 0.0 else 0.0
 
 
-def period_of(data: Data, record: FitRecord) -> int:
+def period_of(problem: Problem, record: FitRecord) -> int:
     """Samples of `record` in a period of the dominant motion."""
-    return max(1, round(2.0 * np.pi / (data.scales.rate * record.period_s)))
+    return max(1, round(2.0 * np.pi / (problem.scales.rate * record.period_s)))
 
 
 def _fitted_to(
-    data: Data, simulation: Simulation, mechanisms: Sequence[str], kept: Sequence[int]
-) -> tuple[Data, Hypothesis] | None:
+    problem: Problem, simulation: Simulation, mechanisms: Sequence[str], kept: Sequence[int]
+) -> tuple[Problem, Hypothesis] | None:
     records = tuple(
-        record.beginning(count) for record, count in zip(data.records, kept, strict=True) if count
+        record.beginning(count) for record, count in zip(problem.records, kept, strict=True) if count
     )
     if not records:
         return None
-    short = replace(data, records=records)
-    found = fitted(short, simulation, mechanisms)
+    short = replace(problem, records=records)
+    found = fit_hypothesis(short, simulation, mechanisms)
     return None if found is None else (short, found)
 
 
-def _followed(data: Data, simulation: Simulation) -> list[int]:
+def _followed(problem: Problem, simulation: Simulation) -> list[int]:
     """Of each record, samples up to where a free run parts from it; 0 where that is too soon."""
     values = np.array([one.value for one in simulation.parameters])
-    return [_followed_of(record, simulation, values, period_of(data, record)) for record in data.records]
+    return [
+        _followed_of(record, simulation, values, period_of(problem, record)) for record in problem.records
+    ]
 
 
 def _followed_of(record: FitRecord, simulation: Simulation, values: FloatArray, period: int) -> int:

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts, costs_of
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 
 STANDS_OUT = 1.2
 """Times what is left in the others, by RMS: their median."""
@@ -28,52 +28,54 @@ WORTH_IT = 1e-3
 """Of the cost."""
 
 
-def caught_up(data: Data, hypothesis: Hypothesis) -> Hypothesis:
+def caught_up(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """The same set, with every record that stands out followed if that lowers the cost; else as it is."""
-    if not hypothesis.states or len(data.records) < 2:
+    if not hypothesis.states or len(problem.records) < 2:
         return hypothesis
-    for _ in data.records[:MOST_LATE]:
-        late = _standing_out(data, hypothesis)
-        found = _followed(data, hypothesis, late) if late is not None else None
+    for _ in problem.records[:MOST_LATE]:
+        late = _standing_out(problem, hypothesis)
+        found = _followed(problem, hypothesis, late) if late is not None else None
         if found is None or found.cost > (1.0 - WORTH_IT) * hypothesis.cost:
             break
         hypothesis = found
     return hypothesis
 
 
-def _standing_out(data: Data, hypothesis: Hypothesis) -> int | None:
+def _standing_out(problem: Problem, hypothesis: Hypothesis) -> int | None:
     """The record that is followed worst, if that is clearly less well than the others."""
     costs = [
-        costs_of(data, hypothesis, index, hypothesis.start(index)[None])[0]
-        for index in range(len(data.records))
+        costs_of(problem, hypothesis, index, hypothesis.start(index)[None])[0]
+        for index in range(len(problem.records))
     ]
-    left = np.sqrt(np.array(costs) / [record.samples - record.first for record in data.records])
+    left = np.sqrt(np.array(costs) / [record.samples - record.first for record in problem.records])
     worst = int(np.argmax(left))
     return worst if left[worst] > STANDS_OUT * np.median(np.delete(left, worst)) else None
 
 
-def _followed(data: Data, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
+def _followed(problem: Problem, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
     """Fitted with ever more of the `late` record; None where not even its beginning is followed."""
-    begun = _without(data, hypothesis, late)
+    nominal = _without(problem, hypothesis, late)
     reached, part = 0.0, BEGINNING
     for _ in range(MOST_FITS):
-        if begun is None or reached == 1.0:
+        if nominal is None or reached == 1.0:
             break
         records = tuple(
             record if k != late else record.beginning(_samples(record.samples, record.first, part))
-            for k, record in enumerate(data.records)
+            for k, record in enumerate(problem.records)
         )
-        more = replace(data, records=records)
-        there = _fitted_from(more, begun, ITERATIONS)
+        more = replace(problem, records=records)
+        there = _fitted_from(more, nominal, ITERATIONS)
         if there is not None and _standing_out(more, there) != late:
-            begun, reached, part = there, part, min(1.0, 2.0 * part)
+            nominal, reached, part = there, part, min(1.0, 2.0 * part)
             continue
         if not reached or part - reached <= LEAST_STEP:
             break
         part = 0.5 * (reached + part)
-    if begun is None or not reached:
+    if nominal is None or not reached:
         return None
-    return fitted(data, begun.simulation, begun.mechanisms, begun.starts, still=begun.still)
+    return fit_hypothesis(
+        problem, nominal.simulation, nominal.mechanisms, nominal.starts, still=nominal.still
+    )
 
 
 def _samples(total: int, first: int, part: float) -> int:
@@ -81,11 +83,11 @@ def _samples(total: int, first: int, part: float) -> int:
     return first + max(1, round(part * (total - first)))
 
 
-def _without(data: Data, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
+def _without(problem: Problem, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
     """Fitted to the other records; the start of the `late` one is that of `hypothesis`."""
-    kept = [k for k in range(len(data.records)) if k != late]
-    others = replace(data, records=tuple(data.records[k] for k in kept))
-    found = fitted(
+    kept = [k for k in range(len(problem.records)) if k != late]
+    others = replace(problem, records=tuple(problem.records[k] for k in kept))
+    found = fit_hypothesis(
         others, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts[kept], still=hypothesis.still
     )
     if found is None:
@@ -95,10 +97,10 @@ def _without(data: Data, hypothesis: Hypothesis, late: int) -> Hypothesis | None
     return replace(found, starts=starts)
 
 
-def _fitted_from(data: Data, begun: Hypothesis, iterations: int) -> Hypothesis | None:
+def _fitted_from(problem: Problem, nominal: Hypothesis, iterations: int) -> Hypothesis | None:
     """From the parameters of `begun`, and its starts or better ones."""
-    at = fitted(data, begun.simulation, begun.mechanisms, begun.starts, 0, begun.still)
+    at = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, nominal.starts, 0, nominal.still)
     if at is None:
         return None
-    at = at_better_starts(data, at)
-    return fitted(data, at.simulation, at.mechanisms, at.starts, iterations, at.still)
+    at = at_better_starts(problem, at)
+    return fit_hypothesis(problem, at.simulation, at.mechanisms, at.starts, iterations, at.still)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, misfit
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.identification.oscillator.weak_form import half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut
 
@@ -31,13 +31,13 @@ PARTED = 30.0
 exponentially, as between two wells, are no drift."""
 
 
-def remembers(data: Data, nominal: Hypothesis) -> bool:
+def remembers(problem: Problem, nominal: Hypothesis) -> bool:
     """Whether the free runs of `nominal`, fitted, drift away and never forget their starts."""
-    held = {record.stimulus.holds.get(data.subject.drive) for record in data.records}
-    if not nominal.states or "band-limited" in held or misfit(data, nominal) < FAR:
+    held = {record.stimulus.holds.get(problem.subject.drive) for record in problem.records}
+    if not nominal.states or "band-limited" in held or misfit(problem, nominal) < FAR:
         return False  # a piece of a band-limited drive has ends that it never had
     try:
-        lines = nominal.linearise(data)
+        lines = nominal.linearise(problem)
     except ArithmeticError:
         return False
     lasting, onward = [], []
@@ -50,14 +50,14 @@ def remembers(data: Data, nominal: Hypothesis) -> bool:
     return bool(STILL_KNOWN < np.median(lasting) < PARTED and np.median(onward) > ONWARD)
 
 
-def cut_up(data: Data, nominal: Hypothesis) -> Data:
+def cut_up(problem: Problem, nominal: Hypothesis) -> Problem:
     """The same records as stretches of a stroke; of very many, some evenly over all."""
-    length_s = max(STROKE * 2.0 * np.pi / data.scales.rate, LEAST_SAMPLES * data.scales.period)
-    width_s = half_width(data.records, data.scales.rate)
+    length_s = max(STROKE * 2.0 * np.pi / problem.scales.rate, LEAST_SAMPLES * problem.scales.period)
+    width_s = half_width(problem.records, problem.scales.rate)
     pieces = [
         segment.record
-        for record in data.records
+        for record in problem.records
         for segment in cut(record, nominal.simulation, length_s, width_s)
     ]
     kept = np.linspace(0, len(pieces) - 1, min(MOST, len(pieces))).round().astype(int)
-    return replace(data, records=tuple(pieces[k] for k in kept))
+    return replace(problem, records=tuple(pieces[k] for k in kept))

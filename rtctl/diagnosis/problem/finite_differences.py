@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Data
+    from rtctl.diagnosis.problem.hypothesis import Problem
 
 LARGEST_MOVE = 0.3
 """Of the outputs' RMS, by one step: beyond it the motion has escaped, or turned chaotic."""
@@ -35,22 +35,24 @@ class Moves(NamedTuple):
     """(lanes,): one, or near it: no escape."""
 
 
-def moves(moved: FloatArray, data: Data, outputs: Sequence[str]) -> Moves:
+def moves(moved: FloatArray, problem: Problem, outputs: Sequence[str]) -> Moves:
     """How far differences (lanes, outputs, n) go beside the motion."""
-    sizes = np.array([data.size(name) for name in outputs])
+    sizes = np.array([problem.size(name) for name in outputs])
     with np.errstate(invalid="ignore", over="ignore"):
         largest = np.abs(moved).max(axis=2) / sizes
-        return Moves((largest < data.subject.steps.small).all(axis=1), (largest < LARGEST_MOVE).all(axis=1))
+        return Moves(
+            (largest < problem.subject.steps.small).all(axis=1), (largest < LARGEST_MOVE).all(axis=1)
+        )
 
 
 def slope(
-    moved: Callable[[float], FloatArray], data: Data, outputs: Sequence[str], otherwise: float
+    moved: Callable[[float], FloatArray], problem: Problem, outputs: Sequence[str], otherwise: float
 ) -> FloatArray | float:
     """(outputs, n) from what a step moves, `moved(step)` (outputs, n); `otherwise` where the motion escapes by any."""
     found: FloatArray | float = otherwise
-    for step in data.subject.steps.sizes:
+    for step in problem.subject.steps.sizes:
         difference = moved(step)
-        far = moves(difference[None], data, outputs)
+        far = moves(difference[None], problem, outputs)
         if far.usable[0]:
             found = difference / step
         if far.small[0]:

@@ -15,6 +15,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.residual.quantization import step_of
+from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, linear_gain, minimise
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
@@ -38,7 +39,7 @@ def _never() -> bool:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Data:
+class Problem:
     """The records that a diagnosis fits, how large their motion is, and on what it runs."""
 
     subject: Subject
@@ -48,10 +49,11 @@ class Data:
     steps_per_period: float | None = None
     allowed: Mapping[str, float] = field(default_factory=dict)
     """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
+    thresholds: Thresholds = field(default_factory=Thresholds)
     enough: Callable[[], bool] = _never
     """Asked between the steps of a fit, which then ends where it is."""
 
-    def until(self, budget: Budget) -> Data:
+    def until(self, budget: Budget) -> Problem:
         """The same, on which a fit ends once `budget` is spent."""
         return replace(self, enough=lambda: budget.spent)
 
@@ -61,7 +63,7 @@ class Data:
         return sum(record.samples for record in self.records)
 
     @property
-    def glance(self) -> Data:
+    def glance(self) -> Problem:
         """The beginnings of its records, so many samples as a first look at each hypothesis takes."""
         most = self.subject.glance_samples
         if most is None or self.samples <= most:
@@ -122,24 +124,24 @@ class Hypothesis:
         """Fitted initial state (states,) of one record."""
         return self.starts[record, : self.states]
 
-    def linearise(self, data: Data) -> list[Linearised]:
+    def linearise(self, problem: Problem) -> list[Linearised]:
         """Residual and slopes of each record; raises ArithmeticError where the optimum is on the edge of divergence."""
 
         def one(index: int) -> Linearised | None:
             return self.sensitivity.linearise(
-                data.records[index], self.shared, self.starts[index], data.steps_per_period
+                problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )
 
-        indices = range(len(data.records))
-        made = list(data.executor.map(one, indices)) if data.executor else [one(k) for k in indices]
+        indices = range(len(problem.records))
+        made = list(problem.executor.map(one, indices)) if problem.executor else [one(k) for k in indices]
         whole = [found for found in made if found is not None]
         if len(whole) < len(made):
             raise ArithmeticError("the fitted model diverges in the neighbourhood of its optimum")
         return whole
 
 
-def fitted(
-    data: Data,
+def fit_hypothesis(
+    problem: Problem,
     simulation: Simulation,
     mechanisms: Sequence[str],
     starts: FloatArray | None = None,
@@ -147,25 +149,25 @@ def fitted(
     still: frozenset[str] = frozenset(),
 ) -> Hypothesis | None:
     """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
-    sensitivity = sensitivity_of(data, simulation, still)
-    sigma = np.array([data.size(name) for name in sensitivity.outputs])
+    sensitivity = sensitivity_of(problem, simulation, still)
+    sigma = np.array([problem.size(name) for name in sensitivity.outputs])
     values = np.array([one.value for one in simulation.parameters])
-    given = [simulation.starting(record.stimulus, values) for record in data.records]
+    given = [simulation.starting(record.stimulus, values) for record in problem.records]
     if starts is None:
         starts = np.array([[*start, *values[sensitivity.of_record]] for start in given])
     cost = SegmentCost(
         sensitivity=sensitivity,
         segments=[
             Segment(record, start, False, near if record.first else None)
-            for record, start, near in zip(data.records, starts, given, strict=True)
+            for record, start, near in zip(problem.records, starts, given, strict=True)
         ],
         sigma=sigma,
-        executor=data.executor,
-        steps_per_period=data.steps_per_period,
+        executor=problem.executor,
+        steps_per_period=problem.steps_per_period,
         kept=KEPT,
     )
     begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
-    low, high = bounds(sensitivity, data.scales)
+    low, high = bounds(sensitivity, problem.scales)
     found = minimise(
         cost.equations,
         begin,
@@ -173,7 +175,7 @@ def fitted(
         high,
         iterations=iterations,
         tolerance=1e-7,
-        enough=data.enough,
+        enough=problem.enough,
         bend=cost.bend,
     )
     if found is None:
@@ -181,22 +183,22 @@ def fitted(
     return _hypothesis(cost, tuple(mechanisms), found, linear_gain(found, low, high), still)
 
 
-def sensitivity_of(data: Data, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
+def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
     """Of all parameters but fixed ones and those in `still`; a record's own ones go with its start."""
     free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
     apart = [k for k in free if simulation.parameters[k].declared.of_record]
-    return Sensitivity.of(simulation, data.records, free, scales=data.scales, of_record=apart)
+    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, of_record=apart)
 
 
-def polished(data: Data, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
+def polish(problem: Problem, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
     """To the end, with every shape free that these records can determine beside the others."""
     still = set(hypothesis.still)
     redundant = {one.name for one in hypothesis.simulation.parameters if one.declared.redundant}
     for name in _defaulted(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
-        if name in still - redundant and _determined(data, hypothesis, still - {name}, name):
+        if name in still - redundant and _determined(problem, hypothesis, still - {name}, name):
             still.discard(name)
-    return fitted(
-        data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
+    return fit_hypothesis(
+        problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
     )
 
 
@@ -213,14 +215,16 @@ def _defaulted(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
     ]
 
 
-def _determined(data: Data, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
+def _determined(problem: Problem, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
     """Whether the records tell it from all other free ones: of Bouc-Wen's four numbers one only names the others."""
-    again = fitted(data, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still))
+    again = fit_hypothesis(
+        problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still)
+    )
     if again is None:
         return False
     gram = np.zeros((len(again.shared), len(again.shared)))
     try:
-        lines = again.linearise(data)
+        lines = again.linearise(problem)
     except ArithmeticError:
         return False
     for line in lines:

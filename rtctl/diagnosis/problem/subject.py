@@ -16,8 +16,8 @@ from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-    from rtctl.diagnosis.residual.residual_tests import Examined
+    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]
@@ -48,7 +48,7 @@ class Past(NamedTuple):
     """Forces that are linear in the past of the motion, and the laws of no name that act so."""
 
     forces: tuple[Force, ...]
-    slopes: Callable[[Hypothesis, Data, int], FloatArray]
+    slopes: Callable[[Hypothesis, Problem, int], FloatArray]
     """(forces, outputs, n) of a record."""
     laws: tuple[str, ...]
 
@@ -71,7 +71,7 @@ class Subject:
     about_mean: bool
     """Whether an output's size is that of its variation; else that of its distance from zero."""
     forces: tuple[Force, ...]
-    slopes: Callable[[Hypothesis, Data, int], FloatArray]
+    slopes: Callable[[Hypothesis, Problem, int], FloatArray]
     """(forces, outputs, n) of a record: what each force does to the outputs."""
     steps: Steps
     """Of finite differences along directions."""
@@ -113,7 +113,7 @@ class Subject:
     where they show no such thing."""
     identified: Callable[[Any, Dataset], Mapping[str, Any]]
     """The same parts whatever those records show; empty where the dataset has none of them."""
-    relearned: Callable[[Mapping[str, Any], Hypothesis, Data, Callable[[str], None]], Placed] | None
+    relearned: Callable[[Mapping[str, Any], Hypothesis, Problem, Callable[[str], None]], Placed] | None
     """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
     raise to stop. None where there are none."""
     corrections: Mapping[str, float]
@@ -125,7 +125,7 @@ class Subject:
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""
-    extended_model: Callable[[Any, Examined], Any]
+    extended_model: Callable[[Any, TestedHypothesis], Any]
     """The model of a file with the values and mechanisms of a fitted hypothesis."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """To a file, with its provenance."""

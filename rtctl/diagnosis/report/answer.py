@@ -12,9 +12,9 @@ import numpy as np
 from rtctl.border.mechanisms import Mechanism, plain_unit
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.report.joint_statements import joint_statements
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.model_selection import Ranked
-from rtctl.diagnosis.search.stepwise import Search
+from rtctl.diagnosis.search.stepwise import SearchResult
 from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.diagnosis.verification.wald_test import WrongValue
 
@@ -54,7 +54,7 @@ class Cause(NamedTuple):
         }
 
 
-def causes_of(search: Search, noise_cost: float, estimated: Examined) -> list[Cause]:
+def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothesis) -> list[Cause]:
     """Most certain first; values by the fit `estimated` of what was chosen."""
     chosen = search.chosen
     probabilities = _probabilities(search)
@@ -114,7 +114,7 @@ def wrong_value_cause(wrong: WrongValue) -> Cause:
     )
 
 
-def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
+def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:
     """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
     hypothesis = examined.hypothesis
     sensitivity = hypothesis.sensitivity
@@ -146,7 +146,7 @@ def estimates_of(examined: Examined, mechanism: str) -> dict[str, Estimate]:
     return found
 
 
-def _own_error(examined: Examined) -> float:
+def _own_error(examined: TestedHypothesis) -> float:
     """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
     samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
     return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
@@ -175,7 +175,7 @@ def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
     return template.format(**filled)
 
 
-def _probabilities(search: Search) -> dict[str, float]:
+def _probabilities(search: SearchResult) -> dict[str, float]:
     """Of each id, from the BIC weights of all sets of the chosen size; never certain.
 
     Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much.
@@ -196,7 +196,7 @@ def _probabilities(search: Search) -> dict[str, float]:
     return {identity: min(MOST_CERTAIN, probability) for identity, probability in found.items()}
 
 
-def _share(search: Search, identity: str, noise_cost: float) -> float:
+def _share(search: SearchResult, identity: str, noise_cost: float) -> float:
     """Of the removable error (above the noise), what is lost again without this cause."""
     chosen = search.chosen.hypothesis
     rest = frozenset(chosen.mechanisms) - {identity}
@@ -210,7 +210,7 @@ def _share(search: Search, identity: str, noise_cost: float) -> float:
     return float(np.clip((without - chosen.cost) / removable, 0.0, 1.0))
 
 
-def _equivalents(search: Search, identity: str) -> tuple[str, ...]:
+def _equivalents(search: SearchResult, identity: str) -> tuple[str, ...]:
     """Ids that stand in for this one in sets that explain the data as well."""
     mine = frozenset(search.chosen.hypothesis.mechanisms)
     found = []

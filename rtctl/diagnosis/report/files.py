@@ -28,7 +28,7 @@ def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, provenance
     folder.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
-    found.data.subject.write_model(folder / "model-extended.toml", found.model, provenance)
+    found.problem.subject.write_model(folder / "model-extended.toml", found.model, provenance)
     if found.next_experiment is not None:
         _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))
     _write_text(folder / "report.html", report_page(found, dataset, provenance))
@@ -49,7 +49,7 @@ def provenance_of(found: Diagnosis, dataset: Dataset, model: Path, command: str)
         "model": model.name,
         "model_sha256": _sha256(model),
         "verdict": found.verdict,
-        "fitted_records": [record.name for record in found.data.records],
+        "fitted_records": [record.name for record in found.problem.records],
         "test_records": [record.name for record in found.tests],
         "command": command,
         "version": __version__,

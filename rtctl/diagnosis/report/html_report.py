@@ -80,7 +80,7 @@ def _figure(found: Diagnosis, picture: Picture, number: int) -> str:
     if found.shape is not None:
         shape = f"it would remove {found.shape.share:.0%} of the error beyond the noise"
     start = " (two fitted numbers: a first sample is noisy)" if found.fits.before.hypothesis.states else ""
-    output = found.data.subject.output
+    output = found.problem.subject.output
     caption = CAPTIONS[picture.section].format(whose=whose, shape=shape, start=start, output=output)
     return figure(picture.data_uri(), picture.alternative, caption, number)
 
@@ -105,7 +105,7 @@ def _tiles(found: Diagnosis) -> str:
             ]
     made.append(
         tile(
-            f"{found.noise_rms:.3g} {readable(found.units[found.data.subject.output])}",
+            f"{found.noise_rms:.3g} {readable(found.units[found.problem.subject.output])}",
             "noise of the reading, as estimated"
             + (" with what is not explained" if found.verdict in ("unexplained", "partly_explained") else ""),
         )

@@ -72,12 +72,12 @@ def pictures(found: Diagnosis) -> list[Picture]:
 
 def before_after(found: Diagnosis) -> list[BeforeAfter]:
     """Free runs over the test records, the worst first; over the fitted ones where none is a test."""
-    return _before_after(found, found.data.subject.output)
+    return _before_after(found, found.problem.subject.output)
 
 
 def _before_after(found: Diagnosis, output: str) -> list[BeforeAfter]:
     before, after = found.fits.before.hypothesis.simulation, found.fits.after.hypothesis.simulation
-    records = [one for one in found.tests or found.data.records if output in one.measured]
+    records = [one for one in found.tests or found.problem.records if output in one.measured]
     made = [_one(record, before, after, found, output) for record in records]
     return sorted(made, key=lambda one: -float(np.mean(one.errors[0] ** 2)))
 
@@ -92,7 +92,7 @@ def _one(
     )
     scored = slice(record.first, None)
     return BeforeAfter(
-        record=record.name, output=output, unit=found.units[output], rate=found.data.scales.rate,
+        record=record.name, output=output, unit=found.units[output], rate=found.problem.scales.rate,
         time_s=record.period_s * np.arange(record.samples, dtype=np.float64)[scored],
         measured=record.measured[output][scored],
         before=old.outputs[output][0][scored], after=after_it[scored], velocity=velocity[scored],
@@ -123,7 +123,7 @@ def _of_other_outputs(found: Diagnosis) -> list[Picture]:
     )
     made = []
     for output, noise in noises.items():
-        shown = _before_after(found, output) if output != found.data.subject.output else []
+        shown = _before_after(found, output) if output != found.problem.subject.output else []
         if shown:
             sigma = float(np.sqrt(noise.mean_square))
             figure = stretch_figure(shown[0], sigma, extended=bool(found.causes))
@@ -134,7 +134,7 @@ def _of_other_outputs(found: Diagnosis) -> list[Picture]:
 def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and amplitude density [unit / sqrt(Hz)] of the noise of the output that is shown."""
     chosen = found.search.chosen
-    output = chosen.hypothesis.sensitivity.outputs.index(found.data.subject.output)
+    output = chosen.hypothesis.sensitivity.outputs.index(found.problem.subject.output)
     density = np.sqrt(2.0 * chosen.noise[output].at(period_s).power(2 * NOISE_BINS) * period_s)
     return np.linspace(0.0, 0.5 / period_s, len(density)), density
 
@@ -166,15 +166,15 @@ def _candidates(found: Diagnosis) -> Figure:
         [frozenset(one.mechanisms) in chosen for _, one in ranking],
         float(np.sqrt(2.0 * found.search.nominal.hypothesis.cost)) * scale,
         found.noise_rms,
-        found.units[found.data.subject.output],
+        found.units[found.problem.subject.output],
     )
 
 
 def _error_scale(found: Diagnosis) -> float:
     """[unit] of a fit's residual of RMS 1 / sqrt(samples): costs are in squares over the signal's."""
     outputs = found.search.nominal.hypothesis.sensitivity.outputs
-    samples = len(outputs) * sum(record.samples - record.first for record in found.data.records)
-    return found.data.size(found.data.subject.output) / float(np.sqrt(samples))
+    samples = len(outputs) * sum(record.samples - record.first for record in found.problem.records)
+    return found.problem.size(found.problem.subject.output) / float(np.sqrt(samples))
 
 
 def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:

@@ -29,7 +29,7 @@ def verdict_sentence(found: Diagnosis) -> str:
     rivals = [one for cause in found.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(found.causes) == 1 else "them"
-    rest = escape(found.data.subject.rest)
+    rest = escape(found.problem.subject.rest)
     texts = {
         "adequate": f"Nothing is wrong: what the model leaves is {rest}.",
         "explained": f"Explained by {names}{undecided}: with {them}, what is left is {rest}.",
@@ -47,7 +47,7 @@ def verdict_sentence(found: Diagnosis) -> str:
 def place(found: Diagnosis) -> str:
     """Where the error lives, in words."""
     if not found.where:
-        return f"<p>Along no coordinate: what is left is {escape(found.data.subject.rest)}.</p>"
+        return f"<p>Along no coordinate: what is left is {escape(found.problem.subject.rest)}.</p>"
     first, *others = (f"{escape(one.coordinate.replace('_', ' '))} ({one.share:.0%})" for one in found.where)
     return f"<p>Mostly along {first}" + (f"; then {', '.join(others[:3])}" if others else "") + ".</p>"
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.stats import kurtosis
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Data
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 EXCESS = 3.0
 """Kurtosis beyond a normal distribution's, of all records: that of a Laplace distribution."""
@@ -19,7 +19,7 @@ BURSTS = (
 )
 
 
-def bursts(left: Mapping[str, Sequence[FloatArray]], data: Data) -> list[str]:
+def bursts(left: Mapping[str, Sequence[FloatArray]], problem: Problem) -> list[str]:
     """Warnings, of the `leftovers` of the records of `data`."""
     said: list[str] = []
     for name, errors in left.items():
@@ -27,30 +27,30 @@ def bursts(left: Mapping[str, Sequence[FloatArray]], data: Data) -> list[str]:
         excess = float(kurtosis(np.concatenate(standard)))
         if excess > EXCESS:
             k = int(np.argmax([np.abs(one).max() for one in standard]))
-            record = data.records[k]
+            record = problem.records[k]
             at_s = record.period_s * (record.first + int(np.argmax(np.abs(standard[k]))))
             said.append(BURSTS.format(name.replace("_", " "), excess, record.name, at_s))
     return said
 
 
-def leftovers(examined: Examined, data: Data) -> dict[str, list[FloatArray]]:
+def leftovers(examined: TestedHypothesis, problem: Problem) -> dict[str, list[FloatArray]]:
     """By output, what a fit leaves of each record's scored samples, (n,) in units; without outputs that it leaves
     nothing of, or no number. Nothing where a misfit is allowed, which has edges and goes with the drive.
     """
-    if data.allowed:
+    if problem.allowed:
         return {}
     hypothesis = examined.hypothesis
     runs = [
         hypothesis.simulation.predict(
-            record.stimulus, hypothesis.values_of(k), hypothesis.start(k)[None], data.steps_per_period
+            record.stimulus, hypothesis.values_of(k), hypothesis.start(k)[None], problem.steps_per_period
         )
-        for k, record in enumerate(data.records)
+        for k, record in enumerate(problem.records)
     ]
     found = {}
     for name in hypothesis.sensitivity.outputs:
         errors = [
             (run.outputs[name][0] - record.measured[name])[record.first :]
-            for record, run in zip(data.records, runs, strict=True)
+            for record, run in zip(problem.records, runs, strict=True)
         ]
         sizes = [float(np.std(error)) for error in errors]
         if np.isfinite(sizes).all() and min(sizes) > 0.0:

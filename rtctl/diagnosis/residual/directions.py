@@ -16,7 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.problem.finite_differences import moves
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.search.shape_grid import shape_grid
 
 
@@ -44,7 +44,7 @@ ALL = -1
 
 
 def catalogue_directions(
-    simulation: Simulation, ids: tuple[str, ...], data: Data, residuals: Sequence[FloatArray]
+    simulation: Simulation, ids: tuple[str, ...], problem: Problem, residuals: Sequence[FloatArray]
 ) -> list[Direction]:
     """Of every mechanism in `ids` that the model does not have yet, form by form, shape by shape."""
     found = []
@@ -53,13 +53,13 @@ def catalogue_directions(
         mechanism = extended.mechanisms[-1]
         units = parameters_of(extended, identity)
         forms = dict.fromkeys(mechanism.form_of(amplitude.name) for amplitude in mechanism.amplitudes)
-        grid = [(form, one) for form in forms for one in shape_grid(mechanism, data, residuals, form)]
+        grid = [(form, one) for form in forms for one in shape_grid(mechanism, problem, residuals, form)]
         for form, (shapes, trials) in grid:
             for amplitude in mechanism.amplitudes:
                 if mechanism.form_of(amplitude.name) != form:
                     continue
-                size = _size(units[amplitude.name], data.scales)
-                records = range(len(data.records)) if amplitude.of_record else (ALL,)
+                size = _size(units[amplitude.name], problem.scales)
+                records = range(len(problem.records)) if amplitude.of_record else (ALL,)
                 found += [
                     Direction(identity, amplitude.name, "", shapes, size, record, trials, form)
                     for record in records
@@ -91,7 +91,7 @@ def _size(parameter: FreeParameter, scales: Scales) -> float:
 
 
 def mechanism_slopes(
-    hypothesis: Hypothesis, directions: list[Direction], data: Data, index: int
+    hypothesis: Hypothesis, directions: list[Direction], problem: Problem, index: int
 ) -> FloatArray:
     """(directions, outputs, n) of record `index`, all of one form of a mechanism: another may need shorter steps.
 
@@ -102,11 +102,11 @@ def mechanism_slopes(
     at = {p.declared.name: k for k, p in enumerate(simulation.parameters) if p.mechanism == identity}
     neutral = [p.value for p in simulation.parameters[len(hypothesis.simulation.parameters) :]]
     base = np.append(hypothesis.values_of(index), neutral)
-    record = data.records[index]
+    record = problem.records[index]
     outputs = hypothesis.sensitivity.outputs
     slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
-    for step in data.subject.steps.sizes if left else ():
+    for step in problem.subject.steps.sizes if left else ():
         lanes = np.tile(base, (1 + len(left), 1))
         for lane, k in enumerate(left, 1):
             for name, value in directions[k].shapes.items():
@@ -116,12 +116,12 @@ def mechanism_slopes(
             lanes[0, at[name]] = value
         start = np.tile(hypothesis.start(index), (len(lanes), 1))
         try:
-            run = simulation.predict(record.stimulus, lanes, start, data.steps_per_period)
+            run = simulation.predict(record.stimulus, lanes, start, problem.steps_per_period)
         except ValueError:
             continue
         moved = np.stack([run.outputs[name][:, record.first :] for name in outputs], axis=1)
         moved = moved[1:] - moved[0]
-        far = moves(moved, data, outputs)
+        far = moves(moved, problem, outputs)
         slopes[[k for k, usable in zip(left, far.usable, strict=True) if usable]] = moved[far.usable] / step
         left = [k for k, small in zip(left, far.small, strict=True) if not small]
         if not left:
@@ -129,6 +129,6 @@ def mechanism_slopes(
     return slopes
 
 
-def force_directions(data: Data) -> list[Direction]:
+def force_directions(problem: Problem) -> list[Direction]:
     """The forces of no name."""
-    return [Direction("", force.name, force.coordinate, {}, 1.0) for force in data.subject.forces]
+    return [Direction("", force.name, force.coordinate, {}, 1.0) for force in problem.subject.forces]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 LEAST_SHARE = 0.01
 
@@ -19,7 +19,7 @@ class Place(NamedTuple):
     forces: tuple[str, ...]
 
 
-def places(examined: Examined) -> list[Place]:
+def places(examined: TestedHypothesis) -> list[Place]:
     """Largest share first; shares overlap, since coordinates do."""
     by_coordinate: dict[str, list[int]] = {}
     for k, direction in enumerate(examined.directions):

@@ -14,9 +14,9 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.projection import Projected, Rows, project
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 KNOTS = 13
 STEP = 1e-4
@@ -49,7 +49,7 @@ class Shape(NamedTuple):
 
 
 def residual_shape(
-    examined: Examined, data: Data, coordinates: Sequence[str], units: Mapping[str, str]
+    examined: TestedHypothesis, problem: Problem, coordinates: Sequence[str], units: Mapping[str, str]
 ) -> Shape | None:
     """Along the first of `coordinates` that is one number; None: none is, or it is invisible."""
     name = next((one for one in coordinates if one in COORDINATES), None)
@@ -58,19 +58,21 @@ def residual_shape(
     if name is None or not gains:
         return None
     label, coordinate = COORDINATES[name]
-    visited = np.concatenate([coordinate(*_motion(hypothesis, data, k)) for k in range(len(data.records))])
+    visited = np.concatenate(
+        [coordinate(*_motion(hypothesis, problem, k)) for k in range(len(problem.records))]
+    )
     low, high = np.quantile(visited, [0.002, 0.998])
     knots = np.linspace(low, high, KNOTS)
     rows = [
         Rows(residual=line.residual, shared=line.shared, own=line.own,
-             directions=_slopes(hypothesis, data, k, coordinate, knots), period_s=data.records[k].period_s)
-        for k, line in enumerate(hypothesis.linearise(data))
+             directions=_slopes(hypothesis, problem, k, coordinate, knots), period_s=problem.records[k].period_s)
+        for k, line in enumerate(hypothesis.linearise(problem))
     ]  # fmt: skip
     found = _least_squares(project(rows, examined.noise), rows[0].shared.shape[0])
     if found is None:
         return None
     keep = _without_line(knots, visited) if label in FOLLOWED else np.eye(KNOTS)
-    scale, z = abs(gains[0]) * data.scales.drive, units["displacement"]
+    scale, z = abs(gains[0]) * problem.scales.drive, units["displacement"]
     unit = {
         "displacement": z,
         "velocity": f"{z}/s",
@@ -111,31 +113,31 @@ def _without_line(knots: FloatArray, visited: FloatArray) -> FloatArray:
 
 
 def _motion(
-    hypothesis: Hypothesis, data: Data, index: int
+    hypothesis: Hypothesis, problem: Problem, index: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    record = data.records[index]
+    record = problem.records[index]
     start = np.atleast_2d(hypothesis.start(index))
-    run = hypothesis.simulation.predict(record.stimulus, hypothesis.values, start, data.steps_per_period)
+    run = hypothesis.simulation.predict(record.stimulus, hypothesis.values, start, problem.steps_per_period)
     time = record.period_s * np.arange(record.samples, dtype=np.float64)
     return run.outputs["displacement"][0], run.outputs["velocity"][0], record.stimulus.inputs["drive"], time
 
 
 def _slopes(
-    hypothesis: Hypothesis, data: Data, index: int, coordinate: Coordinate, knots: FloatArray
+    hypothesis: Hypothesis, problem: Problem, index: int, coordinate: Coordinate, knots: FloatArray
 ) -> FloatArray:
     """(knots, outputs, n): what each hat, as strong as the drive, does to the outputs."""
-    record = data.records[index]
-    motion = _motion(hypothesis, data, index)
+    record = problem.records[index]
+    motion = _motion(hypothesis, problem, index)
     along, u = coordinate(*motion), motion[2]
     start = np.atleast_2d(hypothesis.start(index))
-    scale = data.scales.drive or 1.0
+    scale = problem.scales.drive or 1.0
 
     def run(drive: FloatArray) -> FloatArray:
         stimulus = Stimulus(
             inputs={"drive": drive}, holds=record.stimulus.holds, period_s=record.period_s,
             initial=record.stimulus.initial, peak=record.stimulus.peak, swing=record.stimulus.swing,
         )  # fmt: skip
-        found = hypothesis.simulation.predict(stimulus, hypothesis.values, start, data.steps_per_period)
+        found = hypothesis.simulation.predict(stimulus, hypothesis.values, start, problem.steps_per_period)
         return np.stack([found.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])
 
     base = run(u)

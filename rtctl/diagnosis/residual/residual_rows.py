@@ -7,38 +7,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.projection import Rows
 from rtctl.diagnosis.residual.quantization import heard, rounding_errors
 
 
-def own_rows(data: Data, hypothesis: Hypothesis) -> list[Rows] | None:
+def own_rows(problem: Problem, hypothesis: Hypothesis) -> list[Rows] | None:
     """Without directions; None where the optimum is on the edge of divergence."""
     try:
-        lines = hypothesis.linearise(data)
+        lines = hypothesis.linearise(problem)
     except ArithmeticError:
         return None
     return [
         as_converted(
             Rows(
                 residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
-                period_s=data.records[index].period_s,
+                period_s=problem.records[index].period_s,
             ),
-            data, index, hypothesis.sensitivity.outputs,
+            problem, index, hypothesis.sensitivity.outputs,
         )
         for index, line in enumerate(lines)
     ]  # fmt: skip
 
 
-def as_converted(rows: Rows, data: Data, index: int, outputs: Sequence[str]) -> Rows:
+def as_converted(rows: Rows, problem: Problem, index: int, outputs: Sequence[str]) -> Rows:
     """`rows` of record `index` where readings have a converter's steps: their mean error is an unknown of the record,
     and samples at which the reading rests for a period are left out. Not where a misfit is allowed: it is larger.
     """
-    steps = [0.0 if data.allowed else data.step(name) for name in outputs]
+    steps = [0.0 if problem.allowed else problem.step(name) for name in outputs]
     if not any(steps):
         return rows
-    record = data.records[index]
-    window = round(2.0 * np.pi / (data.scales.rate * record.period_s)) if data.scales.rate > 0.0 else 0
+    record = problem.records[index]
+    window = round(2.0 * np.pi / (problem.scales.rate * record.period_s)) if problem.scales.rate > 0.0 else 0
     errors, kept = [rows.own], np.zeros(rows.residual.shape[1], bool)
     for o, (name, step) in enumerate(zip(outputs, steps, strict=True)):
         readings = record.measured[name][record.first :]

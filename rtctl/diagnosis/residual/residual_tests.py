@@ -20,7 +20,7 @@ from scipy.stats import f as f_distribution
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.directions import (
     Direction,
     catalogue_directions,
@@ -60,7 +60,7 @@ LAGS = 6
 """Of motion and drive, a quarter of a period apart."""
 
 
-class Test(NamedTuple):
+class ResidualTest(NamedTuple):
     """One question put to the residual."""
 
     name: str
@@ -89,14 +89,14 @@ class Metric(NamedTuple):
         return _chance(statistic, freedom, self.together) if freedom else 1.0
 
 
-class Examined(NamedTuple):
+class TestedHypothesis(NamedTuple):
     """A hypothesis at its optimum and what its residual still holds."""
 
     hypothesis: Hypothesis
     directions: tuple[Direction, ...]
     projected: Projected
     noise: tuple[NoiseModel, ...]
-    tests: tuple[Test, ...]
+    tests: tuple[ResidualTest, ...]
 
     @property
     def p_value(self) -> float:
@@ -104,23 +104,23 @@ class Examined(NamedTuple):
         return min(1.0, min(test.p_value for test in self.tests) * len(self.tests))
 
 
-def examine(
-    hypothesis: Hypothesis, data: Data, ids: Sequence[str], noise: Sequence[NoiseModel] | None = None
-) -> Examined:
+def run_residual_tests(
+    hypothesis: Hypothesis, problem: Problem, ids: Sequence[str], noise: Sequence[NoiseModel] | None = None
+) -> TestedHypothesis:
     """All tests at the optimum of `hypothesis`; `noise`: of each output, from a better one, or its own leftover."""
-    data = data.glance
+    problem = problem.glance
     others = tuple(identity for identity in ids if identity not in hypothesis.mechanisms)
-    lines = hypothesis.linearise(data)
-    named = catalogue_directions(hypothesis.simulation, others, data, [line.residual for line in lines])
-    directions = [*named, *force_directions(data)]
-    rows = [_rows(hypothesis, data, named, index, base) for index, base in enumerate(lines)]
+    lines = hypothesis.linearise(problem)
+    named = catalogue_directions(hypothesis.simulation, others, problem, [line.residual for line in lines])
+    directions = [*named, *force_directions(problem)]
+    rows = [_rows(hypothesis, problem, named, index, base) for index, base in enumerate(lines)]
     lags = len(rows[0].directions) - len(directions)
     directions += [Direction("", f"past {k}", "memory", {}, 1.0) for k in range(lags)]
-    models = list(noise) if noise is not None else noise_of(rows, slow=not data.allowed)
+    models = list(noise) if noise is not None else noise_of(rows, slow=not problem.allowed)
     projected, outputs = project(rows, models), hypothesis.sensitivity.outputs
     of_noise = Metric(projected, np.zeros(len(directions)), 0.0)
-    if data.allowed:
-        allowed = np.array([data.allowed[name] for name in outputs])
+    if problem.allowed:
+        allowed = np.array([problem.allowed[name] for name in outputs])
         tests = _beyond_what_is_allowed(directions, of_noise, rows, models, allowed)
     else:
         tests = _tests(directions, of_noise)
@@ -128,57 +128,59 @@ def examine(
         if excess < BARELY and min(test.p_value for test in tests) < DOUBTFUL:
             tests = _tests(directions, of_noise, of_noise._replace(projected=uneven(rows, models, projected)))
     stepped = any(
-        data.step(name) > 0.0 for name in outputs
+        problem.step(name) > 0.0 for name in outputs
     )  # a converter's noise follows the motion, and repeats
-    if noise is None and data.subject.grows_with_motion and not stepped:
-        tests.append(_growth(rows, models, data))
-    if not data.allowed and not stepped:
-        tests += beyond_repeats(beyond_unknowns(rows, projected), models, data.records, outputs)
-    return Examined(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
+    if noise is None and problem.subject.grows_with_motion and not stepped:
+        tests.append(_growth(rows, models, problem))
+    if not problem.allowed and not stepped:
+        tests += beyond_repeats(beyond_unknowns(rows, projected), models, problem.records, outputs)
+    return TestedHypothesis(hypothesis, tuple(directions), projected, tuple(models), tuple(tests))
 
 
-def _rows(hypothesis: Hypothesis, data: Data, named: Sequence[Direction], index: int, base: object) -> Rows:
+def _rows(
+    hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction], index: int, base: object
+) -> Rows:
     slopes = []
     for _, own in groupby(named, key=lambda direction: (direction.mechanism, direction.form)):
-        slopes.append(mechanism_slopes(hypothesis, list(own), data, index))
-    slopes.append(data.subject.slopes(hypothesis, data, index))
-    slopes.append(_past(base.residual + _measured(data, hypothesis, index), data, index))  # type: ignore[attr-defined]
+        slopes.append(mechanism_slopes(hypothesis, list(own), problem, index))
+    slopes.append(problem.subject.slopes(hypothesis, problem, index))
+    slopes.append(_past(base.residual + _measured(problem, hypothesis, index), problem, index))  # type: ignore[attr-defined]
     made = Rows(
-        residual=resolved(hypothesis, data, index, base.residual),  # type: ignore[attr-defined]
+        residual=resolved(hypothesis, problem, index, base.residual),  # type: ignore[attr-defined]
         shared=base.shared,  # type: ignore[attr-defined]
         own=base.own,  # type: ignore[attr-defined]
         directions=np.concatenate(slopes),
-        period_s=data.records[index].period_s,
+        period_s=problem.records[index].period_s,
     )
-    return as_converted(made, data, index, hypothesis.sensitivity.outputs)
+    return as_converted(made, problem, index, hypothesis.sensitivity.outputs)
 
 
-def resolved(hypothesis: Hypothesis, data: Data, index: int, coarse: FloatArray) -> FloatArray:
+def resolved(hypothesis: Hypothesis, problem: Problem, index: int, coarse: FloatArray) -> FloatArray:
     """The residual at the simulation's own steps: in a slope the fits' coarse ones cancel, in a residual they do not.
 
     `coarse` (outputs, n) where the difference is beyond the first order that takes the optimum along.
     """
-    record, sensitivity = data.records[index], hypothesis.sensitivity
+    record, sensitivity = problem.records[index], hypothesis.sensitivity
     start = np.atleast_2d(hypothesis.start(index))
     run = hypothesis.simulation.predict(record.stimulus, hypothesis.values_of(index), start)
     fine = np.stack([run.outputs[name][0, record.first :] for name in sensitivity.outputs])
-    fine = fine - _measured(data, hypothesis, index)
+    fine = fine - _measured(problem, hypothesis, index)
     small = np.sum((fine - coarse) ** 2) < FIRST_ORDER**2 * np.sum(coarse**2)
     return fine if small else coarse
 
 
-def _measured(data: Data, hypothesis: Hypothesis, index: int) -> FloatArray:
-    record = data.records[index]
+def _measured(problem: Problem, hypothesis: Hypothesis, index: int) -> FloatArray:
+    record = problem.records[index]
     return np.stack([record.measured[name][record.first :] for name in hypothesis.sensitivity.outputs])
 
 
-def _past(simulated: FloatArray, data: Data, index: int) -> FloatArray:
+def _past(simulated: FloatArray, problem: Problem, index: int) -> FloatArray:
     """Reading and drive, and their powers, at lags of a quarter period: (directions, outputs, n)."""
-    record = data.records[index]
-    y = simulated - simulated.mean(axis=1, keepdims=True) if data.subject.about_mean else simulated
+    record = problem.records[index]
+    y = simulated - simulated.mean(axis=1, keepdims=True) if problem.subject.about_mean else simulated
     y = y / np.sqrt(np.mean(y**2, axis=1, keepdims=True) + 1e-300)
-    u = record.stimulus.inputs[data.subject.drive][record.first :] / (data.scales.drive or 1.0)
-    lag = max(1, round(data.subject.lag_s(data.scales) / record.period_s))
+    u = record.stimulus.inputs[problem.subject.drive][record.first :] / (problem.scales.drive or 1.0)
+    lag = max(1, round(problem.subject.lag_s(problem.scales) / record.period_s))
     made = []
     for k in range(LAGS):
         for series in (y, y**2, y**3, np.broadcast_to(u, y.shape), np.broadcast_to(u**3, y.shape)):
@@ -195,7 +197,7 @@ def _beyond_what_is_allowed(
     rows: Sequence[Rows],
     noise: Sequence[NoiseModel],
     allowed: FloatArray,
-) -> list[Test]:
+) -> list[ResidualTest]:
     """The tests where a misfit of `allowed` mean squares (outputs,) is no gap: in two metrics, widened by it.
 
     In that of the noise, which has the colour of a static model's errors too, a fast effect stands out and a slow one
@@ -227,7 +229,7 @@ def _metric(
     return Metric(projected, most[0] * along, most[1] * float(squares.sum()))
 
 
-def _tests(directions: Sequence[Direction], *metrics: Metric) -> list[Test]:
+def _tests(directions: Sequence[Direction], *metrics: Metric) -> list[ResidualTest]:
     """Of one direction at its best and of blocks: the first metric's statistic, the largest chance in all of them."""
     first = metrics[0].projected
     removed = first.single()
@@ -242,11 +244,11 @@ def _tests(directions: Sequence[Direction], *metrics: Metric) -> list[Test]:
         chances = np.max([one.chances(usable) for one in metrics], axis=0) * trials
         best = usable[int(np.argmin(np.where(chances > 0.0, chances, -removed[usable])))]
         p_value = min(1.0, float(chances.min()) * len(usable))
-        tests.append(Test(f"{directions[best].mechanism} alone", float(removed[best]), 1, p_value))
+        tests.append(ResidualTest(f"{directions[best].mechanism} alone", float(removed[best]), 1, p_value))
     for name, chosen in (("catalogue", given), ("generic forces", forces), ("past motion and drive", past)):
         statistic, freedom = first.block(chosen)
         if freedom:
-            tests.append(Test(name, statistic, freedom, max(one.chance(chosen) for one in metrics)))
+            tests.append(ResidualTest(name, statistic, freedom, max(one.chance(chosen) for one in metrics)))
     return tests
 
 
@@ -259,7 +261,7 @@ def _chance(statistic: float, freedom: int, allowance: float) -> float:
     return float(chi2.sf(statistic, freedom))
 
 
-def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Test:
+def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], problem: Problem) -> ResidualTest:
     """Whether the leftover's variance goes with the motion's within records: log variance of blocks on log amplitude,
     rank-based, both about their means in each record, since a bench may have been noisier on one day than on another.
 
@@ -269,9 +271,9 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Te
 
     sizes, amplitudes = list[FloatArray](), list[FloatArray]()
     for index, left in enumerate(leftover(_as_noisy(rows, noise), noise)):
-        record = data.records[index]
-        block = max(16, round(4.0 * np.pi / data.scales.rate / record.period_s))
-        motion = record.measured[data.subject.output][record.first :] + rows[index].residual[0]
+        record = problem.records[index]
+        block = max(16, round(4.0 * np.pi / problem.scales.rate / record.period_s))
+        motion = record.measured[problem.subject.output][record.first :] + rows[index].residual[0]
         count = len(motion) // block
         if count < 4:
             continue
@@ -283,12 +285,12 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], data: Data) -> Te
         ):
             found.append(of_blocks - of_blocks.mean())
     if not sizes:
-        return Test("residual grows with the motion", 0.0, 0, 1.0)
+        return ResidualTest("residual grows with the motion", 0.0, 0, 1.0)
     x, y = np.concatenate(amplitudes), np.concatenate(sizes)
     if not (np.ptp(x) > 0.0 and np.ptp(y) > 0.0):
-        return Test("residual grows with the motion", 0.0, 0, 1.0)
+        return ResidualTest("residual grows with the motion", 0.0, 0, 1.0)
     ranked = spearmanr(x, y, alternative="greater")
-    return Test("residual grows with the motion", float(ranked.statistic), 1, float(ranked.pvalue))
+    return ResidualTest("residual grows with the motion", float(ranked.statistic), 1, float(ranked.pvalue))
 
 
 def _as_noisy(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[Rows]:
@@ -314,7 +316,7 @@ def beyond_repeats(
     noise: Sequence[NoiseModel],
     records: Sequence[FitRecord],
     outputs: Sequence[str],
-) -> list[Test]:
+) -> list[ResidualTest]:
     """Whether the mean residual of repeats of one input is more than their scatter explains: what repeats is no noise.
 
     Of m repeats the mean is independent of the scatter about it: m mean^2 over scatter^2 / (m - 1) is F-distributed.
@@ -339,7 +341,7 @@ def beyond_repeats(
     if not freedom or not deviations > 0.0:
         return []
     statistic = (common / freedom) / (deviations / rest)
-    return [Test(REPEATS, statistic, freedom, float(f_distribution.sf(statistic, freedom, rest)))]
+    return [ResidualTest(REPEATS, statistic, freedom, float(f_distribution.sf(statistic, freedom, rest)))]
 
 
 def start_of(simulation: Simulation, values: FloatArray) -> Simulation:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.identification.noise.residual_noise import sampled_alike
 
 STANDS_OUT = 60.0
@@ -29,10 +29,10 @@ TONES = (
 )
 
 
-def tones(left: Mapping[str, Sequence[FloatArray]], data: Data, units: Mapping[str, str]) -> list[str]:
+def tones(left: Mapping[str, Sequence[FloatArray]], problem: Problem, units: Mapping[str, str]) -> list[str]:
     """Warnings, of the `leftovers` of the records of `data`, the largest tones first."""
     said: list[str] = []
-    together = max(sampled_alike([record.period_s for record in data.records]), key=len)
+    together = max(sampled_alike([record.period_s for record in problem.records]), key=len)
     for name, errors in left.items():
         chosen = [errors[k] for k in together if len(errors[k]) >= LEAST]
         if not chosen:
@@ -40,7 +40,7 @@ def tones(left: Mapping[str, Sequence[FloatArray]], data: Data, units: Mapping[s
         size = float(np.sqrt(np.mean(np.concatenate(chosen) ** 2)))
         for frequency, amplitude in _standing_out(chosen)[:MOST]:
             if amplitude > WORTH_SAYING * np.sqrt(2.0) * size:
-                frequency_hz = frequency / data.records[together[0]].period_s
+                frequency_hz = frequency / problem.records[together[0]].period_s
                 said.append(
                     TONES.format(name.replace("_", " "), amplitude, units.get(name, ""), frequency_hz)
                 )

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.screening.spikes import without_spikes
 from rtctl.identification.fit_record import FitRecord, fit_record
@@ -145,13 +145,13 @@ def short(records: Sequence[FitRecord], rate: float) -> list[str]:
     ]
 
 
-def foreign(data: Data, outputs: Sequence[str], cost: float) -> list[str]:
+def foreign(problem: Problem, outputs: Sequence[str], cost: float) -> list[str]:
     """Warning where the re-fitted nominal model, at this cost of a fit, leaves most of the signal."""
-    output = data.subject.output
+    output = problem.subject.output
     power = 0.0
-    for record in data.records:
+    for record in problem.records:
         for name in outputs:
-            signal = record.measured[name][record.first :] / data.size(name)
+            signal = record.measured[name][record.first :] / problem.size(name)
             power += float(np.sum((signal - signal.mean()) ** 2))
         share = float(np.sqrt(2.0 * cost / max(power, 1e-300)))
     if not share > FOREIGN_SHARE:

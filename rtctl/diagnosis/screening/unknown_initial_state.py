@@ -145,7 +145,7 @@ class _Beginning(NamedTuple):
     """Standard, of that by noise."""
     units_per_s: float
     """The velocity, with its sign."""
-    told: bool
+    report: bool
     """Whether the manifest says where the record begins."""
 
     @property
@@ -157,7 +157,7 @@ class _Beginning(NamedTuple):
     def rests(self) -> bool:
         """As far as can be seen."""
         still = self.velocity < RESTS * max(1.0, self.displacement)
-        return still and (self.told or self.displacement < RESTS)
+        return still and (self.report or self.displacement < RESTS)
 
     @classmethod
     def of(cls, record: FitRecord, rate: float) -> _Beginning:
@@ -165,7 +165,7 @@ class _Beginning(NamedTuple):
         measured = record.measured.get("displacement")
         size = float(measured.std()) if measured is not None and record.samples > FEWEST else 0.0
         if measured is None or size == 0.0:
-            return cls(0.0, 0.0, 0.0, 0.0, told=False)
+            return cls(0.0, 0.0, 0.0, 0.0, report=False)
         noise = float(np.median(np.abs(np.diff(measured, 4)))) / NOISE_OF_DIFFERENCES / size
         most = min(record.samples, round(2.0 * np.pi * LOOKED_AT / rate / record.period_s))
         count, solution = FEWEST, _cubic(FEWEST, rate * record.period_s)
@@ -174,8 +174,8 @@ class _Beginning(NamedTuple):
             solution = _cubic(count, rate * record.period_s)
         displacement, velocity = solution @ (measured[:count] - measured.mean()) / size
         error = noise * float(np.linalg.norm(solution[1]))
-        told = "displacement" in record.stimulus.initial.keys() - record.stimulus.read
-        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate, told)
+        report = "displacement" in record.stimulus.initial.keys() - record.stimulus.read
+        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate, report)
 
 
 def _cubic(count: int, step: float) -> FloatArray:

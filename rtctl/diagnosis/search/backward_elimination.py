@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.noise.residual_noise import NoiseModel
@@ -16,10 +16,10 @@ NEGLIGIBLE = 1.1
 ITERATIONS = 20
 
 
-def pruned(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+def pruned(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
     """`chosen` without the causes that hardly matter, least first; itself where all of them do."""
     while len(_added(nominal, chosen)) > 1:
-        rests = without_each(data, nominal, chosen)
+        rests = without_each(problem, nominal, chosen)
         best = min(rests, key=lambda one: one.cost, default=None)
         if best is None or best.cost > NEGLIGIBLE * chosen.cost:
             break
@@ -28,7 +28,7 @@ def pruned(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
 
 
 def without_each(
-    data: Data, nominal: Hypothesis, chosen: Hypothesis, known: Sequence[Hypothesis] = ()
+    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, known: Sequence[Hypothesis] = ()
 ) -> tuple[Hypothesis, ...]:
     """`chosen` less each of its causes in turn; taken from `known` where it is there. Those that diverge are left out.
 
@@ -41,7 +41,7 @@ def without_each(
     found: list[Hypothesis] = []
     for cause in causes:
         rest = tuple(name for name in chosen.mechanisms if name != cause)
-        one = by_set.get(frozenset(rest)) or fitted_without(data, nominal, chosen, rest)
+        one = by_set.get(frozenset(rest)) or fitted_without(problem, nominal, chosen, rest)
         found += [one] if one is not None else []
     return tuple(found)
 
@@ -51,7 +51,7 @@ def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
 
 
 def fitted_without(
-    data: Data, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS,
+    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS,
     below: float = np.inf,
 ) -> Hypothesis | None:  # fmt: skip
     """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there. None where it
@@ -66,7 +66,7 @@ def fitted_without(
     simulation = simulation.with_values(np.array([values[one.name] for one in simulation.parameters]))
     begins = [simulation]
     if iterations:
-        values |= _making_up(data, chosen, rest)
+        values |= _making_up(problem, chosen, rest)
         begins.append(start_of(simulation, np.array([values[one.name] for one in simulation.parameters])))
     known = {one.name for one in simulation.parameters}
     still = frozenset(name for name in chosen.still if name in known)
@@ -81,22 +81,22 @@ def fitted_without(
         ]
         starts = np.column_stack((starts, chosen.starts[:, kept]))
     if len(begins) > 1:
-        there = [(fitted(data, one, rest, starts, 0, still), one) for one in begins]
+        there = [(fit_hypothesis(problem, one, rest, starts, 0, still), one) for one in begins]
         least, simulation = min(
             ((at.cost if at else np.inf, one) for at, one in there), key=lambda pair: pair[0]
         )
         if not least < below:
             return None
-    return fitted(data, simulation, rest, starts, iterations, still)
+    return fit_hypothesis(problem, simulation, rest, starts, iterations, still)
 
 
-def _making_up(data: Data, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
+def _making_up(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
     """By name, what the parameters that stay would be if the amplitudes of all others went to zero, to first order."""
     parameters = [chosen.simulation.parameters[k] for k in chosen.sensitivity.free]
     stays = [k for k, one in enumerate(parameters) if not one.mechanism or one.mechanism in rest]
     goes = [k for k, one in enumerate(parameters) if k not in stays and one.declared.neutral is not None]
     try:
-        lines = chosen.linearise(data)
+        lines = chosen.linearise(problem)
     except ArithmeticError:
         return {}
     if not goes or not stays:

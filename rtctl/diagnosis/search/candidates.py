@@ -13,8 +13,8 @@ from rtctl.border.simulation import FreeParameter
 from rtctl.diagnosis.problem.hypothesis import defaulted
 from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters_of
 from rtctl.diagnosis.residual.projection import Projected
-from rtctl.diagnosis.residual.residual_tests import Examined, start_of
-from rtctl.diagnosis.search.successive_halving import Runner
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of
+from rtctl.diagnosis.search.successive_halving import Candidate
 
 GROWN = 2
 """Largest set that is extended by all that may act beside it; larger ones grow alone, by the most likely causes."""
@@ -37,7 +37,7 @@ FURTHEST = 0.5
 """Of its value, or of its typical size if that is more: what one of a set's own parameters makes room by at most."""
 
 
-def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
+def candidates_of(parent: TestedHypothesis, least: float = 0.0) -> list[Candidate]:
     """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes.
 
     Those with a score of `least` times the best one's or more.
@@ -58,7 +58,7 @@ def runners_of(parent: Examined, least: float = 0.0) -> list[Runner]:
     return made
 
 
-def in_turn(groups: Sequence[Sequence[Runner]]) -> list[Runner]:
+def in_turn(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
     """All of several parents' runners: of each set the first one, the best sets of every parent before any second best,
     then further ones. Where time runs out, no set goes without a fit for another's second start.
     """
@@ -74,7 +74,7 @@ def in_turn(groups: Sequence[Sequence[Runner]]) -> list[Runner]:
     return [runner for _, _, runner in sorted(order, key=lambda one: one[:2])]
 
 
-def pairs_of(parent: Examined) -> list[Runner]:
+def pairs_of(parent: TestedHypothesis) -> list[Candidate]:
     """The parent's set with two further mechanisms at once: of all pairs those that promise most together.
 
     One effect alone bends the nominal parameters until the other, beside it, is far from where it would be right, and
@@ -88,7 +88,7 @@ def pairs_of(parent: Examined) -> list[Runner]:
     return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
 
 
-def _tried(parent: Examined, groups: Sequence[list[int]]) -> Sequence[list[int]]:
+def _tried(parent: TestedHypothesis, groups: Sequence[list[int]]) -> Sequence[list[int]]:
     """Of one form's choices of shapes, best first, those that a fit begins with.
 
     Frequencies have valleys that are apart: no fit goes on to the next one from a step that ends at once, at a bound.
@@ -100,7 +100,7 @@ def _tried(parent: Examined, groups: Sequence[list[int]]) -> Sequence[list[int]]
     return ([group for group in groups if _feasible(parent, group, known)] or groups)[:FREQUENCIES_TRIED]
 
 
-def _feasible(parent: Examined, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
+def _feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
     """Whether the linear step stays within bounds: a mass that would have to be negative is no start."""
     steps = _joint_step(parent.projected, len(parent.hypothesis.shared), group)
     reached = [
@@ -111,12 +111,12 @@ def _feasible(parent: Examined, group: Sequence[int], known: Mapping[str, FreePa
     return all(one.low <= one.value + by <= one.high for one, by in reached)
 
 
-def _score(parent: Examined, group: Sequence[int]) -> float:
+def _score(parent: TestedHypothesis, group: Sequence[int]) -> float:
     """Sum of squares that these directions remove together."""
     return parent.projected.block(np.asarray(group))[0]
 
 
-def _forms(parent: Examined) -> dict[str, list[list[int]]]:
+def _forms(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
     """Of each mechanism, its directions in groups of one form and one choice of shapes."""
     by_id: dict[str, list[int]] = {}
     for k, direction in enumerate(parent.directions):
@@ -125,7 +125,7 @@ def _forms(parent: Examined) -> dict[str, list[list[int]]]:
     return {identity: acting_together(parent.directions, indices) for identity, indices in by_id.items()}
 
 
-def _screened(parent: Examined) -> list[tuple[str, float]]:
+def _screened(parent: TestedHypothesis) -> list[tuple[str, float]]:
     """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
     scores = {
         identity: max(_score(parent, group) for group in groups)
@@ -137,7 +137,7 @@ def _screened(parent: Examined) -> list[tuple[str, float]]:
     return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
 
 
-def _runner(parent: Examined, group: Sequence[int], factor: float) -> Runner:
+def _runner(parent: TestedHypothesis, group: Sequence[int], factor: float) -> Candidate:
     """`group`: directions of one form and shape of each mechanism that is added."""
     hypothesis = parent.hypothesis
     identities = tuple(dict.fromkeys(parent.directions[k].mechanism for k in group))
@@ -174,14 +174,14 @@ def _runner(parent: Examined, group: Sequence[int], factor: float) -> Runner:
         else:
             still.add(simulation.parameters[index].name)
     starts = np.column_stack((hypothesis.starts, *own.values()))
-    return Runner(
+    return Candidate(
         mechanisms=(*hypothesis.mechanisms, *identities), simulation=start_of(simulation, values), starts=starts,
         still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
         form="".join(forms.values()),
     )  # fmt: skip
 
 
-def _given_way(parent: Examined, group: Sequence[int], steps: FloatArray) -> FloatArray:
+def _given_way(parent: TestedHypothesis, group: Sequence[int], steps: FloatArray) -> FloatArray:
     """(p,) by how much the set's own parameters make room for `steps`, scaled; zero where they hardly follow them."""
     projected, shared = parent.projected, len(parent.hypothesis.shared)
     chosen = np.asarray(group)
@@ -192,7 +192,7 @@ def _given_way(parent: Examined, group: Sequence[int], steps: FloatArray) -> Flo
     return way
 
 
-def _longest(parent: Examined, way: FloatArray) -> float:
+def _longest(parent: TestedHypothesis, way: FloatArray) -> float:
     """Factor of `way` (p,) beyond which one of the set's own parameters would leave all that is linear about it.
 
     A stiffness that made room by several times itself would have another sign.

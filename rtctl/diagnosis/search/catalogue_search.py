@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rtctl.diagnosis.problem.budget import SECONDS, Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.search.hysteresis_refit import FinerLoops, over_noise
-from rtctl.diagnosis.search.stepwise import Search, as_it_is, level_of, search
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
+from rtctl.diagnosis.search.stepwise import SearchResult, as_it_is, level_of, search
 from rtctl.diagnosis.verification.holdout_support import supported
 from rtctl.diagnosis.verification.nonparametric import explaining_more
 from rtctl.diagnosis.verification.verdict import verdict_of
@@ -35,7 +35,7 @@ OUT_OF_TIME = (
 )
 
 
-class Stopped(Exception):  # noqa: N818 - not an error
+class StoppedByUser(Exception):  # noqa: N818 - not an error
     """Raised by `told` where the user asked to stop: the answer is then of what is done."""
 
 
@@ -49,10 +49,10 @@ class DiagnosisOptions:
     """Processor time of the diagnosis, after which no further fit is begun."""
 
 
-class Asked(NamedTuple):
+class SearchRequest(NamedTuple):
     """What the causes are looked for in."""
 
-    data: Data
+    problem: Problem
     nominal: Hypothesis
     model: Any
     dataset: Dataset
@@ -60,15 +60,15 @@ class Asked(NamedTuple):
     ids: Sequence[str]
     options: DiagnosisOptions
     budget: Budget
-    told: Callable[[str], None]
+    report: Callable[[str], None]
 
-    def relearning(self, loops: Mapping[str, Any]) -> FinerLoops:
+    def relearning(self, loops: Mapping[str, Any]) -> LoopRefitter:
         """What it takes to learn these loops, by output, anew."""
         level = level_of(self.options.false_claim_rate)
-        return FinerLoops(loops, self.data, self.tests, self.ids, level, self.told, self.budget)
+        return LoopRefitter(loops, self.problem, self.tests, self.ids, level, self.report, self.budget)
 
 
-def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
+def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[str], bool]:
     """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
 
     Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
@@ -78,7 +78,7 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
     if whole and ask.tests:
         try:
             loops = _finer(ask)
-        except Stopped:
+        except StoppedByUser:
             loops = None
         if loops is not None:
             first, said, stopped = _searched(
@@ -88,20 +88,20 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
                 return first, said, True
             try:
                 found = loops.behind(first)
-            except Stopped:
+            except StoppedByUser:
                 return first, [LOOPS_STOPPED], True
             if found.learned:
                 return found, [], False
     mended = _Mended(ask, [])
     if first is None or first.out_of_time:
-        first, said, stopped = _searched(ask, mended.put_right if whole else as_it_is)
+        first, said, stopped = _searched(ask, mended.correct if whole else as_it_is)
     found = first
     if whole and not stopped and found.learned is None:
-        found, unsupported = supported(found, found.finer or ask.data, ask.tests, ask.ids, ask.budget)
+        found, unsupported = supported(found, found.finer or ask.problem, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)
-        except Stopped:
+        except StoppedByUser:
             return found, [*said, NOT_PUT_RIGHT], True
     return found, said, stopped
 
@@ -109,13 +109,13 @@ def caused(ask: Asked, *, whole: bool) -> tuple[Search, list[str], bool]:
 class _Mended(NamedTuple):
     """Static loops learned anew behind causes that leave something, passing or not, if test records gain by it."""
 
-    ask: Asked
-    tried: list[Search]
+    ask: SearchRequest
+    tried: list[SearchResult]
     """What came of it so far."""
 
-    def put_right(self, found: Search) -> Search:
+    def correct(self, found: SearchResult) -> SearchResult:
         """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
-        ask, subject = self.ask, self.ask.data.subject
+        ask, subject = self.ask, self.ask.problem.subject
         partly = verdict_of(found, subject.least_removed) == "partly_explained"
         if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
             return found
@@ -123,7 +123,7 @@ class _Mended(NamedTuple):
         if not loops:
             return found
         law = explaining_more(
-            ask.data, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.told
+            ask.problem, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.report
         )
         found = found._replace(outdone=law)
         if not law:
@@ -131,12 +131,12 @@ class _Mended(NamedTuple):
         self.tried.append(found)
         return found
 
-    def at_last(self, found: Search) -> Search:
+    def at_last(self, found: SearchResult) -> SearchResult:
         """Of a search that has ended: itself if it passes, else what was mended on its way if that leaves less."""
         if found.passes:
             return self._closer(found)
         if not self.tried:
-            return self.put_right(found)
+            return self.correct(found)
         last = self.tried[-1]
         if last.chosen.hypothesis is found.chosen.hypothesis:
             return found._replace(outdone=last.outdone)
@@ -144,13 +144,13 @@ class _Mended(NamedTuple):
             return found
         return last._replace(out_of_time=found.out_of_time)
 
-    def _closer(self, found: Search) -> Search:
+    def _closer(self, found: SearchResult) -> SearchResult:
         """A set that passes, since a model may be off by so much: with loops that are off by less, if it still does
         and test records show that they are. Not where others explain as much: all of them have the same loops.
         """
-        ask, subject = self.ask, self.ask.data.subject
+        ask, subject = self.ask, self.ask.problem.subject
         named = found.chosen.hypothesis is not found.nominal.hypothesis and not found.equivalent
-        if not (named and ask.data.allowed) or subject.relearned is None or ask.budget.spent:
+        if not (named and ask.problem.allowed) or subject.relearned is None or ask.budget.spent:
             return found
         if over_noise(found.chosen, ask.tests) < WORTH_PUTTING_RIGHT:
             return found
@@ -161,28 +161,30 @@ class _Mended(NamedTuple):
         return again if again.passes else found
 
 
-def _finer(ask: Asked) -> FinerLoops | None:
+def _finer(ask: SearchRequest) -> LoopRefitter | None:
     """None where the static loops are not too coarse."""
-    if ask.data.subject.relearned is None:
+    if ask.problem.subject.relearned is None:
         return None
-    ask.told("whether the static loops are too coarse")
-    coarse = ask.data.subject.coarse(ask.model, ask.dataset)
+    ask.report("whether the static loops are too coarse")
+    coarse = ask.problem.subject.coarse(ask.model, ask.dataset)
     return ask.relearning(coarse) if coarse else None
 
 
-def _searched(ask: Asked, put_right: Callable[[Search], Search] = as_it_is) -> tuple[Search, list[str], bool]:
+def _searched(
+    ask: SearchRequest, correct: Callable[[SearchResult], SearchResult] = as_it_is
+) -> tuple[SearchResult, list[str], bool]:
     """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
     tried: list[str] = []
-    known: list[Search] = []
+    known: list[SearchResult] = []
 
     def noted(text: str) -> None:
-        ask.told(text)
+        ask.report(text)
         tried.append(text)
 
     try:
         rate = ask.options.false_claim_rate
-        found = search(ask.data, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, put_right)
+        found = search(ask.problem, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, correct)
         return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
-    except Stopped:
+    except StoppedByUser:
         so_far = known[-1]
         return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True

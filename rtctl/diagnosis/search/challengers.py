@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import fitted_without
-from rtctl.diagnosis.search.candidates import runners_of
+from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.diagnosis.search.model_selection import ranked, whitened_bic
-from rtctl.diagnosis.search.successive_halving import each_once, race
+from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.search.stepwise import Search
+    from rtctl.diagnosis.search.stepwise import SearchResult
 
 ALONE = 0.1
 """Times the cost of another: a first below it is right, or the other is stuck."""
@@ -28,9 +28,9 @@ NEAR = 1.5
 """Times the cost of the best: beyond, no whitening makes a set its equal."""
 
 
-def second_chance(
-    data: Data, parents: Sequence[Examined], field: Sequence[Hypothesis], ids: Sequence[str],
-    told: Callable[[str], None], budget: Budget,
+def refit_challengers(
+    problem: Problem, parents: Sequence[TestedHypothesis], field: Sequence[Hypothesis], ids: Sequence[str],
+    report: Callable[[str], None], budget: Budget,
 ) -> list[Hypothesis]:  # fmt: skip
     """`field`, and where its first leaves others far behind, what of them could stand in its place, from there.
 
@@ -42,23 +42,26 @@ def second_chance(
         (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
     )
     near = {frozenset(one.mechanisms) for one in field if first.cost >= ALONE * one.cost}
-    if data.glance is not data or parent is None or len(near) == len(field):
+    if problem.glance is not problem or parent is None or len(near) == len(field):
         return list(field)
-    there = None if budget.spent else fitted_without(data, parent, first, parent.mechanisms, iterations=0)
+    there = None if budget.spent else fitted_without(problem, parent, first, parent.mechanisms, iterations=0)
     if there is None:
         return list(field)
     runners = [
         runner
-        for runner in runners_of(examine(there, data, ids), least=RIVALS)
+        for runner in candidates_of(run_residual_tests(there, problem, ids), least=RIVALS)
         if frozenset(runner.mechanisms) not in near
     ]
-    return each_once(sorted([*field, *race(data, runners, told, budget)], key=lambda one: one.cost))
+    return each_once(
+        sorted([*field, *halve_successively(problem, runners, report, budget)], key=lambda one: one.cost)
+    )
 
 
-def beside_it(
-    data: Data, found: Search, larger: Examined, ids: Sequence[str], level: float, told: Callable[[str], None],
+def refit_rivals(
+    problem: Problem, found: SearchResult, larger: TestedHypothesis, ids: Sequence[str], level: float,
+    report: Callable[[str], None],
     budget: Budget,
-) -> Search:  # fmt: skip
+) -> SearchResult:  # fmt: skip
     """`found`, where it is a single cause that a `larger` set led to, beside what could stand in its place, from there.
 
     Where all single causes had been stuck, that one came out of it shows where the others are right too.
@@ -69,21 +72,21 @@ def beside_it(
         return found
     known = [one.hypothesis for one in found.tried[0] if one.hypothesis is not chosen.hypothesis]
     field = each_once([chosen.hypothesis, *sorted(known, key=lambda one: one.cost)])
-    field = second_chance(data, [found.nominal], field, ids, told, budget.further(BESIDE))
+    field = refit_challengers(problem, [found.nominal], field, ids, report, budget.further(BESIDE))
     there = {id(one) for one in (chosen.hypothesis, *known)}
     fresh = [one for one in field if id(one) not in there and one.cost < NEAR * chosen.hypothesis.cost]
     if not fresh:
         return found
-    examined = [examine(one, data, ids) for one in fresh]
+    examined = [run_residual_tests(one, problem, ids) for one in fresh]
     best = min(
         (chosen, *(one for one in examined if one.p_value > level)),
-        key=lambda one: whitened_bic(data, one.hypothesis, chosen.noise),
+        key=lambda one: whitened_bic(problem, one.hypothesis, chosen.noise),
     )
-    own = ranked(data, each_once([best.hypothesis, chosen.hypothesis, *fresh, *known]), best, plain=False)
+    own = ranked(problem, each_once([best.hypothesis, chosen.hypothesis, *fresh, *known]), best, plain=False)
     return found._replace(chosen=best, tried=(own, *found.tried[1:]))
 
 
-def unfinished(found: Search) -> tuple[Hypothesis, ...]:
+def unfinished(found: SearchResult) -> tuple[Hypothesis, ...]:
     """The equivalents, and where time ran out on single causes those whose fits may yet end as low."""
     chosen = found.chosen.hypothesis
     if len(chosen.mechanisms) != len(found.nominal.hypothesis.mechanisms) + 1 or len(found.tried) != 1:

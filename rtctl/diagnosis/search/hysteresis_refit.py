@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.problem.subject import Placed
 from rtctl.diagnosis.report.answer import MOST_CERTAIN, Cause, Estimate
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
-from rtctl.diagnosis.search.stepwise import Search
+from rtctl.diagnosis.search.stepwise import SearchResult
 from rtctl.diagnosis.verification.holdout_error import free_run_error, gain
 from rtctl.diagnosis.verification.holdout_support import SMALL
 from rtctl.diagnosis.verification.verdict import LEAST_GAIN
@@ -45,7 +45,7 @@ def _silent(text: str) -> None:
     """Nobody listens."""
 
 
-class Learned(NamedTuple):
+class HysteresisRefit(NamedTuple):
     """A static part that was learned anew."""
 
     coarse: Mapping[str, Any]
@@ -61,24 +61,24 @@ class Learned(NamedTuple):
         return any(one.is_coarse for one in self.coarse.values())
 
 
-class FinerLoops(NamedTuple):
+class LoopRefitter(NamedTuple):
     """What it takes to learn them: read-outs by output, the records, the gate."""
 
     coarse: Mapping[str, Any]
-    data: Data
+    problem: Problem
     tests: Sequence[FitRecord]
     ids: Sequence[str]
     level: float
-    told: Callable[[str], None] = _silent
+    report: Callable[[str], None] = _silent
     """Hears what is under way, and may raise to stop."""
     budget: Budget | None = None
     """Of the diagnosis: without end where there is none."""
 
-    def behind(self, found: Search) -> Search:
+    def behind(self, found: SearchResult) -> SearchResult:
         """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
         nominal = found.nominal.hypothesis
-        known = _without_its_correction(self.data, nominal, found.chosen.hypothesis)
-        fewer = _less_what_is_small(self.data, nominal, known)
+        known = _without_its_correction(self.problem, nominal, found.chosen.hypothesis)
+        fewer = _less_what_is_small(self.problem, nominal, known)
         # what is small beside the causes may be the error of the loops
         if fewer is not known and self._lasts(TWICE):
             alone = self._behind(found, fewer)
@@ -86,29 +86,29 @@ class FinerLoops(NamedTuple):
                 return alone
         return self._behind(found, known)
 
-    def _behind(self, found: Search, known: Hypothesis) -> Search:
-        data, nominal, chosen = self.data, found.nominal.hypothesis, found.chosen.hypothesis
+    def _behind(self, found: SearchResult, known: Hypothesis) -> SearchResult:
+        problem, nominal, chosen = self.problem, found.nominal.hypothesis, found.chosen.hypothesis
         placed, again = self._learned(known)
         if placed is None:
             return found
-        bare = fitted(
-            data, placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
+        bare = fit_hypothesis(
+            problem, placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
         )
         if bare is None:
             return found
-        again = _less_what_they_replace(data, bare, again)
-        learned = Learned(self.coarse, placed.loops, known)
+        again = _less_what_they_replace(problem, bare, again)
+        learned = HysteresisRefit(self.coarse, placed.loops, known)
         if not learned.is_cause and again.mechanisms == bare.mechanisms:
             return found
-        examined = examine(again, data, self.ids)
+        examined = run_residual_tests(again, problem, self.ids)
         claimed = learned.is_cause or not found.passes  # else any gain will do that is certain
         others = [(chosen, LEAST_GAIN if claimed else 1.0)]
         others += [] if learned.is_cause else [(bare, LEAST_GAIN)]  # the causes have to help by themselves
-        if not all(_helps(one, examined, data, self.tests, least) for one, least in others):
+        if not all(_helps(one, examined, problem, self.tests, least) for one, least in others):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
-            without=without_each(data, bare, again), learned=learned,
+            without=without_each(problem, bare, again), learned=learned,
         )  # fmt: skip
 
     def _lasts(self, seconds: float) -> bool:
@@ -119,7 +119,7 @@ class FinerLoops(NamedTuple):
 
         Twice, if time lasts: with the first loops the causes are nearer to the truth.
         """
-        beginnings = [one for one in (_as_identified(self.data, known), known) if one is not None]
+        beginnings = [one for one in (_as_identified(self.problem, known), known) if one is not None]
         learned, after = min(
             (self._once(one, known.still) for one in beginnings), key=lambda one: one[1].cost
         )
@@ -132,14 +132,16 @@ class FinerLoops(NamedTuple):
 
     def _once(self, behind: Hypothesis, still: frozenset[str]) -> tuple[Placed, Hypothesis]:
         """Loops behind `behind`, and that fitted with them, or as it was where that diverges."""
-        data = self.data
-        assert data.subject.relearned is not None
-        placed = data.subject.relearned(self.coarse, behind, data, self.told)
-        again = fitted(data, placed(behind.simulation), behind.mechanisms, behind.starts, still=still)
+        problem = self.problem
+        assert problem.subject.relearned is not None
+        placed = problem.subject.relearned(self.coarse, behind, problem, self.report)
+        again = fit_hypothesis(
+            problem, placed(behind.simulation), behind.mechanisms, behind.starts, still=still
+        )
         return placed, again or behind
 
 
-def loops_cause(found: Search, noise_cost: float) -> Cause | None:
+def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
     """The loops as a cause; None where they were not learned anew, or only put right."""
     if found.learned is None or not found.learned.is_cause:
         return None
@@ -157,51 +159,53 @@ def loops_cause(found: Search, noise_cost: float) -> Cause | None:
     )  # fmt: skip
 
 
-def _as_identified(data: Data, known: Hypothesis) -> Hypothesis | None:
+def _as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None:
     """`known` with the gains and offsets that the loops were identified with; None where the records need others.
 
     Left free they make up for what the loops are off by, and then the causes are off that these are learned behind.
     """
-    settled = data.subject.corrections
+    settled = problem.subject.corrections
     values = np.array([settled.get(one.name, one.value) for one in known.simulation.parameters])
     there = known.simulation.with_values(values)
-    found = fitted(data, there, known.mechanisms, known.starts, still=known.still | frozenset(settled))
+    found = fit_hypothesis(
+        problem, there, known.mechanisms, known.starts, still=known.still | frozenset(settled)
+    )
     return found if found is not None and found.cost < AS_IDENTIFIED * known.cost else None
 
 
-def _without_its_correction(data: Data, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+def _without_its_correction(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
     """Less the smooth correction of the loops, which finer ones make needless."""
     rest = tuple(name for name in chosen.mechanisms if name != ID)
     if rest == chosen.mechanisms or ID in nominal.mechanisms:
         return chosen
     if rest == nominal.mechanisms:
         return nominal
-    return fitted_without(data, nominal, chosen, rest) or chosen
+    return fitted_without(problem, nominal, chosen, rest) or chosen
 
 
-def _less_what_is_small(data: Data, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
+def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
     """Without the causes that remove little of what the set does."""
     removed = nominal.cost - known.cost
     fewer = known
     while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
-        rest = min(without_each(data, nominal, fewer), key=lambda one: one.cost, default=None)
+        rest = min(without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
         if rest is None or rest.cost - known.cost > SMALL * removed:
             break
         fewer = rest
     return fewer
 
 
-def _less_what_they_replace(data: Data, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
+def _less_what_they_replace(problem: Problem, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
     """Without the causes that hardly matter once the loops are finer."""
     while len(again.mechanisms) > len(bare.mechanisms):
-        fewer = min(without_each(data, bare, again), key=lambda one: one.cost, default=None)
+        fewer = min(without_each(problem, bare, again), key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
             break
         again = fewer
     return again
 
 
-def over_noise(found: Examined, tests: Sequence[FitRecord]) -> float:
+def over_noise(found: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
     """Error on test records (RMS) over what of the noise cannot be predicted, of the output where that is largest; 0
     where none has one.
 
@@ -215,9 +219,11 @@ def over_noise(found: Examined, tests: Sequence[FitRecord]) -> float:
     return most
 
 
-def _helps(before: Hypothesis, after: Examined, data: Data, tests: Sequence[FitRecord], least: float) -> bool:
+def _helps(
+    before: Hypothesis, after: TestedHypothesis, problem: Problem, tests: Sequence[FitRecord], least: float
+) -> bool:
     """Whether an output's error on test records beyond the noise falls to one over `least`, and none rises."""
-    gains, rate = [], data.scales.rate
+    gains, rate = [], problem.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
         floor = float(np.sqrt(noise.mean_square))

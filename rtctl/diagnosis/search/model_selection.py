@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.projection import leftover, project
 from rtctl.diagnosis.residual.residual_rows import own_rows
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, sampled_alike
 
 
@@ -19,32 +19,34 @@ class Ranked(NamedTuple):
 
     hypothesis: Hypothesis
     bic: float
-    examined: Examined | None
+    examined: TestedHypothesis | None
 
 
-def ranked(data: Data, field: Sequence[Hypothesis], best: Examined, *, plain: bool) -> tuple[Ranked, ...]:
+def ranked(
+    problem: Problem, field: Sequence[Hypothesis], best: TestedHypothesis, *, plain: bool
+) -> tuple[Ranked, ...]:
     """Lowest BIC first; `plain`: of white residuals, each with a variance of its own."""
     made = []
     for hypothesis in field:
-        bic = plain_bic(data, hypothesis) if plain else whitened_bic(data, hypothesis, best.noise)
+        bic = plain_bic(problem, hypothesis) if plain else whitened_bic(problem, hypothesis, best.noise)
         made.append(Ranked(hypothesis, bic, best if hypothesis is best.hypothesis else None))
     return tuple(sorted(made, key=lambda one: one.bic))
 
 
-def whitened_bic(data: Data, hypothesis: Hypothesis, noise: Sequence[NoiseModel]) -> float:
+def whitened_bic(problem: Problem, hypothesis: Hypothesis, noise: Sequence[NoiseModel]) -> float:
     """Of one set, at the optimum of its whitened residual: one Gauss-Newton step from the plain one."""
-    rows = own_rows(data, hypothesis)
+    rows = own_rows(problem, hypothesis)
     if rows is None:
         return np.inf
     projected = project(rows, noise)
     return projected.residual + unknowns(hypothesis) * float(np.log(projected.samples))
 
 
-def by_likelihood(data: Data, field: Sequence[Hypothesis]) -> Hypothesis:
+def by_likelihood(problem: Problem, field: Sequence[Hypothesis]) -> Hypothesis:
     """The likeliest, each with coloured noise of its own."""
     found = []
     for hypothesis in field:
-        rows = own_rows(data, hypothesis)
+        rows = own_rows(problem, hypothesis)
         if rows is not None:
             left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
             count, likelihood = sum(one.shape[1] for one in left), 0.0
@@ -61,8 +63,8 @@ def unknowns(hypothesis: Hypothesis) -> int:
     return len(hypothesis.shared) + hypothesis.starts.size
 
 
-def plain_bic(data: Data, hypothesis: Hypothesis) -> float:
+def plain_bic(problem: Problem, hypothesis: Hypothesis) -> float:
     """Of white residuals."""
-    samples = sum(record.samples - record.first for record in data.records)
+    samples = sum(record.samples - record.first for record in problem.records)
     fit = samples * float(np.log(max(hypothesis.cost, 1e-300)))
     return fit + unknowns(hypothesis) * float(np.log(samples))

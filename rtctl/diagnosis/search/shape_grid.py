@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
-from rtctl.diagnosis.problem.hypothesis import Data
+from rtctl.diagnosis.problem.hypothesis import Problem
 
 PEAKS = 3
 APART = 0.08
@@ -25,31 +25,33 @@ class Shapes(NamedTuple):
 
 
 def shape_grid(
-    mechanism: Mechanism, data: Data, residuals: Sequence[FloatArray], form: str = ""
+    mechanism: Mechanism, problem: Problem, residuals: Sequence[FloatArray], form: str = ""
 ) -> Iterator[Shapes]:
     """Of one form. Shapes with a default stay there, or where else they are looked for, but for frequencies."""
     axes = {}
     for parameter in mechanism.parameters:
         if parameter.is_shape and parameter.of_form in ("", form):
-            axes[parameter.name] = _axis(parameter, data, residuals)
+            axes[parameter.name] = _axis(parameter, problem, residuals)
     for choice in itertools.product(*axes.values()):
         values = {name: value for name, (value, _) in zip(axes, choice, strict=True)}
         yield Shapes(values, max((trials for _, trials in choice), default=1))
 
 
-def _axis(parameter: Parameter, data: Data, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
-    size = abs(float(parameter.scale(data.scales))) or 1.0
+def _axis(parameter: Parameter, problem: Problem, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
+    size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
     if parameter.default is not None and not parameter.searched:
         found = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
         found = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
     if parameter.unit == "Hz":
-        found += _peaks(data, residuals, low, high)
+        found += _peaks(problem, residuals, low, high)
     return found
 
 
-def _peaks(data: Data, residuals: Sequence[FloatArray], low: float, high: float) -> list[tuple[float, int]]:
+def _peaks(
+    problem: Problem, residuals: Sequence[FloatArray], low: float, high: float
+) -> list[tuple[float, int]]:
     """Frequencies [Hz] within the range where the residuals (outputs, n) have most power, and of how many bins."""
     length = 2 * max(residual.shape[1] for residual in residuals)
     power = np.zeros(length // 2 + 1)
@@ -58,7 +60,7 @@ def _peaks(data: Data, residuals: Sequence[FloatArray], low: float, high: float)
         window = np.hanning(residual.shape[1])
         each = np.abs(np.fft.rfft(residual * window, length, axis=1)) ** 2
         power += (each / np.maximum(sizes, 1e-300)[:, None] ** 2).sum(axis=0)
-    frequency = np.fft.rfftfreq(length, data.scales.period)
+    frequency = np.fft.rfftfreq(length, problem.scales.period)
     power[(frequency < low) | (frequency > high)] = 0.0
     bins = int(np.count_nonzero(power))
     found: list[tuple[float, int]] = []

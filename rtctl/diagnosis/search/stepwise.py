@@ -16,17 +16,17 @@ import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import fitted_without, pruned, without_each
-from rtctl.diagnosis.search.candidates import GROWN, in_turn, pairs_of, runners_of
-from rtctl.diagnosis.search.challengers import NEAR, beside_it, second_chance, unfinished
+from rtctl.diagnosis.search.candidates import GROWN, candidates_of, in_turn, pairs_of
+from rtctl.diagnosis.search.challengers import NEAR, refit_challengers, refit_rivals, unfinished
 from rtctl.diagnosis.search.model_selection import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
-from rtctl.diagnosis.search.successive_halving import each_once, race
+from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.search.hysteresis_refit import Learned
+    from rtctl.diagnosis.search.hysteresis_refit import HysteresisRefit
 
 LARGEST_SET = 6
 BEAM = 3
@@ -63,11 +63,11 @@ MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
 
 
-class Search(NamedTuple):
+class SearchResult(NamedTuple):
     """What came of it."""
 
-    nominal: Examined
-    chosen: Examined
+    nominal: TestedHypothesis
+    chosen: TestedHypothesis
     """The smallest set that passes, else the best of the largest size."""
     passes: bool
     equivalent: tuple[Hypothesis, ...]
@@ -78,46 +78,46 @@ class Search(NamedTuple):
     """The chosen set less each one of its causes, fitted again."""
     out_of_time: bool = False
     """Larger sets, or some of this size, were not looked at."""
-    learned: Learned | None = None
+    learned: HysteresisRefit | None = None
     """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
     outdone: str | None = None
     """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
-    finer: Data | None = None
+    finer: Problem | None = None
     """What was searched with steps as fine as the causes need; None: as asked."""
 
     @property
-    def fitted(self) -> list[Hypothesis]:
+    def hypotheses(self) -> list[Hypothesis]:
         """Every set that was."""
         return [one.hypothesis for ranking in self.tried for one in ranking]
 
 
-def as_it_is(found: Search) -> Search:
+def as_it_is(found: SearchResult) -> SearchResult:
     """Nothing is put right."""
     return found
 
 
 def search(
-    data: Data,
+    problem: Problem,
     nominal: Hypothesis,
     ids: Sequence[str],
     false_claim_rate: float,
-    told: Callable[[str], None] = lambda text: None,
-    kept: Callable[[Search], None] = lambda found: None,
+    report: Callable[[str], None] = lambda text: None,
+    kept: Callable[[SearchResult], None] = lambda found: None,
     budget: Budget | None = None,
-    put_right: Callable[[Search], Search] = as_it_is,
-) -> Search:
+    correct: Callable[[SearchResult], SearchResult] = as_it_is,
+) -> SearchResult:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise.
 
     `put_right`: mends the model behind two causes that do not explain it, or behind the last ones, if that helps.
     """
     budget = budget or Budget.of()
-    found = _grown(data, nominal, ids, level_of(false_claim_rate), told, kept, budget, put_right)
+    found = _grown(problem, nominal, ids, level_of(false_claim_rate), report, kept, budget, correct)
     found = found._replace(out_of_time=budget.spent and not found.passes)
     found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
     if found.learned is not None:
         return found
     without = without_each(
-        found.finer or data, found.nominal.hypothesis, found.chosen.hypothesis, found.fitted
+        found.finer or problem, found.nominal.hypothesis, found.chosen.hypothesis, found.hypotheses
     )
     return found._replace(without=without)
 
@@ -128,58 +128,60 @@ def level_of(false_claim_rate: float) -> float:
 
 
 def _grown(
-    data: Data, nominal: Hypothesis, ids: Sequence[str], level: float,
-    told: Callable[[str], None], kept: Callable[[Search], None], budget: Budget,
-    put_right: Callable[[Search], Search],
-) -> Search:  # fmt: skip
-    at_nominal = examine(nominal, data, ids)
+    problem: Problem, nominal: Hypothesis, ids: Sequence[str], level: float,
+    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: Budget,
+    correct: Callable[[SearchResult], SearchResult],
+) -> SearchResult:  # fmt: skip
+    at_nominal = run_residual_tests(nominal, problem, ids)
     passes = at_nominal.p_value > level
-    kept(Search(at_nominal, at_nominal, passes, (), ()))
+    kept(SearchResult(at_nominal, at_nominal, passes, (), ()))
     if passes:
-        return Search(at_nominal, at_nominal, True, (), ())
-    parents, tried, best, asked = [at_nominal], list[tuple[Ranked, ...]](), at_nominal, data
+        return SearchResult(at_nominal, at_nominal, True, (), ())
+    parents, tried, best, asked = [at_nominal], list[tuple[Ranked, ...]](), at_nominal, problem
 
-    def answer(found: Search, *, plain: bool = False) -> Search:
-        same = equivalents(data, found.tried, found.chosen, plain=plain)
-        return found._replace(equivalent=same, finer=None if data is asked else data)
+    def answer(found: SearchResult, *, plain: bool = False) -> SearchResult:
+        same = equivalents(problem, found.tried, found.chosen, plain=plain)
+        return found._replace(equivalent=same, finer=None if problem is asked else problem)
 
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
-        groups = [runners_of(parent) for parent in parents]
+        groups = [candidates_of(parent) for parent in parents]
         if size == 2:
             groups = [pairs_of(at_nominal), *groups]
-        field = race(data, in_turn(groups), told, budget)
+        field = halve_successively(problem, in_turn(groups), report, budget)
         if not field:
             break
-        lower = _unstuck(data, nominal, field[0]) if size == 1 else None
+        lower = _unstuck(problem, nominal, field[0]) if size == 1 else None
         if lower is not None:
-            return _grown(data, lower, ids, level, told, kept, budget, put_right)
+            return _grown(problem, lower, ids, level, report, kept, budget, correct)
 
         def from_there(
-            ones: Sequence[Hypothesis], parents: Sequence[Examined] = parents, data: Data = data
+            ones: Sequence[Hypothesis],
+            parents: Sequence[TestedHypothesis] = parents,
+            problem: Problem = problem,
         ) -> list[Hypothesis]:
-            return second_chance(data, parents, ones, ids, told, budget)
+            return refit_challengers(problem, parents, ones, ids, report, budget)
 
         field, near = from_there(field), NEAR_BEST if size < GROWN else CLOSE
-        last, (best, parents) = best, _front(data, field, ids, level, near, from_there, budget)
+        last, (best, parents) = best, _front(problem, field, ids, level, near, from_there, budget)
         if not best.p_value > level:
-            data, best, parents = _at_steps_it_needs(data, best, parents, ids, budget)
+            problem, best, parents = _at_steps_it_needs(problem, best, parents, ids, budget)
         passes = best.p_value > level
-        if passes and not _needed(data, last, best):
-            found = _returned(data, Search(at_nominal, last, True, (), tuple(tried)), ids, level)
-            return answer(beside_it(data, found, last, ids, level, told, budget))
+        if passes and not _needed(problem, last, best):
+            found = _returned(problem, SearchResult(at_nominal, last, True, (), tuple(tried)), ids, level)
+            return answer(refit_rivals(problem, found, last, ids, level, report, budget))
         field = [*(one.hypothesis for one in parents), *field]
-        tried.append(ranked(data, each_once(field), best, plain=not passes))
-        kept(Search(at_nominal, best, False, (), tuple(tried)))
-        found = Search(at_nominal, best, True, (), tuple(tried))
+        tried.append(ranked(problem, each_once(field), best, plain=not passes))
+        kept(SearchResult(at_nominal, best, False, (), tuple(tried)))
+        found = SearchResult(at_nominal, best, True, (), tuple(tried))
         if passes or not budget.spent:
-            found = _returned(data, found, ids, level, passes=passes)
+            found = _returned(problem, found, ids, level, passes=passes)
         if passes or found.chosen is not best:
-            found = _less_what_is_allowed(data, _less_what_is_idle(data, found, ids), ids)
-            return answer(beside_it(data, found, best, ids, level, told, budget))
-        told(f"{size} causes do not explain it")
+            found = _less_what_is_allowed(problem, _less_what_is_idle(problem, found, ids), ids)
+            return answer(refit_rivals(problem, found, best, ids, level, report, budget))
+        report(f"{size} causes do not explain it")
         if size == GROWN and not budget.spent:
-            mended = put_right(Search(at_nominal, best, False, (), tuple(tried)))
+            mended = correct(SearchResult(at_nominal, best, False, (), tuple(tried)))
             if mended.passes:
                 return mended
         if best.hypothesis.cost > _stalled(size, last) * last.hypothesis.cost:
@@ -187,58 +189,64 @@ def _grown(
             break
         if budget.spent:
             break
-    found = _trimmed(data, Search(at_nominal, best, False, (), tuple(tried)), ids, level)
+    found = _trimmed(problem, SearchResult(at_nominal, best, False, (), tuple(tried)), ids, level)
     return answer(found, plain=not found.passes)
 
 
 def _at_steps_it_needs(
-    data: Data, best: Examined, parents: list[Examined], ids: Sequence[str], budget: Budget
-) -> tuple[Data, Examined, list[Examined]]:
+    problem: Problem,
+    best: TestedHypothesis,
+    parents: list[TestedHypothesis],
+    ids: Sequence[str],
+    budget: Budget,
+) -> tuple[Problem, TestedHypothesis, list[TestedHypothesis]]:
     """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
     if budget.spent:
-        return data, best, parents
-    finer, again = fine_enough(data.until(budget), best.hypothesis)
-    if finer.steps_per_period == data.steps_per_period:
-        return data, best, parents
-    data = replace(data, steps_per_period=finer.steps_per_period)
-    best = examine(again, data, ids)
+        return problem, best, parents
+    finer, again = fine_enough(problem.until(budget), best.hypothesis)
+    if finer.steps_per_period == problem.steps_per_period:
+        return problem, best, parents
+    problem = replace(problem, steps_per_period=finer.steps_per_period)
+    best = run_residual_tests(again, problem, ids)
     others = (one for one in parents if one.hypothesis.mechanisms != again.mechanisms)
-    return data, best, [best, *others]
+    return problem, best, [best, *others]
 
 
-def _unstuck(data: Data, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:
+def _unstuck(problem: Problem, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:
     """The nominal model from where the best single cause led, if it begins there below where it had ended, and ends
     far below: then it was stuck, and the cause is a way around.
     """
-    lower = fitted_without(data, nominal, first, nominal.mechanisms, below=nominal.cost)
+    lower = fitted_without(problem, nominal, first, nominal.mechanisms, below=nominal.cost)
     return lower if lower is not None and lower.cost < STUCK * nominal.cost else None
 
 
-def in_its_place(data: Data, found: Search, fewer: Examined) -> Search:
+def in_its_place(problem: Problem, found: SearchResult, fewer: TestedHypothesis) -> SearchResult:
     """`found` with `fewer` chosen, and ranked among the sets of its size."""
     size = len(fewer.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
     known = [one.hypothesis for one in found.tried[size - 1]]
-    own = ranked(data, each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
+    own = ranked(problem, each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
     return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
 
 
-def _returned(data: Data, found: Search, ids: Sequence[str], level: float, *, passes: bool = True) -> Search:
+def _returned(
+    problem: Problem, found: SearchResult, ids: Sequence[str], level: float, *, passes: bool = True
+) -> SearchResult:
     """Less one cause, where the smaller set passes once it is fitted from where the larger one ended.
 
     In a narrow valley a fit of the smaller set may have stopped short: then whatever is added seems to explain it.
     Where not even the larger set `passes`, only what begins lower than it had ended before is fitted.
     """
     nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
-    known = {frozenset(one.mechanisms): one.cost for one in (*found.fitted, nominal)}
+    known = {frozenset(one.mechanisms): one.cost for one in (*found.hypotheses, nominal)}
     causes = [name for name in chosen.mechanisms if name not in nominal.mechanisms]
     for cause in causes if len(causes) > 1 else ():
         rest = tuple(name for name in chosen.mechanisms if name != cause)
         most = known.get(frozenset(rest), np.inf)
-        one = fitted_without(data, nominal, chosen, rest, below=np.inf if passes else most)
+        one = fitted_without(problem, nominal, chosen, rest, below=np.inf if passes else most)
         if one is not None and _had_stopped_short(one.cost, most, chosen.cost):
-            examined = examine(one, data, ids)
+            examined = run_residual_tests(one, problem, ids)
             if examined.p_value > level:
-                return in_its_place(data, found, examined)
+                return in_its_place(problem, found, examined)
     return found
 
 
@@ -249,7 +257,7 @@ def _had_stopped_short(cost: float, before: float, larger: float) -> bool:
     return cost < (1.0 - MOVED) * before or (cost < before and cost < (1.0 + MOVED) * larger)
 
 
-def _less_what_is_idle(data: Data, found: Search, ids: Sequence[str]) -> Search:
+def _less_what_is_idle(problem: Problem, found: SearchResult, ids: Sequence[str]) -> SearchResult:
     """Less the causes beside others of which all sizes ended at nothing: without them the motion is the same, and what
     the gate says of the larger set holds.
     """
@@ -259,95 +267,99 @@ def _less_what_is_idle(data: Data, found: Search, ids: Sequence[str]) -> Search:
     rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in acting)
     if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
         return found
-    fewer = fitted_without(data, nominal, chosen, rest, iterations=0)
+    fewer = fitted_without(problem, nominal, chosen, rest, iterations=0)
     if fewer is None:
         return found
-    return in_its_place(data, found, examine(fewer, data, ids)._replace(tests=found.chosen.tests))
+    return in_its_place(
+        problem, found, run_residual_tests(fewer, problem, ids)._replace(tests=found.chosen.tests)
+    )
 
 
-def _less_what_is_allowed(data: Data, found: Search, ids: Sequence[str]) -> Search:
+def _less_what_is_allowed(problem: Problem, found: SearchResult, ids: Sequence[str]) -> SearchResult:
     """Less the causes that all together remove no more than what a nominal model may be off by.
 
     The gate's verdict is the larger set's: it passes, and what the smaller one leaves beyond that is no gap.
     """
-    samples = sum(record.samples - record.first for record in data.records)
-    most = 0.5 * samples * sum(square / data.size(name) ** 2 for name, square in data.allowed.items())
+    samples = sum(record.samples - record.first for record in problem.records)
+    most = 0.5 * samples * sum(square / problem.size(name) ** 2 for name, square in problem.allowed.items())
     chosen = found.chosen.hypothesis
-    while data.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
-        rests = without_each(data, found.nominal.hypothesis, chosen, found.fitted)
+    while problem.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
+        rests = without_each(problem, found.nominal.hypothesis, chosen, found.hypotheses)
         fewer = min(rests, key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > found.chosen.hypothesis.cost + most:
             break
         chosen = fewer
     if chosen is found.chosen.hypothesis:
         return found
-    return in_its_place(data, found, examine(chosen, data, ids)._replace(tests=found.chosen.tests))
+    return in_its_place(
+        problem, found, run_residual_tests(chosen, problem, ids)._replace(tests=found.chosen.tests)
+    )
 
 
-def _stalled(size: int, last: Examined) -> float:
+def _stalled(size: int, last: TestedHypothesis) -> float:
     """Share of what a smaller set left, above which one of `size` is the last."""
     if size == ANOTHER and left_over_noise(last) > FAR_ABOVE_NOISE:
         return WORTH_ANOTHER
     return STALLED[min(size, len(STALLED)) - 1]
 
 
-def _trimmed(data: Data, found: Search, ids: Sequence[str], level: float) -> Search:
+def _trimmed(problem: Problem, found: SearchResult, ids: Sequence[str], level: float) -> SearchResult:
     """Less the causes that hardly matter beside those that were found after them."""
-    fewer = pruned(data, found.nominal.hypothesis, found.chosen.hypothesis)
+    fewer = pruned(problem, found.nominal.hypothesis, found.chosen.hypothesis)
     if fewer is found.chosen.hypothesis:
         return found
-    found = in_its_place(data, found, examine(fewer, data, ids))
+    found = in_its_place(problem, found, run_residual_tests(fewer, problem, ids))
     return found._replace(passes=found.chosen.p_value > level)
 
 
-def _worth_telling(smaller: Examined, larger: Examined) -> bool:
+def _worth_telling(smaller: TestedHypothesis, larger: TestedHypothesis) -> bool:
     """Whether a set that does not explain the data is still to be told: it halves what is left."""
     return larger.hypothesis.cost < WORTH_TELLING * smaller.hypothesis.cost
 
 
-def _needed(data: Data, smaller: Examined, larger: Examined) -> bool:
+def _needed(problem: Problem, smaller: TestedHypothesis, larger: TestedHypothesis) -> bool:
     """Whether the larger set is worth its parameters: what the gate found in the smaller one may be chance."""
-    before, after = (whitened_bic(data, one.hypothesis, larger.noise) for one in (smaller, larger))
+    before, after = (whitened_bic(problem, one.hypothesis, larger.noise) for one in (smaller, larger))
     return before - after > NEEDED
 
 
 def _front(
-    data: Data,
+    problem: Problem,
     field: Sequence[Hypothesis],
     ids: Sequence[str],
     rate: float,
     near: float,
     from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
     budget: Budget,
-) -> tuple[Examined, list[Examined]]:
+) -> tuple[TestedHypothesis, list[TestedHypothesis]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
 
     Where those that extend do not pass, others as good are asked too, one after the other, while `budget` lasts.
     """
-    likely = by_likelihood(data, field[:BEAM])
+    likely = by_likelihood(problem, field[:BEAM])
     alike = [one for one in field[:ALIKE] if one.cost < AS_GOOD * field[0].cost]
     front = [field[0]] if likely is field[0] else [field[0], likely]
-    examined = [examine(one, data, ids) for one in front]
+    examined = [run_residual_tests(one, problem, ids) for one in front]
     if all(one.p_value <= rate for one in examined) and not budget.spent:
         few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
-        again = [*(fitted_again(data.until(budget), one) for one in few[:AGAIN]), *few[AGAIN:]]
+        again = [*(fitted_again(problem.until(budget), one) for one in few[:AGAIN]), *few[AGAIN:]]
         again = from_there(sorted(again, key=lambda one: one.cost))
-        again = _by_stretches(data, [one for one in again if one.cost < near * again[0].cost])
+        again = _by_stretches(problem, [one for one in again if one.cost < near * again[0].cost])
         known = {id(one.hypothesis): one for one in examined}
-        examined = [known.get(id(one)) or examine(one, data, ids) for one in again]
+        examined = [known.get(id(one)) or run_residual_tests(one, problem, ids) for one in again]
     passing = [one for one in examined if one.p_value > rate]
     if passing:
         return max(passing, key=lambda one: one.p_value), examined
     seen = {id(one.hypothesis) for one in examined}
     for one in alike:
         if id(one) not in seen and not budget.spent:
-            further = examine(one, data, ids)
+            further = run_residual_tests(one, problem, ids)
             if further.p_value > rate:
                 return further, [*examined, further]
     return _all_but_passing(examined) or examined[0], examined[:BEAM]
 
 
-def _all_but_passing(examined: Sequence[Examined]) -> Examined | None:
+def _all_but_passing(examined: Sequence[TestedHypothesis]) -> TestedHypothesis | None:
     """The one that leaves little, where the first leaves more: kinks keep a fit from its end, and the gate sees
     how near it is.
     """
@@ -355,17 +367,17 @@ def _all_but_passing(examined: Sequence[Examined]) -> Examined | None:
     return nearest if nearest.p_value > NEARLY >= examined[0].p_value else None
 
 
-def _by_stretches(data: Data, field: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _by_stretches(problem: Problem, field: Sequence[Hypothesis]) -> list[Hypothesis]:
     """`field` by cost, but those as good as the first in the order of what they leave within short stretches."""
     close = [one for one in field if one.cost < CLOSE * field[0].cost]
     if len(close) > 1:
-        left = {id(one): over_stretches(data, one) for one in close}
+        left = {id(one): over_stretches(problem, one) for one in close}
         close.sort(key=lambda one: left[id(one)])
     return [*close, *field[len(close) :]]
 
 
 def equivalents(
-    data: Data, tried: Sequence[Sequence[Ranked]], best: Examined, *, plain: bool = False
+    problem: Problem, tried: Sequence[Sequence[Ranked]], best: TestedHypothesis, *, plain: bool = False
 ) -> tuple[Hypothesis, ...]:
     """Sets of the same size that the data do not tell from the best; `plain`: by white residuals, as nothing passes."""
     size = len(best.hypothesis.mechanisms)
@@ -377,7 +389,7 @@ def equivalents(
     ]
 
     def bic(one: Hypothesis) -> float:
-        return plain_bic(data, one) if plain else whitened_bic(data, one, best.noise)
+        return plain_bic(problem, one) if plain else whitened_bic(problem, one, best.noise)
 
     most = bic(best.hypothesis) + EQUIVALENT
     return tuple(one for one in rivals if one.cost < NEAR * best.hypothesis.cost and bic(one) < most)

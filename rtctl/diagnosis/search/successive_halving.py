@@ -12,7 +12,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted, polished
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
 
 FIRST_LAP = 6
 SECOND_LAP = 12
@@ -46,7 +46,7 @@ HOPELESS = 30.0
 """Times the cost of the best after the first lap."""
 
 
-class Runner(NamedTuple):
+class Candidate(NamedTuple):
     """Where a fit starts."""
 
     mechanisms: tuple[str, ...]
@@ -60,7 +60,7 @@ class Runner(NamedTuple):
     form: str = ""
     """Of the added mechanism: another form of it is a rival to the end."""
 
-    def shorter(self, step: float) -> Runner:
+    def shorter(self, step: float) -> Candidate:
         """From a part of the step away from the parent."""
         values, neutral = (
             np.array([one.value for one in simulation.parameters])
@@ -73,30 +73,33 @@ class Runner(NamedTuple):
         )
 
 
-def race(
-    data: Data, runners: Sequence[Runner], told: Callable[[str], None], budget: Budget | None = None
+def halve_successively(
+    problem: Problem,
+    runners: Sequence[Candidate],
+    report: Callable[[str], None],
+    budget: Budget | None = None,
 ) -> list[Hypothesis]:
     """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
     `budget` lasts.
     """
-    return each_once(_to_the_end(data, runners, told, budget or Budget.of(np.inf)))
+    return each_once(_to_the_end(problem, runners, report, budget or Budget.of(np.inf)))
 
 
 def _to_the_end(
-    data: Data, runners: Sequence[Runner], told: Callable[[str], None], budget: Budget
+    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: Budget
 ) -> list[Hypothesis]:
     """Of each form of each set its best fit."""
-    data = data.until(budget)
-    glance = data.glance
+    problem = problem.until(budget)
+    glance = problem.glance
     first: dict[Key, list[Hypothesis]] = {}
     parents: dict[int, float] = {}
     for runner in runners:
         if budget.spent:
             break
-        told(" + ".join(runner.mechanisms))
+        report(" + ".join(runner.mechanisms))
         parent = runner.parent
         if id(parent) not in parents:
-            parents[id(parent)] = parent.cost if glance is data else _cost_there(glance, parent)
+            parents[id(parent)] = parent.cost if glance is problem else _cost_there(glance, parent)
         found = _no_worse(glance, runner, parents[id(parent)])
         if found is not None:
             first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
@@ -111,74 +114,80 @@ def _to_the_end(
     field = _sorted(leaders.values())
     last = _in_reach(field, LAST)
     last += _in_another_form(field, last)
-    if glance is not data:  # costs of few samples and of all cannot be compared
-        finished = [one for one in (_on_all(data, each) for each in last[:FINISHED]) if one is not None]
-        return _sorted([*finished, *_slow_ones(data, runners, finished)])
-    gone = [one if budget.spent else _to_its_end(data, one) for one in last]
+    if glance is not problem:  # costs of few samples and of all cannot be compared
+        finished = [one for one in (_on_all(problem, each) for each in last[:FINISHED]) if one is not None]
+        return _sorted([*finished, *_slow_ones(problem, runners, finished)])
+    gone = [one if budget.spent else _to_its_end(problem, one) for one in last]
     for _ in range(FURTHER_LAPS):
         least = min((one.cost for one in gone), default=0.0)
         on = [_in_contention(one, least) and one.promised < (1.0 - DONE) * one.cost for one in gone]
         if not any(on):
             break
         gone = [
-            _to_its_end(data, one) if more and not budget.spent else one
+            _to_its_end(problem, one) if more and not budget.spent else one
             for one, more in zip(gone, on, strict=True)
         ]
     near = LEADING * min((one.cost for one in gone), default=0.0)
-    gone = [past_kinks(data, one) if one.cost < near and not budget.spent else one for one in gone]
+    gone = [past_kinks(problem, one) if one.cost < near and not budget.spent else one for one in gone]
     return _sorted([*gone, *(one for one in field if not _among(one, last))])
 
 
-def _begun(data: Data, runner: Runner) -> Hypothesis | None:
-    return fitted(data, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still)
+def _begun(problem: Problem, runner: Candidate) -> Hypothesis | None:
+    return fit_hypothesis(
+        problem, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
+    )
 
 
-def _cost_there(data: Data, one: Hypothesis) -> float:
+def _cost_there(problem: Problem, one: Hypothesis) -> float:
     """Of these records, where it was fitted to more of them; infinite where it diverges."""
-    same = fitted(data, one.simulation, one.mechanisms, one.starts, 0, still=one.still)
+    same = fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, 0, still=one.still)
     return np.inf if same is None else same.cost
 
 
-def _no_worse(data: Data, runner: Runner, most: float) -> Hypothesis | None:
+def _no_worse(problem: Problem, runner: Candidate, most: float) -> Hypothesis | None:
     """Begun with a shorter step, at last with none, where it ended above `most`, its parent's cost."""
-    best = _begun(data, runner)
+    best = _begun(problem, runner)
     for step in SHORTER:
         if best is not None and best.cost <= most:
             break
-        again = _begun(data, runner.shorter(step))
+        again = _begun(problem, runner.shorter(step))
         best = min((one for one in (best, again) if one is not None), key=_cost, default=None)
     return best
 
 
-def _to_its_end(data: Data, one: Hypothesis) -> Hypothesis:
+def _to_its_end(problem: Problem, one: Hypothesis) -> Hypothesis:
     """From where its records fit best, with every shape that they can determine."""
-    one = at_better_starts(data, one)
-    return _better(one, polished(data, one, LAST_LAP))
+    one = at_better_starts(problem, one)
+    return _better(one, polish(problem, one, LAST_LAP))
 
 
-def _on_all(data: Data, one: Hypothesis) -> Hypothesis | None:
+def _on_all(problem: Problem, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
-    end = past_kinks(data.glance, _to_its_end(data.glance, one))
-    return fitted(data, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
+    end = past_kinks(problem.glance, _to_its_end(problem.glance, one))
+    return fit_hypothesis(problem, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
 
 
-def _slow_ones(data: Data, runners: Sequence[Runner], finished: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _slow_ones(
+    problem: Problem, runners: Sequence[Candidate], finished: Sequence[Hypothesis]
+) -> list[Hypothesis]:
     """What a glance at the records' beginnings does not show: the best parent's set with each slow mechanism, fitted to
     all samples, to its end where it is near the best.
     """
-    slow: list[tuple[str, Runner]] = []
+    slow: list[tuple[str, Candidate]] = []
     for runner in runners:
         added = [one for one in runner.simulation.mechanisms if one.id not in runner.parent.mechanisms]
         if len(added) == 1 and added[0].slow:
             slow.append((added[0].id, runner))
     least = min((runner.parent.cost for _, runner in slow), default=0.0)
     first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    begun = [one for one in (_no_worse(data, each, least) for each in first.values()) if one is not None]
-    least = min((one.cost for one in (*finished, *begun)), default=0.0)
-    near = [one.cost < IN_CONTENTION * least for one in begun]
+    fit_nominal = [
+        one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None
+    ]
+    least = min((one.cost for one in (*finished, *fit_nominal)), default=0.0)
+    near = [one.cost < IN_CONTENTION * least for one in fit_nominal]
     return [
-        _better(one, polished(data, one, SECOND_LAP)) if on else one
-        for one, on in zip(begun, near, strict=True)
+        _better(one, polish(problem, one, SECOND_LAP)) if on else one
+        for one, on in zip(fit_nominal, near, strict=True)
     ]
 
 
@@ -199,9 +208,9 @@ def _in_another_form(field: Sequence[Hypothesis], last: Sequence[Hypothesis]) ->
     return [one for one in others if one.cost < OTHER_FORM * last[0].cost][:FORMS]
 
 
-def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
+def _promising(fit_nominal: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
     """The best starts by what a linear step promises, if that is below `least`."""
-    best = {key: min(ones, key=lambda one: one.promised) for key, ones in begun.items()}
+    best = {key: min(ones, key=lambda one: one.promised) for key, ones in fit_nominal.items()}
     promising = [key for key, one in best.items() if one.promised < least]
     return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[:PROMISING]}
 
@@ -210,9 +219,11 @@ def _among(one: Hypothesis, others: Sequence[Hypothesis]) -> bool:
     return any(one is other for other in others)
 
 
-def _further(data: Data, one: Hypothesis, laps: int) -> Hypothesis:
-    one = at_better_starts(data, one)
-    return _better(one, fitted(data, one.simulation, one.mechanisms, one.starts, laps, still=one.still))
+def _further(problem: Problem, one: Hypothesis, laps: int) -> Hypothesis:
+    one = at_better_starts(problem, one)
+    return _better(
+        one, fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, laps, still=one.still)
+    )
 
 
 def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:

@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import left_over_stretches
 from rtctl.diagnosis.nominal_fit.predictability import unforeseeable
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.identification.fit_record import FitRecord
 
@@ -50,45 +50,49 @@ class Unseen(NamedTuple):
     is_gap: bool
 
 
-def unseen(found: Gain, data: Data, tests: tuple[FitRecord, ...], hypothesis: Hypothesis) -> Unseen | None:
+def unseen(
+    found: Gain, problem: Problem, tests: tuple[FitRecord, ...], hypothesis: Hypothesis
+) -> Unseen | None:
     """Of `hypothesis`, fitted to all of `data`, whose error on `tests` is `found`; None where they are as they should.
 
     Records of `data` have to be whole.
     """
-    promised = float(np.hypot(found.noise_floor, np.sqrt(data.allowed.get(found.output, 0.0))))
+    promised = float(np.hypot(found.noise_floor, np.sqrt(problem.allowed.get(found.output, 0.0))))
     if not found.after > MISSED * promised:
         return None
     left = found.after, found.unit, found.after / found.noise_floor
-    there = replace(data, records=tests)
+    there = replace(problem, records=tests)
     alone = _at(there, hypothesis)
     if alone is not None and (lost := unforeseeable(there, alone)):
         return Unseen(UNFORESEEN.format(*left, lost, len(tests)), False)
-    both = _with_them(data, tests, hypothesis)
+    both = _with_them(problem, tests, hypothesis)
     if both is not None:
-        here, beside = _parts(both, len(data.records))
-        settled = _error(here, data, found.output) < NO_WORSE * _error(hypothesis, data, found.output)
+        here, beside = _parts(both, len(problem.records))
+        settled = _error(here, problem, found.output) < NO_WORSE * _error(hypothesis, problem, found.output)
         if settled and _error(beside, there, found.output) < MISSED * promised:
             return Unseen(UNCERTAIN.format(*left), False)
     if alone is not None and alone.states:
-        within = left_over_stretches(there, alone) * data.size(found.output)
+        within = left_over_stretches(there, alone) * problem.size(found.output)
         if within < MISSED * promised:
             return Unseen(PARTED.format(*left), False)
     return Unseen(BEYOND.format(*left), True)
 
 
-def _at(data: Data, hypothesis: Hypothesis) -> Hypothesis | None:
+def _at(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
     """The same on other records; None: it diverges there."""
-    return fitted(data, hypothesis.simulation, hypothesis.mechanisms, iterations=0, still=hypothesis.still)
+    return fit_hypothesis(
+        problem, hypothesis.simulation, hypothesis.mechanisms, iterations=0, still=hypothesis.still
+    )
 
 
-def _with_them(data: Data, tests: tuple[FitRecord, ...], hypothesis: Hypothesis) -> Hypothesis | None:
+def _with_them(problem: Problem, tests: tuple[FitRecord, ...], hypothesis: Hypothesis) -> Hypothesis | None:
     """Fitted to all records; None where that diverges."""
-    alone = _at(replace(data, records=tests), hypothesis)
+    alone = _at(replace(problem, records=tests), hypothesis)
     if alone is None:
         return None
-    both = replace(data, records=(*data.records, *tests))
+    both = replace(problem, records=(*problem.records, *tests))
     starts = np.concatenate((hypothesis.starts, alone.starts))
-    return fitted(both, alone.simulation, alone.mechanisms, starts, ITERATIONS, still=alone.still)
+    return fit_hypothesis(both, alone.simulation, alone.mechanisms, starts, ITERATIONS, still=alone.still)
 
 
 def _parts(both: Hypothesis, count: int) -> tuple[Hypothesis, Hypothesis]:
@@ -96,10 +100,10 @@ def _parts(both: Hypothesis, count: int) -> tuple[Hypothesis, Hypothesis]:
     return replace(both, starts=both.starts[:count]), replace(both, starts=both.starts[count:])
 
 
-def _error(hypothesis: Hypothesis, data: Data, output: str) -> float:
+def _error(hypothesis: Hypothesis, problem: Problem, output: str) -> float:
     """RMS of `output` over the records of `data`; infinite where it diverges."""
     total, count = 0.0, 0
-    for index, record in enumerate(data.records):
+    for index, record in enumerate(problem.records):
         start = np.atleast_2d(hypothesis.start(index))
         run = hypothesis.simulation.predict(record.stimulus, hypothesis.values_of(index), start)
         error = (run.outputs[output][0] - record.measured[output])[record.first :]

@@ -8,10 +8,10 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-from rtctl.diagnosis.residual.residual_tests import examine
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
-from rtctl.diagnosis.search.stepwise import Search, equivalents, in_its_place
+from rtctl.diagnosis.search.stepwise import SearchResult, equivalents, in_its_place
 from rtctl.diagnosis.verification.holdout_error import free_run_error
 from rtctl.identification.fit_record import FitRecord
 
@@ -24,8 +24,8 @@ SHOWN = 0.5
 
 
 def supported(
-    found: Search, data: Data, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
-) -> tuple[Search, tuple[str, ...]]:
+    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
+) -> tuple[SearchResult, tuple[str, ...]]:
     """Less the small causes without which the error on `tests` is no larger; and which those are.
 
     The gate's verdict stays the larger set's: what is left without them is too small to be a cause. Nothing is taken
@@ -42,42 +42,42 @@ def supported(
         if not small:
             break
         shown = SHOWN if any(p.declared.of_record for p in chosen.simulation.parameters) else 0.0
-        error = _squares(chosen, data, tests, shown)
+        error = _squares(chosen, problem, tests, shown)
         rest, fewer = min(
-            ((_squares(one, data, tests, shown), one) for one in small), key=lambda pair: pair[0].sum()
+            ((_squares(one, problem, tests, shown), one) for one in small), key=lambda pair: pair[0].sum()
         )
         seen = np.isfinite(error) & np.isfinite(rest)
         if not seen.any() or rest[seen].sum() > error[seen].sum():
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
-        found = _with(fewer, found, data, ids)
+        found = _with(fewer, found, problem, ids)
     return found, tuple(dropped)
 
 
-def _with(fewer: Hypothesis, found: Search, data: Data, ids: Sequence[str]) -> Search:
+def _with(fewer: Hypothesis, found: SearchResult, problem: Problem, ids: Sequence[str]) -> SearchResult:
     """`found` with `fewer` chosen, by the larger set's gate."""
     if fewer is found.nominal.hypothesis:
         chosen = found.nominal._replace(tests=found.chosen.tests)
         return found._replace(chosen=chosen, equivalent=(), without=())
-    examined = examine(fewer, data, ids)._replace(tests=found.chosen.tests)
-    found = in_its_place(data, found, examined)
+    examined = run_residual_tests(fewer, problem, ids)._replace(tests=found.chosen.tests)
+    found = in_its_place(problem, found, examined)
     return found._replace(
-        without=without_each(data, found.nominal.hypothesis, fewer, found.fitted),
-        equivalent=equivalents(data, found.tried, examined, plain=not found.passes),
+        without=without_each(problem, found.nominal.hypothesis, fewer, found.hypotheses),
+        equivalent=equivalents(problem, found.tried, examined, plain=not found.passes),
     )
 
 
-def _causes(found: Search) -> set[str]:
+def _causes(found: SearchResult) -> set[str]:
     return set(found.chosen.hypothesis.mechanisms) - set(found.nominal.hypothesis.mechanisms)
 
 
-def _squares(one: Hypothesis, data: Data, tests: Sequence[FitRecord], shown: float) -> FloatArray:
+def _squares(one: Hypothesis, problem: Problem, tests: Sequence[FitRecord], shown: float) -> FloatArray:
     """(records,): sums over all outputs that are there, in squares of their size, behind the share that is `shown`."""
     total = np.zeros(len(tests))
     for k, record in enumerate(tests):
         for name in one.sensitivity.outputs:
             if name in record.measured:
                 error = free_run_error(one.simulation, record, name, shown or 1.0)
-                total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / data.size(name) ** 2
+                total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / problem.size(name) ** 2
     return total

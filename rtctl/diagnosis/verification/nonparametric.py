@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis, fitted
+from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.report.answer import sentence_of
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
-from rtctl.diagnosis.search.candidates import runners_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.diagnosis.search.model_selection import whitened_bic
-from rtctl.diagnosis.search.successive_halving import FIRST_LAP, race
+from rtctl.diagnosis.search.successive_halving import FIRST_LAP, halve_successively
 
 SECONDS = 20.0
 """Of processor time, for all laws: most of it takes a force that comes late."""
@@ -30,96 +30,100 @@ SUSPECT = 1e-3
 
 
 def explaining_more(
-    data: Data, nominal: Hypothesis, named: Hypothesis, budget: Budget,
-    told: Callable[[str], None] = lambda text: None,
+    problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: Budget,
+    report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
     """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
 
     Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `told` hears each
     fit, and may raise to stop.
     """
-    few = _few(data)
+    few = _few(problem)
     glance = few.glance
     first, other = (replace(one, starts=one.starts[: len(few.records)]) for one in (nominal, named))
-    seen = fitted(glance, other.simulation, other.mechanisms, other.starts, FIRST_LAP, still=other.still)
+    seen = fit_hypothesis(
+        glance, other.simulation, other.mechanisms, other.starts, FIRST_LAP, still=other.still
+    )
     if seen is None:
         return ""
-    law = _ahead(few, first, data.subject.unnamed, budget, told)
+    law = _ahead(few, first, problem.subject.unnamed, budget, report)
     if law is None or law.cost >= seen.cost:
         return ""
     if law.cost < BETTER * seen.cost:
         return _sentence(law)
-    return "" if data.allowed else _beyond_noise(data, nominal, law, named)
+    return "" if problem.allowed else _beyond_noise(problem, nominal, law, named)
 
 
-def _beyond_noise(data: Data, nominal: Hypothesis, law: Hypothesis, named: Hypothesis) -> str:
+def _beyond_noise(problem: Problem, nominal: Hypothesis, law: Hypothesis, named: Hypothesis) -> str:
     """The sentence of `law` if it leaves clearly less than `named` beyond what the noise leaves of both."""
-    whole = _on_all(data, nominal, law)
+    whole = _on_all(problem, nominal, law)
     if whole is None:
         return ""
-    left = examine(whole, data, ())
+    left = run_residual_tests(whole, problem, ())
     noise = noise_cost_of(left)
     clearly = whole.cost - noise < BETTER * (named.cost - noise)
-    return _sentence(law) if clearly and _likelier(whole, named, data, left) else ""
+    return _sentence(law) if clearly and _likelier(whole, named, problem, left) else ""
 
 
 def explaining_the_past(
-    data: Data, nominal: Hypothesis, named: Examined, budget: Budget,
-    told: Callable[[str], None] = lambda text: None,
+    problem: Problem, nominal: Hypothesis, named: TestedHypothesis, budget: Budget,
+    report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
     """The same behind causes that pass the gate, which does not ask for forces along the past of the motion: of a law
     of such forces that is likelier. It is looked for only where the residual has room for one.
     """
-    past = data.subject.past
-    if past is None or not past_in(named, data) < SUSPECT:
+    past = problem.subject.past
+    if past is None or not past_in(named, problem) < SUSPECT:
         return ""
-    few = _few(data)
+    few = _few(problem)
     first = replace(nominal, starts=nominal.starts[: len(few.records)])
-    law = _ahead(few, first, past.laws, budget, told)
-    whole = _on_all(data, nominal, law) if law is not None else None
-    return _sentence(whole) if whole is not None and _likelier(whole, named.hypothesis, data, named) else ""
+    law = _ahead(few, first, past.laws, budget, report)
+    whole = _on_all(problem, nominal, law) if law is not None else None
+    return (
+        _sentence(whole) if whole is not None and _likelier(whole, named.hypothesis, problem, named) else ""
+    )
 
 
 def _ahead(
-    data: Data, nominal: Hypothesis, laws: Sequence[str], budget: Budget, told: Callable[[str], None]
+    problem: Problem, nominal: Hypothesis, laws: Sequence[str], budget: Budget, report: Callable[[str], None]
 ) -> Hypothesis | None:
     """The law that leaves least."""
-    runners = runners_of(examine(nominal, data, laws))
+    runners = candidates_of(run_residual_tests(nominal, problem, laws))
     runners.sort(key=lambda runner: laws.index(runner.mechanisms[-1]))
-    field = race(data.glance, runners, told, budget.further(SECONDS))
+    field = halve_successively(problem.glance, runners, report, budget.further(SECONDS))
     return field[0] if field else None
 
 
-def _on_all(data: Data, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
+def _on_all(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
     """`law`, fitted to the first records, on all of them."""
-    if len(law.starts) == len(data.records):
+    if len(law.starts) == len(problem.records):
         return law
     starts = np.concatenate((law.starts, nominal.starts[len(law.starts) :]))
-    return fitted(data, law.simulation, law.mechanisms, starts, FIRST_LAP, still=law.still)
+    return fit_hypothesis(problem, law.simulation, law.mechanisms, starts, FIRST_LAP, still=law.still)
 
 
-def _few(data: Data) -> Data:
+def _few(problem: Problem) -> Problem:
     """The first records, as many as tell one law from another: some laws take long to simulate."""
     count, samples = 0, 0
-    while count < len(data.records) and (count == 0 or samples + data.records[count].samples <= ENOUGH):
-        samples += data.records[count].samples
+    while count < len(problem.records) and (count == 0 or samples + problem.records[count].samples <= ENOUGH):
+        samples += problem.records[count].samples
         count += 1
-    return replace(data, records=data.records[:count])
+    return replace(problem, records=problem.records[:count])
 
 
-def past_in(named: Examined, data: Data) -> float:
+def past_in(named: TestedHypothesis, problem: Problem) -> float:
     """P-value of forces along the past of the motion in what `named` leaves; 1 of a subject that has none."""
-    past = data.subject.past
+    past = problem.subject.past
     if past is None:
         return 1.0
-    asked = replace(data, subject=replace(data.subject, forces=past.forces, slopes=past.slopes))
-    tests = examine(named.hypothesis, asked, (), named.noise).tests
+    asked = replace(problem, subject=replace(problem.subject, forces=past.forces, slopes=past.slopes))
+    tests = run_residual_tests(named.hypothesis, asked, (), named.noise).tests
     return min(test.p_value for test in tests if test.name == "generic forces")
 
 
-def _likelier(law: Hypothesis, named: Hypothesis, data: Data, noise_of: Examined) -> bool:
+def _likelier(law: Hypothesis, named: Hypothesis, problem: Problem, noise_of: TestedHypothesis) -> bool:
     """In the noise that `noise_of` leaves."""
-    first, other = (whitened_bic(data, one, noise_of.noise) for one in (law, named))
+    first, other = (whitened_bic(problem, one, noise_of.noise) for one in (law, named))
     return first < other - LIKELIER
 
 

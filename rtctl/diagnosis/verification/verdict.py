@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from rtctl.diagnosis.search.stepwise import NEARLY, Search
+from rtctl.diagnosis.search.stepwise import NEARLY, SearchResult
 from rtctl.diagnosis.verification.holdout_error import Gain
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
@@ -18,7 +18,7 @@ HALF = 1.0 - 1.0 / LEAST_GAIN**2
 """Of the squares: what the least gain on test records comes to."""
 
 
-def verdict_of(search: Search, least_removed: float) -> str:
+def verdict_of(search: SearchResult, least_removed: float) -> str:
     """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit, or
     more than half of it and all but passes: noise is never quite the one that the gate assumes.
     """
@@ -29,7 +29,7 @@ def verdict_of(search: Search, least_removed: float) -> str:
     return "partly_explained" if best < (1.0 - least) * nominal else "unexplained"
 
 
-def doubtful(search: Search, allowed: bool) -> bool:
+def doubtful(search: SearchResult, allowed: bool) -> bool:
     """Whether a set passes the gate and leaves half of the squares: where a misfit is `allowed`, and noise may be as
     slow as that, passing says little of what was removed.
     """

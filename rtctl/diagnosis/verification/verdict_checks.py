@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import misfit
-from rtctl.diagnosis.problem.hypothesis import Data
-from rtctl.diagnosis.residual.residual_tests import Examined
+from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
 from rtctl.identification.fit_record import FitRecord
@@ -26,7 +26,13 @@ LITTLE = (
 
 
 def held(
-    verdict: str, final: Gain | None, after: Examined, data: Data, tests: Sequence[FitRecord], *, uncut: bool
+    verdict: str,
+    final: Gain | None,
+    after: TestedHypothesis,
+    problem: Problem,
+    tests: Sequence[FitRecord],
+    *,
+    uncut: bool,
 ) -> tuple[str, list[str]]:
     """`verdict` or a lower one, and why.
 
@@ -35,15 +41,15 @@ def held(
     """
     if verdict not in LOWER:
         return verdict, []
-    left = misfit(data, after.hypothesis)
+    left = misfit(problem, after.hypothesis)
     if verdict == "adequate" and left > (FOLLOWS_LITTLE if _is_motion(after) else FOLLOWS_NOTHING):
         return LOWER[verdict], [LITTLE.format(left)]
-    beyond = unseen(final, data, tuple(tests), after.hypothesis) if final is not None and uncut else None
+    beyond = unseen(final, problem, tuple(tests), after.hypothesis) if final is not None and uncut else None
     if beyond is None:
         return verdict, []
     return LOWER[verdict] if beyond.is_gap else verdict, [beyond.said]
 
 
-def _is_motion(examined: Examined) -> bool:
+def _is_motion(examined: TestedHypothesis) -> bool:
     """Whether most of what is left of any output is foretold by the samples before."""
     return any(one.variance < (1.0 - MOTION) * one.mean_square for one in examined.noise)

@@ -17,8 +17,8 @@ from scipy.stats import chi2
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.hypothesis import Data, fitted
-from rtctl.diagnosis.residual.residual_tests import Examined, examine
+from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 
 MATERIAL = 0.1
 """Of the noise: RMS of what the file's values leave beyond it, below which nobody need care."""
@@ -34,9 +34,9 @@ class WrongValue(NamedTuple):
     """One parameter of the file's model whose value the data refute, the others being right."""
 
     name: str
-    given: Examined
+    given: TestedHypothesis
     """The file's model."""
-    revised: Examined
+    revised: TestedHypothesis
     """With this one fitted, all others as the file has them."""
     probability: float
     """Of this one, of all that are one alone."""
@@ -47,7 +47,7 @@ class WrongValue(NamedTuple):
 
 
 def wrong_value(
-    data: Data, given: Simulation, spreads: Mapping[str, float], nominal: Examined, rate: float
+    problem: Problem, given: Simulation, spreads: Mapping[str, float], nominal: TestedHypothesis, rate: float
 ) -> WrongValue | None:
     """The one that is off, if it is one; None: the file's values are right, or more than one is wrong.
 
@@ -56,7 +56,7 @@ def wrong_value(
     """
     hypothesis, sensitivity = nominal.hypothesis, nominal.hypothesis.sensitivity
     free = sensitivity.free
-    if len(free) == 0 or data.subject.allowed_share:
+    if len(free) == 0 or problem.subject.allowed_share:
         return None
     believed = np.array([given.parameters[k].value for k in free]) / sensitivity.scale
     found = hypothesis.shared - nominal.projected.shift  # the optimum in the metric of the noise
@@ -77,7 +77,7 @@ def wrong_value(
     if not passing:
         return None
     first = int(passing[0])
-    revised = _revised(data, given, nominal, first)
+    revised = _revised(problem, given, nominal, first)
     if revised is None:
         return None
     weights = np.exp(-0.5 * (np.array(alone)[passing] - alone[first]))
@@ -109,16 +109,18 @@ def _stands_out(k: int, off: FloatArray, believed: FloatArray, covariance: Float
     return bool(abs(off[k]) / size[k] > APART * max(others, default=0.0))
 
 
-def _revised(data: Data, given: Simulation, nominal: Examined, position: int) -> Examined | None:
+def _revised(
+    problem: Problem, given: Simulation, nominal: TestedHypothesis, position: int
+) -> TestedHypothesis | None:
     hypothesis, free = nominal.hypothesis, nominal.hypothesis.sensitivity.free
     values = np.array([parameter.value for parameter in given.parameters])
     values[free[position]] = hypothesis.values[free[position]]
     others = frozenset(given.parameters[k].name for j, k in enumerate(free) if j != position)
-    again = fitted(
-        data,
+    again = fit_hypothesis(
+        problem,
         given.with_values(values),
         hypothesis.mechanisms,
         hypothesis.starts,
         still=hypothesis.still | others,
     )
-    return None if again is None else examine(again, data, (), nominal.noise)
+    return None if again is None else run_residual_tests(again, problem, (), nominal.noise)

@@ -68,7 +68,7 @@ def minimise(
     *,
     iterations: int,
     tolerance: float = 1e-10,
-    told: Callable[[int], None] = lambda iteration: None,
+    report: Callable[[int], None] = lambda iteration: None,
     enough: Callable[[], bool] = lambda: False,
     bend: Bend = lambda here, move: None,
 ) -> Minimum | None:
@@ -83,7 +83,7 @@ def minimise(
     for iteration in range(iterations):
         if enough():
             return Minimum(here, equations, Status.ITERATIONS, iteration)
-        told(iteration)
+        report(iteration)
         if equations.cost == 0.0:
             return Minimum(here, equations, Status.CONVERGED, iteration)
         frozen = _pushed_out(here, equations, low, high)

@@ -70,7 +70,7 @@ def identify_oscillator(
     options: OscillatorFitOptions | None = None,
     *,
     source: str = "model",
-    told: Told = lambda text, share: None,
+    report: Told = lambda text, share: None,
 ) -> OscillatorFit:
     """Fit the parameters of `model` that are not fixed; without one the nominal four.
 
@@ -83,9 +83,9 @@ def identify_oscillator(
     simulation = build(start, dataset.units, source)
     if all(parameter.fixed for parameter in simulation.parameters):
         raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
-    told("start values", 0.0)
+    report("start values", 0.0)
     starts = start_values(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit, reason = _fitted(simulation, records, starts.values, options, told)
+    fit, reason = _fitted(simulation, records, starts.values, options, report)
     trusted = _share_left(fit, records, without_mean=True) <= LEAVES_THE_DATA
     return OscillatorFit(
         model=_written(start, fit, with_errors=trusted),
@@ -103,22 +103,22 @@ def _fitted(
     records: tuple[FitRecord, ...],
     starts: list[FloatArray],
     options: OscillatorFitOptions,
-    told: Told,
+    report: Told,
 ) -> tuple[Fit, str]:
     """By the method that the data allow, and why it was taken."""
     shooting = ShootingOptions(fit=options.fit)
     parts = parting(simulation, records, starts[0])
     if parts.chaotic:
-        fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+        fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         return fit, (
             f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
             f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
         )
-    free_run = fit_output_error(simulation, records, options.fit, starts=starts, told=told)
+    free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
     left = _share_left(free_run, records)
     if left <= LEAVES_THE_DATA:
         return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
-    short = fit_multiple_shooting(simulation, records, shooting, starts=starts, told=told)
+    short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
     follows = _share_left(short, records)
     if follows < 0.5 * left:
         return short, (

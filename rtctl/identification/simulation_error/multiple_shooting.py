@@ -59,7 +59,7 @@ def fit_multiple_shooting(
     *,
     starts: Sequence[FloatArray] = (),
     free: Sequence[int] | None = None,
-    told: Told = lambda text, share: None,
+    report: Told = lambda text, share: None,
 ) -> Fit:
     """As `fit_output_error`. Raises FitError where a segment diverges from every start."""
     options = options or ShootingOptions()
@@ -77,8 +77,8 @@ def fit_multiple_shooting(
             steps_per_period=options.fit.coarse_steps_per_period,
         )
         found = _loose(cost, starts or [sensitivity.own_values], options.fit)
-        told("segments by themselves", 0.3)
-        cost, found = _pulled_together(cost, found, options, told)
+        report("segments by themselves", 0.3)
+        cost, found = _pulled_together(cost, found, options, report)
         cost = cost.at(steps_per_period=None)
         low, high = sensitivity.bounds
         last = minimise(cost.equations, found.unknowns, low, high, iterations=options.fit.final_iterations)
@@ -149,7 +149,7 @@ def settled(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unkno
 
 
 def _pulled_together(
-    cost: SegmentCost, found: Minimum, options: ShootingOptions, told: Told
+    cost: SegmentCost, found: Minimum, options: ShootingOptions, report: Told
 ) -> tuple[SegmentCost, Minimum]:
     """Continuity ever stricter, as long as the residual does not grow."""
     low, high = cost.sensitivity.bounds
@@ -168,7 +168,7 @@ def _pulled_together(
         trial = minimise(
             stricter.equations, found.unknowns, low, high, iterations=options.fit.iterations, tolerance=1e-6
         )
-        told("segments pulled together", 0.3 + 0.6 * (number + 1) / len(options.gaps))
+        report("segments pulled together", 0.3 + 0.6 * (number + 1) / len(options.gaps))
         if trial is None or (reweighted(stricter, trial) > WORSE * sigma).any():
             break
         cost, found = stricter, trial._replace(iterations=found.iterations + trial.iterations)

@@ -57,7 +57,7 @@ def fit_output_error(
     *,
     starts: Sequence[FloatArray] = (),
     free: Sequence[int] | None = None,
-    told: Told = lambda text, share: None,
+    report: Told = lambda text, share: None,
 ) -> Fit:
     """Fit the parameters that are not fixed (or the indices `free`).
 
@@ -82,10 +82,10 @@ def fit_output_error(
         span_s = options.screening_periods * 2.0 * np.pi / scales.rate
         shown = [liveliest(one, span_s) for one in records] if options.free_start else records
         tried = starts or [sensitivity.own_values]
-        screened = _screened(cost_over(shown), tried, options, told)
+        screened = _screened(cost_over(shown), tried, options, report)
         untouched = [_scaled(sensitivity, start) for start in tried]
         cost, found = _first_that_runs(cost_over(records), [*screened, *untouched], options)
-        cost, found = polish(cost, found, options, told)
+        cost, found = polish(cost, found, options, report)
         return infer("output_error", cost, found)
 
 
@@ -124,14 +124,14 @@ def signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> Floa
 
 
 def polish(
-    cost: SegmentCost, found: Minimum, options: FitOptions, told: Told = lambda text, share: None
+    cost: SegmentCost, found: Minimum, options: FitOptions, report: Told = lambda text, share: None
 ) -> tuple[SegmentCost, Minimum]:
     """Iterate until it converges, outputs reweighted, the last iterations at the simulation's own step."""
     low, high = cost.sensitivity.bounds
     iterations = found.iterations
     stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
     for number, (steps, most) in enumerate(stages):
-        told("fitting", 0.6 + 0.2 * number)
+        report("fitting", 0.6 + 0.2 * number)
         cost = cost.at(steps_per_period=steps, sigma=reweighted(cost, found))
         reached = minimise(cost.equations, found.unknowns, low, high, iterations=most)
         if reached is None:
@@ -162,7 +162,7 @@ def _start(record: FitRecord, simulation: Simulation, width_s: float, options: F
 
 
 def _screened(
-    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, told: Told
+    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, report: Told
 ) -> list[FloatArray]:
     """Where a few iterations bring each start (p,), lowest cost first; those that diverge are left out."""
     low, high = cost.sensitivity.bounds
@@ -174,7 +174,7 @@ def _screened(
         )
         if found is not None:
             reached.append((found.equations.cost, number, found.unknowns.shared))
-        told("screening starts", 0.5 * (number + 1) / len(starts))
+        report("screening starts", 0.5 * (number + 1) / len(starts))
     return [shared for _, _, shared in sorted(reached, key=lambda one: one[:2])]
 
 

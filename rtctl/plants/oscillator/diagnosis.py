@@ -18,8 +18,8 @@ from rtctl.diagnosis.problem.subject import Force, Past, Reader, Records, Subjec
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-    from rtctl.diagnosis.residual.residual_tests import Examined
+    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 NORMAL_95 = 1.96
 
@@ -59,26 +59,26 @@ PAST = (
 )
 
 
-def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
     """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
         t = np.linspace(-1.0, 1.0, len(z))
         return [force(z, v, u, t) for _, _, force in GENERIC]
 
-    return _pushed(hypothesis, data, index, forces)
+    return _pushed(hypothesis, problem, index, forces)
 
 
-def past_slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+def past_slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
     """(len(PAST), outputs, n) of record `index`: forces linear in the past of the displacement."""
-    radians = data.scales.rate * data.records[index].period_s
+    radians = problem.scales.rate * problem.records[index].period_s
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
         at = np.arange(len(z), dtype=float)
         late = [np.interp(at - lag / radians, at, z) for lag in LATE]
         return [*late, *(_relaxed(z, rate * radians) for rate in RELAXING)]
 
-    return _pushed(hypothesis, data, index, forces)
+    return _pushed(hypothesis, problem, index, forces)
 
 
 def _relaxed(z: FloatArray, rate: float) -> FloatArray:
@@ -92,17 +92,17 @@ def _relaxed(z: FloatArray, rate: float) -> FloatArray:
 
 def _pushed(
     hypothesis: Hypothesis,
-    data: Data,
+    problem: Problem,
     index: int,
     forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
 ) -> FloatArray:
     """(forces, outputs, n): what each does that is of `forces` (displacement, velocity, drive, each over its size)."""
-    record = data.records[index]
+    record = problem.records[index]
     values = hypothesis.values_of(index)
     start = np.atleast_2d(hypothesis.start(index))
     plain = _quickly_held(record.stimulus)
-    base = hypothesis.simulation.predict(plain, values, start, data.steps_per_period)
-    scales, u = data.scales, record.stimulus.inputs["drive"]
+    base = hypothesis.simulation.predict(plain, values, start, problem.steps_per_period)
+    scales, u = problem.scales, record.stimulus.inputs["drive"]
     z = base.outputs["displacement"][0] / scales.displacement
     v = base.outputs["velocity"][0] / scales.velocity
     outputs = hypothesis.sensitivity.outputs
@@ -112,10 +112,10 @@ def _pushed(
 
         def moved(step: float, phi: FloatArray = phi) -> FloatArray:
             stimulus = replace(plain, inputs={"drive": u + step * (scales.drive or 1.0) * phi})
-            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            run = hypothesis.simulation.predict(stimulus, values, start, problem.steps_per_period)
             return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
 
-        found[k] = slope(moved, data, outputs, 0.0)
+        found[k] = slope(moved, problem, outputs, 0.0)
     return found
 
 
@@ -126,7 +126,7 @@ def _quickly_held(stimulus: Stimulus) -> Stimulus:
     return replace(stimulus, holds={**stimulus.holds, "drive": "linear"})
 
 
-def extended_model(start: ModelFile, examined: Examined) -> ModelFile:
+def extended_model(start: ModelFile, examined: TestedHypothesis) -> ModelFile:
     """`start` with the values and mechanisms of `examined`; a parameter that was not fitted stays as it was."""
     from rtctl.diagnosis.report.answer import Estimate, estimates_of
 

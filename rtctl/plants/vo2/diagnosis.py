@@ -33,8 +33,8 @@ from rtctl.simulations.vo2.nonparametric import UNNAMED
 from rtctl.simulations.vo2.simulation import Vo2Simulation
 
 if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Data, Hypothesis
-    from rtctl.diagnosis.residual.residual_tests import Examined
+    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 SLOW = (5.0, 25.0, 125.0)
 """Times the heating's time constant: of averages over the past."""
@@ -117,11 +117,11 @@ def low_pass(x: FloatArray, samples: float) -> FloatArray:
     return smooth
 
 
-def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
+def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
     """(forces, outputs, n) of record `index`: on the current in parts of its RMS variation, on a reading of its."""
-    record, outputs = data.records[index], hypothesis.sensitivity.outputs
+    record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
-    base = hypothesis.simulation.predict(record.stimulus, values, start, data.steps_per_period)
+    base = hypothesis.simulation.predict(record.stimulus, values, start, problem.steps_per_period)
     current = record.stimulus.inputs["current"]
     path = _path(current, hypothesis, record.period_s)
     found = np.zeros((len(FORCES), len(outputs), record.samples - record.first))
@@ -131,17 +131,17 @@ def slopes(hypothesis: Hypothesis, data: Data, index: int) -> FloatArray:
         def moved(step: float, force: Callable[[Course], FloatArray] = force) -> FloatArray:
             moved_current = np.maximum(current + step * swing * force(path), 0.0)
             stimulus = replace(record.stimulus, inputs={"current": moved_current})
-            run = hypothesis.simulation.predict(stimulus, values, start, data.steps_per_period)
+            run = hypothesis.simulation.predict(stimulus, values, start, problem.steps_per_period)
             return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
 
-        found[k] = slope(moved, data, outputs, 0.0)
+        found[k] = slope(moved, problem, outputs, 0.0)
     k = len(ON_CURRENT)
     for reading in READINGS:
         for _, _, force in ON_READING:
             if reading in outputs:
                 own = base.outputs[reading][0]
-                along = path._replace(own=(own - own.mean()) / data.size(reading))
-                found[k, outputs.index(reading)] = data.size(reading) * force(along)[record.first :]
+                along = path._replace(own=(own - own.mean()) / problem.size(reading))
+                found[k, outputs.index(reading)] = problem.size(reading) * force(along)[record.first :]
             k += 1
     return found
 
@@ -177,7 +177,7 @@ def _branch(temperature: FloatArray) -> FloatArray:
     return branch_of(np.ascontiguousarray(temperature), 2.0 * BRANCH_RADIUS)
 
 
-def extended_model(start: Vo2Model, examined: Examined) -> Vo2Model:
+def extended_model(start: Vo2Model, examined: TestedHypothesis) -> Vo2Model:
     """`start` with the values and mechanisms of `examined`, with 95 % intervals."""
     from rtctl.diagnosis.report.answer import estimates_of
 
@@ -238,17 +238,17 @@ class _Placed(NamedTuple):
 
 
 def _relearned(
-    coarse: Mapping[str, Coarse], hypothesis: Hypothesis, data: Data, told: Callable[[str], None]
+    coarse: Mapping[str, Coarse], hypothesis: Hypothesis, problem: Problem, report: Callable[[str], None]
 ) -> Placed:
     """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
     plain = VO2.inner(hypothesis.simulation)
     assert isinstance(plain, Vo2Simulation)
     samples: dict[str, list[Samples]] = {output: [] for output in coarse}
     names = {"resistance": LOG_RESISTANCE}
-    for index, record in enumerate(data.records):
+    for index, record in enumerate(problem.records):
         values = hypothesis.values_of(index)
-        path = plain.loop_path(record.stimulus, values, data.steps_per_period)
-        run = hypothesis.simulation.predict(record.stimulus, values, None, data.steps_per_period)
+        path = plain.loop_path(record.stimulus, values, problem.steps_per_period)
+        run = hypothesis.simulation.predict(record.stimulus, values, None, problem.steps_per_period)
         for output, found in samples.items():
             name = names.get(output, output)
             if name not in record.measured:
@@ -261,7 +261,7 @@ def _relearned(
             found.append(Samples(path.v, y, scored))
     loops = {}
     for output, found in samples.items():
-        told(f"the static loops, learned anew: {output}")
+        report(f"the static loops, learned anew: {output}")
         loops[output] = relearned(coarse[output], found)
     return _Placed(coarse, loops)
 

@@ -93,7 +93,7 @@ def _collected(path: Path, short: bool) -> Collected:
     return found
 
 
-def collect(campaign: Shaker, told: Callable[[int], None] = lambda done: None) -> Collected:
+def collect(campaign: Shaker, report: Callable[[int], None] = lambda done: None) -> Collected:
     """One record after the other, one in memory."""
     h = 1.0 / RATE_HZ
     filtered, weak, kinds, points, tails = [], [], [], [], []
@@ -121,7 +121,7 @@ def collect(campaign: Shaker, told: Callable[[int], None] = lambda done: None) -
         tails.append(np.stack([z[-count:], v[-count:]]))
         first = one.phase + 2.0 * np.pi * setting.frequency_hz * ((len(z) - count) * DECIMATION + _FIRST) * h
         phases.append(first % (2.0 * np.pi))
-        told(done + 1)
+        report(done + 1)
     share = len(campaign.settings) / max(1, len(campaign.settings) - 1)
     return Collected(
         campaign, np.array(filtered), np.array(weak), tuple(kinds), np.array(periods)[:, 0],

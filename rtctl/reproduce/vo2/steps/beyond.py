@@ -139,15 +139,16 @@ def earned(best: Table) -> str:
     """What the table of who is best says of each part, and what not to take from it."""
     mean = {row[0]: [float(cell.rpartition("/")[2]) for cell in row[1:]] for row in best.rows}
 
-    def told(scheme: Scheme) -> str:
+    def report(scheme: Scheme) -> str:
         return ", ".join(f"{value:.2f}" for value in mean[scheme.name]) + " %"
 
     return (
         "\n\nNone of the parts is better everywhere. Mean over all devices and references, on the device "
         + ", ".join(header.removeprefix("device ").rpartition(",")[0] for header in best.headers[1:])
-        + f": PI on the paper's composite {told(SCHEMES[0])}; on the observer {told(SCHEMES[2])}; feedforward alone "
-        f"{told(SCHEMES[3])}; feedforward and PI on the gap-free composite {told(SCHEMES[5])}, on the observer "
-        f"{told(SCHEMES[6])}. Feedforward earns its place on the fast references under every estimator, and alone it "
+        + f": PI on the paper's composite {report(SCHEMES[0])}; on the observer {report(SCHEMES[2])}; "
+        f"feedforward alone "
+        f"{report(SCHEMES[3])}; feedforward and PI on the gap-free composite {report(SCHEMES[5])}, on the observer "
+        f"{report(SCHEMES[6])}. Feedforward earns its place on the fast references under every estimator, and alone it "
         "is lost in another room. The observer earns its place while the heating is as it was identified, and in "
         "another room; where part of the heating comes later than it was told it takes what is missing for heat, and "
         "under feedforward the loop runs up to tens of percent away. There the gap-free composite, which knows nothing "

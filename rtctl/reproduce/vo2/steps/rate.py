@@ -182,11 +182,13 @@ def _verdict(rows: list[tuple[str, ...]]) -> str:
     def value(row: tuple[str, ...], kind: str) -> float:
         return float(row[2 + KINDS.index(kind)].split()[0])
 
-    told = [
+    report = [
         f"{value(row, 'gap_free'):.2f} to {value(row, KINDS[2]):.2f} % at a lag of {row[0]} ms"
         for row in fastest
     ]
-    return f"At {rows[-1][1]} Hz the term changes the gap-free composite's mean error from {', '.join(told)}."
+    return (
+        f"At {rows[-1][1]} Hz the term changes the gap-free composite's mean error from {', '.join(report)}."
+    )
 
 
 def _kappa_table(lags: Sequence[float], kappas: dict[tuple[float, int], float]) -> Table:

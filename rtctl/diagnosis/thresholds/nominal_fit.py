@@ -1,0 +1,10 @@
+"""Thresholds of the re-fit of the nominal model: each with its unit, its reason and the measurement that chose it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NominalFitThresholds:
+    """Numbers of the re-fit of the nominal model."""

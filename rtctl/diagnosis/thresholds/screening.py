@@ -1,0 +1,10 @@
+"""Thresholds of the checks of the data before any fit: each with its unit, its reason and the measurement that chose it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScreeningThresholds:
+    """Numbers of the checks of the data before any fit."""
