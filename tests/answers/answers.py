@@ -150,9 +150,6 @@ def answers(names: list[str], jobs: int) -> Iterator[tuple[str, dict[str, Any], 
             yield future.result()
 
 
-IGNORED_OF_STUDY = ("seconds", "time", "us", "speed")
-
-
 def main() -> int:
     """Record or compare. Returns 0; 1 where an answer differs."""
     parser = argparse.ArgumentParser(

@@ -1,4 +1,4 @@
-"""Thresholds of the checks of the data before any fit: each with its unit, its reason and the measurement that chose it."""
+"""Thresholds of the checks of the data before any fit: each with its unit, its reason and its measurement."""
 
 from __future__ import annotations
 
