@@ -72,9 +72,7 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Prob
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    begun = fit_hypothesis(
-        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
-    )
+    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
     assert whole is not None
     assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
