@@ -15,8 +15,8 @@ from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
 from rtctl.diagnosis.search.holdout_support import supported
 from rtctl.diagnosis.search.model_selection import ranked
-from rtctl.diagnosis.search.outcome import verdict_of
-from rtctl.diagnosis.search.stepwise import SearchResult, _less_what_is_idle
+from rtctl.diagnosis.search.outcome import SearchResult, verdict_of
+from rtctl.diagnosis.search.stepwise import _less_what_is_idle
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS

@@ -21,8 +21,7 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search.holdout_error import free_run_error, gain
 from rtctl.diagnosis.search.holdout_support import SMALL
-from rtctl.diagnosis.search.outcome import LEAST_GAIN
-from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.outcome import LEAST_GAIN, HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
 ID = "hysteresis.shape"
@@ -37,22 +36,6 @@ more, however far off the loops are between their levels."""
 
 def _silent(text: str) -> None:
     """Nobody listens."""
-
-
-class HysteresisRefit(NamedTuple):
-    """A static part that was learned anew."""
-
-    coarse: Mapping[str, Any]
-    """By output, what showed it."""
-    loops: Mapping[str, Any]
-    """By output, the part itself."""
-    before: Hypothesis
-    """The same causes with the part as it was."""
-
-    @property
-    def is_cause(self) -> bool:
-        """Whether the identification's own records show it; else the part is only put right."""
-        return any(one.is_coarse for one in self.coarse.values())
 
 
 class LoopRefitter(NamedTuple):
