@@ -13,6 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.budget import Budget
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.residual.quantization import step_of
 from rtctl.diagnosis.thresholds import Thresholds
@@ -50,6 +51,8 @@ class Problem:
     allowed: Mapping[str, float] = field(default_factory=dict)
     """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
     thresholds: Thresholds = field(default_factory=Thresholds)
+    cancellation: CancellationToken = field(default_factory=CancellationToken)
+    """Asked between fits."""
     enough: Callable[[], bool] = _never
     """Asked between the steps of a fit, which then ends where it is."""
 

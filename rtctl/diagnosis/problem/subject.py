@@ -114,8 +114,8 @@ class Subject:
     identified: Callable[[Any, Dataset], Mapping[str, Any]]
     """The same parts whatever those records show; empty where the dataset has none of them."""
     relearned: Callable[[Mapping[str, Any], Hypothesis, Problem, Callable[[str], None]], Placed] | None
-    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
-    raise to stop. None where there are none."""
+    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears
+    each. None where there are none."""
     corrections: Mapping[str, float]
     """Nominal parameters by which a session may differ from the identification's, and their values there."""
     offsets: Mapping[str, str]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rtctl.diagnosis.problem.budget import SECONDS, Budget
+from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.search.holdout_support import supported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
@@ -35,10 +36,6 @@ OUT_OF_TIME = (
 )
 
 
-class StoppedByUser(Exception):  # noqa: N818 - not an error
-    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisOptions:
     """What a user may choose."""
@@ -47,6 +44,8 @@ class DiagnosisOptions:
     threads: int = max(1, min(2, os.cpu_count() or 1))
     seconds: float = SECONDS
     """Processor time of the diagnosis, after which no further fit is begun."""
+    cancellation: CancellationToken = field(default_factory=CancellationToken)
+    """Ends the diagnosis after the fit under way, once it is cancelled."""
 
 
 class SearchRequest(NamedTuple):
@@ -78,7 +77,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
     if whole and ask.tests:
         try:
             loops = _finer(ask)
-        except StoppedByUser:
+        except CancelledError:
             loops = None
         if loops is not None:
             first, said, stopped = _searched(
@@ -88,7 +87,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
                 return first, said, True
             try:
                 found = loops.behind(first)
-            except StoppedByUser:
+            except CancelledError:
                 return first, [LOOPS_STOPPED], True
             if found.learned:
                 return found, [], False
@@ -101,7 +100,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)
-        except StoppedByUser:
+        except CancelledError:
             return found, [*said, NOT_PUT_RIGHT], True
     return found, said, stopped
 
@@ -166,6 +165,7 @@ def _finer(ask: SearchRequest) -> LoopRefitter | None:
     if ask.problem.subject.relearned is None:
         return None
     ask.report("whether the static loops are too coarse")
+    ask.problem.cancellation.raise_if_cancelled()
     coarse = ask.problem.subject.coarse(ask.model, ask.dataset)
     return ask.relearning(coarse) if coarse else None
 
@@ -179,12 +179,13 @@ def _searched(
 
     def noted(text: str) -> None:
         ask.report(text)
+        ask.problem.cancellation.raise_if_cancelled()
         tried.append(text)
 
     try:
         rate = ask.options.false_claim_rate
         found = search(ask.problem, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, correct)
         return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
-    except StoppedByUser:
+    except CancelledError:
         so_far = known[-1]
         return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
