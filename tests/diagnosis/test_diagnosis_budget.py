@@ -13,7 +13,8 @@ from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_dri
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.budget import AFTER, LEAST, Budget
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of

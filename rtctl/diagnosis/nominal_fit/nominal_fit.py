@@ -10,7 +10,8 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
 from rtctl.diagnosis.nominal_fit.predictability import as_far_as_followed, beginnings, foreseeable
 from rtctl.diagnosis.nominal_fit.segmentation import cut_up, remembers
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import foreign
 
 LONG_MEMORY = (

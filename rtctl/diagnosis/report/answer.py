@@ -10,28 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.border.mechanisms import Mechanism, plain_unit
-from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.residual.estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.model_selection import Ranked
 from rtctl.diagnosis.search.stepwise import SearchResult
 from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.diagnosis.verification.wald_test import WrongValue
 
-NORMAL_95 = 1.96
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
 IDENTIFICATION_ERROR = 0.1
 """Of the removable error: what a correction of the identified model may remove beside other causes and be none."""
-
-
-class Estimate(NamedTuple):
-    """A parameter of a cause with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
 
 
 class Cause(NamedTuple):
@@ -112,44 +104,6 @@ def wrong_value_cause(wrong: WrongValue) -> Cause:
         share_removed=wrong.share_removed,
         indistinguishable_from=tuple(f"parameter.{name}" for name in wrong.equivalent),
     )
-
-
-def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:
-    """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
-    hypothesis = examined.hypothesis
-    sensitivity = hypothesis.sensitivity
-    errors = examined.projected.standard_errors * sensitivity.scale
-    found = {}
-    for position, k in enumerate(sensitivity.free):
-        parameter: FreeParameter = hypothesis.simulation.parameters[k]
-        if parameter.mechanism == mechanism:
-            spread = NORMAL_95 * float(errors[position])
-            found[parameter.declared.name] = Estimate(
-                parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
-            )
-    apart = set(sensitivity.of_record.tolist())
-    forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
-    acting = {
-        one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism
-    }
-    for k, parameter in enumerate(hypothesis.simulation.parameters):
-        if k in apart and parameter.mechanism == mechanism:
-            spread = NORMAL_95 * _own_error(examined)
-            value = parameter.value
-            found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
-        elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
-            value = parameter.value
-            form = parameter.declared.of_form or parameter.declared.name
-            if form in forms and acting[form] == 0.0:  # another form of it acts
-                continue
-            found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
-    return found
-
-
-def _own_error(examined: TestedHypothesis) -> float:
-    """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
-    samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
-    return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
 
 
 def sentence_of(simulation: Simulation, identity: str) -> str:

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.screening.spikes import without_spikes
 from rtctl.identification.fit_record import FitRecord, fit_record

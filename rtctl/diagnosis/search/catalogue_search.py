@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rtctl.diagnosis.problem.budget import SECONDS, Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
 from rtctl.diagnosis.search.stepwise import SearchResult, as_it_is, level_of, search
 from rtctl.diagnosis.verification.holdout_support import supported

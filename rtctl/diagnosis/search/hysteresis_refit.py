@@ -15,9 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Placed
-from rtctl.diagnosis.report.answer import MOST_CERTAIN, Cause, Estimate
+from rtctl.diagnosis.report.answer import MOST_CERTAIN, Cause
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search.stepwise import SearchResult

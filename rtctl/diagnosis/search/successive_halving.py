@@ -12,7 +12,9 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
 from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 
 FIRST_LAP = 6
 SECOND_LAP = 12
@@ -180,9 +182,7 @@ def _slow_ones(
             slow.append((added[0].id, runner))
     least = min((runner.parent.cost for _, runner in slow), default=0.0)
     first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    begun = [
-        one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None
-    ]
+    begun = [one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None]
     least = min((one.cost for one in (*finished, *begun)), default=0.0)
     near = [one.cost < IN_CONTENTION * least for one in begun]
     return [
