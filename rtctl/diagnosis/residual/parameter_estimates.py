@@ -1,4 +1,4 @@
-"""Estimates of the parameters of a fitted hypothesis, with 95 % intervals by the noise of its residual."""
+"""Fitted parameters with their 95 % intervals."""
 
 from __future__ import annotations
 
