@@ -10,13 +10,14 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
+from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import Isolability, isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.answer import (
     Cause,
     apart_from_identification,
@@ -127,6 +128,8 @@ class Diagnosis:
     """Of the missing force, where nothing explains it."""
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
+    cut_by_clock: bool = False
+    """Whether the wall-clock guard ended the search: then the answer depends on the machine."""
 
     @property
     def undecided(self) -> bool:
@@ -145,6 +148,7 @@ class Diagnosis:
             "p_value": chosen.p_value,
             "left_over_noise": left_over_noise(chosen),
             "out_of_time": self.search.out_of_time,
+            "cut_by_clock": self.cut_by_clock,
             "isolability": {
                 "ids": list(self.isolability.ids),
                 "visible": self.isolability.visible.tolist(),
@@ -155,6 +159,7 @@ class Diagnosis:
         return as_json(self.verdict, self.causes, self.gain, where, proposed, extra)
 
 
+@metered()
 def diagnose(
     dataset: Dataset,
     model: Any,
@@ -168,7 +173,7 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
-    budget = Budget.of(options.seconds)
+    budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
     if subject.output != SUBJECTS[subject.kind].output:
@@ -286,7 +291,7 @@ def _answer(
             nearest=verdict == "unexplained",
         ),
         shape=residual_shape(found.nominal, problem, [place.coordinate for place in where], units) if gap else None,
-        warnings=tuple(warnings), stopped=stopped,
+        warnings=tuple(warnings), stopped=stopped, cut_by_clock=found.out_of_time and ask.budget.cut_by_clock,
     )  # fmt: skip
 
 
@@ -294,7 +299,7 @@ def _verdict(
     found: SearchResult,
     problem: Problem,
     gains: Sequence[Gain | None],
-    budget: Budget,
+    budget: WorkBudget,
     report: Callable[[str], None],
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
@@ -316,7 +321,7 @@ def _verdict(
 
 
 def _unless_outdone(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """`verdict`, but unexplained where a law of no name leaves less than the causes, or is likelier than causes that
     leave nothing that the gate asks for.
@@ -335,7 +340,7 @@ def _unless_outdone(
 
 
 def _law(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> str:
     """Of no name, in a sentence, that takes the causes' place; "": none."""
     nominal, chosen = found.nominal.hypothesis, found.chosen

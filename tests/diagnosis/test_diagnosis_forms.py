@@ -127,9 +127,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    begun = fit_hypothesis(
-        problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2
-    )
+    begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
