@@ -1,4 +1,4 @@
-"""WorkBudget of a search in simulated work, so that an answer does not depend on the machine; seconds only as a guard."""
+"""Budget of a search in simulated work, so that an answer does not depend on the machine; seconds are only a guard."""
 
 from __future__ import annotations
 
