@@ -10,15 +10,16 @@ import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
+from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.answer import (
     apart_from_identification,
     causes_of,
@@ -97,6 +98,7 @@ NO_GAIN = (
 SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g})'
 
 
+@metered()
 def diagnose(
     dataset: Dataset,
     model: Any,
@@ -110,7 +112,7 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
-    budget = Budget.of(options.seconds)
+    budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
     if subject.output != SUBJECTS[subject.kind].output:
@@ -230,7 +232,7 @@ def _answer(
             nearest=verdict == "unexplained",
         ),
         shape=residual_shape(found.nominal, problem, [place.coordinate for place in where], units) if gap else None,
-        warnings=tuple(warnings), stopped=stopped,
+        warnings=tuple(warnings), stopped=stopped, cut_by_clock=found.out_of_time and ask.budget.cut_by_clock,
     )  # fmt: skip
 
 
@@ -238,7 +240,7 @@ def _verdict(
     found: SearchResult,
     problem: Problem,
     gains: Sequence[Gain | None],
-    budget: Budget,
+    budget: WorkBudget,
     report: Callable[[str], None],
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
@@ -260,7 +262,7 @@ def _verdict(
 
 
 def _unless_outdone(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """`verdict`, but unexplained where a law of no name leaves less than the causes, or is likelier than causes that
     leave nothing that the gate asks for.
@@ -279,7 +281,7 @@ def _unless_outdone(
 
 
 def _law(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> str:
     """Of no name, in a sentence, that takes the causes' place; "": none."""
     nominal, chosen = found.nominal.hypothesis, found.chosen

@@ -86,6 +86,8 @@ class Diagnosis:
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
     """Whether the user stopped it."""
+    cut_by_clock: bool = False
+    """Whether the wall-clock guard ended the search: then the answer depends on the machine."""
 
     @property
     def undecided(self) -> bool:
@@ -107,6 +109,7 @@ class Diagnosis:
         return content | {
             "warnings": list(self.warnings),
             "stopped": self.stopped,
+            "cut_by_clock": self.cut_by_clock,
             "tests": [test._asdict() for test in chosen.tests],
             "p_value": chosen.p_value,
             "left_over_noise": left_over_noise(chosen),

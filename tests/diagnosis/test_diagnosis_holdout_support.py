@@ -9,10 +9,10 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
 from rtctl.diagnosis.search.holdout_support import supported
@@ -68,7 +68,7 @@ def supported_by(
     searched: tuple[Problem, SearchResult], tests: Sequence[FitRecord]
 ) -> tuple[set[str], tuple[str, ...]]:
     problem, found = searched
-    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
+    left, dropped = supported(found, problem, tests, IDS, WorkBudget.of(60.0))
     assert left.chosen.tests == found.chosen.tests
     return set(left.chosen.hypothesis.mechanisms), dropped
 
@@ -101,7 +101,7 @@ def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
     found = SearchResult(nominal, offset, True, (), tried, (nominal.hypothesis,))
     assert 0.0 < nominal.hypothesis.cost - offset.hypothesis.cost < 0.05 * offset.hypothesis.cost
     tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
-    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
+    left, dropped = supported(found, problem, tests, IDS, WorkBudget.of(60.0))
     assert dropped == (("sensor.offset",) if verdict == "adequate" else ())
     assert verdict_of(left, 0.9) == verdict
 
@@ -115,11 +115,11 @@ def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_
 ) -> None:
     problem, found = searched
     tests = [record_of(7, 0.0)]
-    assert supported(found, problem, tests, IDS, Budget.of(0.0)) == (found, ())
+    assert supported(found, problem, tests, IDS, WorkBudget.of(0.0)) == (found, ())
     monkeypatch.setattr(
         "rtctl.diagnosis.search.holdout_support.free_run_error", lambda *_: np.full(9, np.inf)
     )
-    assert supported(found, problem, tests, IDS, Budget.of(60.0)) == (found, ())
+    assert supported(found, problem, tests, IDS, WorkBudget.of(60.0)) == (found, ())
 
 
 def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(

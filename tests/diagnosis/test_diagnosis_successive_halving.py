@@ -13,10 +13,10 @@ from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.candidates import candidates_of
@@ -150,7 +150,7 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
     field = _to_the_end(
-        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, WorkBudget.of(99.0)
     )
     assert len(entered) == 1
     assert len(field) == 1
@@ -208,7 +208,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         [found, stuck],
         ids,
         lambda text: None,
-        Budget.of(60.0),
+        WorkBudget.of(60.0),
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost

@@ -10,9 +10,9 @@ from functools import lru_cache
 import numpy as np
 
 from rtctl.border.mechanisms import Scales
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.quantization import quantization_step
 from rtctl.diagnosis.problem.subject import Subject
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 
@@ -36,7 +36,7 @@ class Problem:
     enough: Callable[[], bool] = _never
     """Asked between the steps of a fit, which then ends where it is."""
 
-    def until(self, budget: Budget) -> Problem:
+    def until(self, budget: WorkBudget) -> Problem:
         """The same, on which a fit ends once `budget` is spent."""
         return replace(self, enough=lambda: budget.spent)
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
 from rtctl.diagnosis.search.holdout_error import free_run_error
@@ -26,7 +26,7 @@ SHOWN = 0.5
 
 
 def supported(
-    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
+    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: WorkBudget
 ) -> tuple[SearchResult, tuple[str, ...]]:
     """Less the small causes without which the error on `tests` is no larger; and which those are.
 

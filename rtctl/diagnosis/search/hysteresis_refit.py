@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Placed
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
 from rtctl.diagnosis.search.holdout_error import free_run_error, gain
@@ -29,8 +29,6 @@ from rtctl.identification.fit_record import FitRecord
 ID = "hysteresis.shape"
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
-TWICE = 25.0
-"""Seconds that have to be left of the diagnosis for loops to be learned behind a smaller set first."""
 AS_IDENTIFIED = 3.0
 """Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
 more, however far off the loops are between their levels."""
@@ -50,7 +48,7 @@ class LoopRefitter(NamedTuple):
     level: float
     report: Callable[[str], None] = _silent
     """Hears what is under way, and may raise to stop."""
-    budget: Budget | None = None
+    budget: WorkBudget | None = None
     """Of the diagnosis: without end where there is none."""
 
     def behind(self, found: SearchResult) -> SearchResult:
@@ -59,7 +57,7 @@ class LoopRefitter(NamedTuple):
         known = _without_its_correction(self.problem, nominal, found.chosen.hypothesis)
         fewer = _less_what_is_small(self.problem, nominal, known)
         # what is small beside the causes may be the error of the loops
-        if fewer is not known and self._lasts(TWICE):
+        if fewer is not known and self._lasts(self.problem.thresholds.budget.refit_twice):
             alone = self._behind(found, fewer)
             if alone is not found and alone.passes:
                 return alone
@@ -90,8 +88,8 @@ class LoopRefitter(NamedTuple):
             without=without_each(problem, bare, again), learned=learned,
         )  # fmt: skip
 
-    def _lasts(self, seconds: float) -> bool:
-        return self.budget is None or self.budget.left > seconds
+    def _lasts(self, steps: float) -> bool:
+        return self.budget is None or self.budget.left > steps
 
     def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
         """Loops behind `known`, and `known` fitted with them; None where they leave no less.

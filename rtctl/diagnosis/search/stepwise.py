@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import fitted_without, pruned, without_each
@@ -71,14 +71,14 @@ def search(
     false_claim_rate: float,
     report: Callable[[str], None] = lambda text: None,
     kept: Callable[[SearchResult], None] = lambda found: None,
-    budget: Budget | None = None,
+    budget: WorkBudget | None = None,
     correct: Callable[[SearchResult], SearchResult] = as_it_is,
 ) -> SearchResult:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise.
 
     `put_right`: mends the model behind two causes that do not explain it, or behind the last ones, if that helps.
     """
-    budget = budget or Budget.of()
+    budget = budget or WorkBudget.of()
     found = _grown(problem, nominal, ids, level_of(false_claim_rate), report, kept, budget, correct)
     found = found._replace(out_of_time=budget.spent and not found.passes)
     found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
@@ -97,7 +97,7 @@ def level_of(false_claim_rate: float) -> float:
 
 def _grown(
     problem: Problem, nominal: Hypothesis, ids: Sequence[str], level: float,
-    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: Budget,
+    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: WorkBudget,
     correct: Callable[[SearchResult], SearchResult],
 ) -> SearchResult:  # fmt: skip
     at_nominal = run_residual_tests(nominal, problem, ids)
@@ -166,7 +166,7 @@ def _at_steps_it_needs(
     best: TestedHypothesis,
     parents: list[TestedHypothesis],
     ids: Sequence[str],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[Problem, TestedHypothesis, list[TestedHypothesis]]:
     """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
     if budget.spent:
@@ -298,7 +298,7 @@ def _front(
     rate: float,
     near: float,
     from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[TestedHypothesis, list[TestedHypothesis]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
 
