@@ -11,8 +11,8 @@ from vo2_model_cases import UNITS
 
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
@@ -198,7 +198,7 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(mo
     ask = SearchRequest(
         dataclasses.replace(found.problem, executor=None),
         found.search.nominal.hypothesis, case[1], case[0], found.tests,
-        FEW, DiagnosisOptions(), Budget.of(60.0), lambda text: None,
+        FEW, DiagnosisOptions(), WorkBudget.of(60.0), lambda text: None,
     )  # fmt: skip
     assert _Mended(ask, []).at_last(found.search).learned is not None
     several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))

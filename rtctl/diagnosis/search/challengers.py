@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import fitted_without
 from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.diagnosis.search.model_selection import ranked, whitened_bic
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.search.stepwise import SearchResult
 
 ALONE = 0.1
 """Times the cost of another: a first below it is right, or the other is stuck."""
-BESIDE = 8.0
-"""Of processor time [s]: what could stand in the place of a single cause that was found late."""
 RIVALS = 0.5
 """Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
 UNFINISHED = 4.0
@@ -30,7 +25,7 @@ NEAR = 1.5
 
 def refit_challengers(
     problem: Problem, parents: Sequence[TestedHypothesis], field: Sequence[Hypothesis], ids: Sequence[str],
-    report: Callable[[str], None], budget: Budget,
+    report: Callable[[str], None], budget: WorkBudget,
 ) -> list[Hypothesis]:  # fmt: skip
     """`field`, and where its first leaves others far behind, what of them could stand in its place, from there.
 
@@ -60,7 +55,7 @@ def refit_challengers(
 def refit_rivals(
     problem: Problem, found: SearchResult, larger: TestedHypothesis, ids: Sequence[str], level: float,
     report: Callable[[str], None],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> SearchResult:  # fmt: skip
     """`found`, where it is a single cause that a `larger` set led to, beside what could stand in its place, from there.
 
@@ -72,7 +67,9 @@ def refit_rivals(
         return found
     known = [one.hypothesis for one in found.tried[0] if one.hypothesis is not chosen.hypothesis]
     field = each_once([chosen.hypothesis, *sorted(known, key=lambda one: one.cost)])
-    field = refit_challengers(problem, [found.nominal], field, ids, report, budget.further(BESIDE))
+    field = refit_challengers(
+        problem, [found.nominal], field, ids, report, budget.further(budget.thresholds.rivals)
+    )
     there = {id(one) for one in (chosen.hypothesis, *known)}
     fresh = [one for one in field if id(one) not in there and one.cost < NEAR * chosen.hypothesis.cost]
     if not fresh:

@@ -10,23 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import fitted_without, pruned, without_each
 from rtctl.diagnosis.search.candidates import GROWN, candidates_of, in_turn, pairs_of
 from rtctl.diagnosis.search.challengers import NEAR, refit_challengers, refit_rivals, unfinished
 from rtctl.diagnosis.search.model_selection import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
+from rtctl.diagnosis.search.outcome import NEARLY, SearchResult
 from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.search.hysteresis_refit import HysteresisRefit
 
 LARGEST_SET = 6
 BEAM = 3
@@ -53,42 +50,12 @@ EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
 LEVEL = 0.2
 """Of the rate of false claims, that of the gate: noise that is no autoregression makes its p-values a little small."""
-NEARLY = 1e-6
-"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
 STUCK = 0.5
 """Times the cost of the nominal model: one that ends so low from elsewhere had not ended where it should."""
 MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
-
-
-class SearchResult(NamedTuple):
-    """What came of it."""
-
-    nominal: TestedHypothesis
-    chosen: TestedHypothesis
-    """The smallest set that passes, else the best of the largest size."""
-    passes: bool
-    equivalent: tuple[Hypothesis, ...]
-    """Others of its size that these data explain as well."""
-    tried: tuple[tuple[Ranked, ...], ...]
-    """By size, best first."""
-    without: tuple[Hypothesis, ...] = ()
-    """The chosen set less each one of its causes, fitted again."""
-    out_of_time: bool = False
-    """Larger sets, or some of this size, were not looked at."""
-    learned: HysteresisRefit | None = None
-    """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
-    outdone: str | None = None
-    """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
-    finer: Problem | None = None
-    """What was searched with steps as fine as the causes need; None: as asked."""
-
-    @property
-    def hypotheses(self) -> list[Hypothesis]:
-        """Every set that was."""
-        return [one.hypothesis for ranking in self.tried for one in ranking]
 
 
 def as_it_is(found: SearchResult) -> SearchResult:
@@ -103,14 +70,14 @@ def search(
     false_claim_rate: float,
     report: Callable[[str], None] = lambda text: None,
     kept: Callable[[SearchResult], None] = lambda found: None,
-    budget: Budget | None = None,
+    budget: WorkBudget | None = None,
     correct: Callable[[SearchResult], SearchResult] = as_it_is,
 ) -> SearchResult:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise.
 
     `put_right`: mends the model behind two causes that do not explain it, or behind the last ones, if that helps.
     """
-    budget = budget or Budget.of()
+    budget = budget or WorkBudget.of()
     found = _grown(problem, nominal, ids, level_of(false_claim_rate), report, kept, budget, correct)
     found = found._replace(out_of_time=budget.spent and not found.passes)
     found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
@@ -129,7 +96,7 @@ def level_of(false_claim_rate: float) -> float:
 
 def _grown(
     problem: Problem, nominal: Hypothesis, ids: Sequence[str], level: float,
-    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: Budget,
+    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: WorkBudget,
     correct: Callable[[SearchResult], SearchResult],
 ) -> SearchResult:  # fmt: skip
     at_nominal = run_residual_tests(nominal, problem, ids)
@@ -198,7 +165,7 @@ def _at_steps_it_needs(
     best: TestedHypothesis,
     parents: list[TestedHypothesis],
     ids: Sequence[str],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[Problem, TestedHypothesis, list[TestedHypothesis]]:
     """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
     if budget.spent:
@@ -330,7 +297,7 @@ def _front(
     rate: float,
     near: float,
     from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[TestedHypothesis, list[TestedHypothesis]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
 

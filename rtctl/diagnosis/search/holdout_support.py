@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
-from rtctl.diagnosis.search.stepwise import SearchResult, equivalents, in_its_place
-from rtctl.diagnosis.verification.holdout_error import free_run_error
+from rtctl.diagnosis.search.holdout_error import free_run_error
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.stepwise import equivalents, in_its_place
 from rtctl.identification.fit_record import FitRecord
 
 SMALL = 0.02
@@ -24,7 +25,7 @@ SHOWN = 0.5
 
 
 def supported(
-    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
+    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: WorkBudget
 ) -> tuple[SearchResult, tuple[str, ...]]:
     """Less the small causes without which the error on `tests` is no larger; and which those are.
 
