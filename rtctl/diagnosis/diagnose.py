@@ -44,9 +44,9 @@ from rtctl.diagnosis.search.catalogue_search import (
 )
 from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
-from rtctl.diagnosis.search.nonparametric import explaining_more, explaining_the_past
-from rtctl.diagnosis.search.outcome import SearchResult, verdict_of
-from rtctl.diagnosis.search.stepwise import level_of
+from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 from rtctl.diagnosis.verification.verdict_checks import held
 from rtctl.diagnosis.verification.wald_test import wrong_value
@@ -147,7 +147,7 @@ def diagnose(
         ask = SearchRequest(problem, nominal, model, dataset, tests, ids, options, budget, report)
         found, said, stopped = find_causes(ask, whole=first.uncut)
         warnings += [*said, *far_off(comparable, found.nominal, problem.scales)]
-        ask = ask._replace(problem=found.finer or problem)
+        ask = ask._replace(problem=found.refined_problem or problem)
         fits = _over_whole_records(first, ask.problem, found)
         answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
@@ -198,7 +198,7 @@ def _answer(
     causes = causes_of(found, noise_cost, fits.after) if named else []
     learned = loops_cause(found, noise_cost) if named else None
     causes += [learned] if learned else []
-    warnings += [PUT_RIGHT] if named and found.learned and learned is None else []
+    warnings += [PUT_RIGHT] if named and found.hysteresis_refit and learned is None else []
     alike = [one.simulation for one in (fits.after.hypothesis, *found.equivalent)]
     causes, corrected = apart_from_identification(causes, alike)
     if corrected:
@@ -212,7 +212,7 @@ def _answer(
     if (
         gap
         and not (stopped or found.out_of_time)
-        and not found.chosen.p_value > level_of(ask.options.false_claim_rate)
+        and not found.chosen.p_value > significance_level(ask.options.false_claim_rate)
     ):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
@@ -244,11 +244,11 @@ def _verdict(
     report: Callable[[str], None],
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
-    if found.learned is not None:  # only what holds on test records is learned anew
+    if found.hysteresis_refit is not None:  # only what holds on test records is learned anew
         return _unless_outdone(
             "explained" if found.passes else "partly_explained", found, problem, budget, report
         )
-    judged = verdict_of(found, problem.subject.least_removed)
+    judged = classify_outcome(found, problem.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
     doubted = bool(added) and doubtful(found, bool(problem.allowed))
@@ -267,11 +267,15 @@ def _unless_outdone(
     """`verdict`, but unexplained where a law of no name leaves less than the causes, or is likelier than causes that
     leave nothing that the gate asks for.
     """
-    if verdict not in ("explained", "partly_explained") or (verdict == "explained" and found.learned):
+    if verdict not in ("explained", "partly_explained") or (
+        verdict == "explained" and found.hysteresis_refit
+    ):
         return verdict, [], False
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
-    names = ", ".join([*added, *([SHAPE] if found.learned and found.learned.is_cause else [])])
-    law = found.outdone
+    names = ", ".join(
+        [*added, *([SHAPE] if found.hysteresis_refit and found.hysteresis_refit.is_cause else [])]
+    )
+    law = found.better_alternative
     if law is None:
         try:
             law = _law(verdict, found, problem, budget, report)
@@ -286,8 +290,8 @@ def _law(
     """Of no name, in a sentence, that takes the causes' place; "": none."""
     nominal, chosen = found.nominal.hypothesis, found.chosen
     if verdict == "explained":
-        return explaining_the_past(problem, nominal, chosen, budget, report)
-    return explaining_more(problem, nominal, chosen.hypothesis, budget, report)
+        return find_memory_alternative(problem, nominal, chosen, budget, report)
+    return find_better_alternative(problem, nominal, chosen.hypothesis, budget, report)
 
 
 def _gained(
@@ -342,10 +346,10 @@ def _rivals(found: SearchResult, verdict: str) -> list[Hypothesis]:
     """What an experiment has to tell apart: the equivalents, or the best of the causes that do not explain it."""
     if verdict == "explained":
         return [found.chosen.hypothesis, *found.equivalent][:RIVALS] if found.equivalent else []
-    if verdict == "adequate" or not found.tried:
+    if verdict == "adequate" or not found.rankings:
         return []
     return [
-        one.hypothesis for one in found.tried[0][:2]
+        one.hypothesis for one in found.rankings[0][:2]
     ]  # a third is often no more than the nominal model again
 
 

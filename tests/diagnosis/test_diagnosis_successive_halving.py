@@ -19,7 +19,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.stepwise import _unstuck
 from rtctl.diagnosis.search.successive_halving import (
@@ -113,7 +113,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     found = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
     )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
@@ -243,7 +243,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         DRIFT,
     )
     field = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ids)), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ids)), lambda text: None
     )
     assert (DRIFT,) in [one.mechanisms for one in field]
 

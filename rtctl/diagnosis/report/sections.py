@@ -97,8 +97,8 @@ def candidates(found: Diagnosis) -> str:
     ranking = ranking_of(found)
     if not ranking:
         return "<p>None: the re-fitted nominal model passes every question below, so no cause was looked for.</p>"
-    count = sum(len(size) for size in found.search.tried)
-    best = next(r for r in found.search.tried if r[0].hypothesis is ranking[0][1])
+    count = sum(len(size) for size in found.search.rankings)
+    best = next(r for r in found.search.rankings if r[0].hypothesis is ranking[0][1])
     rows = [
         [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
         for one in best[:MOST_ROWS]

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.search.holdout_support import supported
+from rtctl.diagnosis.search.holdout_support import drop_unsupported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
-from rtctl.diagnosis.search.nonparametric import explaining_more
-from rtctl.diagnosis.search.outcome import SearchResult, verdict_of
-from rtctl.diagnosis.search.stepwise import as_it_is, level_of, search
+from rtctl.diagnosis.search.nonparametric import find_better_alternative
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.stepwise import as_it_is, search, significance_level
 from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
@@ -71,7 +71,7 @@ class SearchRequest(NamedTuple):
 
     def relearning(self, loops: Mapping[str, Any]) -> LoopRefitter:
         """What it takes to learn these loops, by output, anew."""
-        level = level_of(self.options.false_claim_rate)
+        level = significance_level(self.options.false_claim_rate)
         return LoopRefitter(loops, self.problem, self.tests, self.ids, level, self.report, self.budget)
 
 
@@ -97,14 +97,15 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
                 found = loops.behind(first)
             except StoppedByUser:
                 return first, [LOOPS_STOPPED], True
-            if found.learned:
+            if found.hysteresis_refit:
                 return found, [], False
     mended = _Mended(ask, [])
     if first is None or first.out_of_time:
         first, said, stopped = _searched(ask, mended.correct if whole else as_it_is)
     found = first
-    if whole and not stopped and found.learned is None:
-        found, unsupported = supported(found, found.finer or ask.problem, ask.tests, ask.ids, ask.budget)
+    if whole and not stopped and found.hysteresis_refit is None:
+        problem = found.refined_problem or ask.problem
+        found, unsupported = drop_unsupported(found, problem, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)
@@ -123,16 +124,16 @@ class _Mended(NamedTuple):
     def correct(self, found: SearchResult) -> SearchResult:
         """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
         ask, subject = self.ask, self.ask.problem.subject
-        partly = verdict_of(found, subject.least_removed) == "partly_explained"
+        partly = classify_outcome(found, subject.least_removed) == "partly_explained"
         if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
             return found
         loops = subject.identified(ask.model, ask.dataset)
         if not loops:
             return found
-        law = explaining_more(
+        law = find_better_alternative(
             ask.problem, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.report
         )
-        found = found._replace(outdone=law)
+        found = found._replace(better_alternative=law)
         if not law:
             found = ask.relearning(loops).behind(found)
         self.tried.append(found)
@@ -146,8 +147,8 @@ class _Mended(NamedTuple):
             return self.correct(found)
         last = self.tried[-1]
         if last.chosen.hypothesis is found.chosen.hypothesis:
-            return found._replace(outdone=last.outdone)
-        if last.learned is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
+            return found._replace(better_alternative=last.better_alternative)
+        if last.hysteresis_refit is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
             return found
         return last._replace(out_of_time=found.out_of_time)
 

@@ -20,8 +20,8 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Placed
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
-from rtctl.diagnosis.search.holdout_error import free_run_error, gain
+from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, refit_without, refit_without_each
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, gain
 from rtctl.diagnosis.search.holdout_support import SMALL
 from rtctl.diagnosis.search.outcome import LEAST_GAIN, HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
@@ -85,7 +85,7 @@ class LoopRefitter(NamedTuple):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
-            without=without_each(problem, bare, again), learned=learned,
+            leave_one_out=refit_without_each(problem, bare, again), hysteresis_refit=learned,
         )  # fmt: skip
 
     def _lasts(self, steps: float) -> bool:
@@ -139,7 +139,7 @@ def _without_its_correction(problem: Problem, nominal: Hypothesis, chosen: Hypot
         return chosen
     if rest == nominal.mechanisms:
         return nominal
-    return fitted_without(problem, nominal, chosen, rest) or chosen
+    return refit_without(problem, nominal, chosen, rest) or chosen
 
 
 def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
@@ -147,7 +147,7 @@ def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis
     removed = nominal.cost - known.cost
     fewer = known
     while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
-        rest = min(without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
+        rest = min(refit_without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
         if rest is None or rest.cost - known.cost > SMALL * removed:
             break
         fewer = rest
@@ -157,7 +157,7 @@ def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis
 def _less_what_they_replace(problem: Problem, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
     """Without the causes that hardly matter once the loops are finer."""
     while len(again.mechanisms) > len(bare.mechanisms):
-        fewer = min(without_each(problem, bare, again), key=lambda one: one.cost, default=None)
+        fewer = min(refit_without_each(problem, bare, again), key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
             break
         again = fewer
@@ -172,7 +172,9 @@ def over_noise(found: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
     """
     simulation, most = found.hypothesis.simulation, 0.0
     for name, noise in zip(found.hypothesis.sensitivity.outputs, found.noise, strict=True):
-        errors = [free_run_error(simulation, record, name) for record in tests if name in record.measured]
+        errors = [
+            compute_free_run_error(simulation, record, name) for record in tests if name in record.measured
+        ]
         if errors and noise.variance > 0.0:
             most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
     return most

@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.statement import state_simulated
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.model_selection import whitened_bic
 from rtctl.diagnosis.search.successive_halving import FIRST_LAP, halve_successively
 
@@ -29,7 +29,7 @@ SUSPECT = 1e-3
 """P-value of forces along the past of the motion: below it a set that passes is compared with laws of such forces."""
 
 
-def explaining_more(
+def find_better_alternative(
     problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
@@ -65,7 +65,7 @@ def _beyond_noise(problem: Problem, nominal: Hypothesis, law: Hypothesis, named:
     return _sentence(law) if clearly and _likelier(whole, named, problem, left) else ""
 
 
-def explaining_the_past(
+def find_memory_alternative(
     problem: Problem, nominal: Hypothesis, named: TestedHypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
@@ -73,7 +73,7 @@ def explaining_the_past(
     of such forces that is likelier. It is looked for only where the residual has room for one.
     """
     past = problem.subject.past
-    if past is None or not past_in(named, problem) < SUSPECT:
+    if past is None or not compute_memory_p_value(named, problem) < SUSPECT:
         return ""
     few = _few(problem)
     first = replace(nominal, starts=nominal.starts[: len(few.records)])
@@ -92,7 +92,7 @@ def _ahead(
     report: Callable[[str], None],
 ) -> Hypothesis | None:
     """The law that leaves least."""
-    runners = candidates_of(run_residual_tests(nominal, problem, laws))
+    runners = propose_candidates(run_residual_tests(nominal, problem, laws))
     runners.sort(key=lambda runner: laws.index(runner.mechanisms[-1]))
     field = halve_successively(
         problem.glance, runners, report, budget.further(budget.thresholds.nonparametric)
@@ -117,7 +117,7 @@ def _few(problem: Problem) -> Problem:
     return replace(problem, records=problem.records[:count])
 
 
-def past_in(named: TestedHypothesis, problem: Problem) -> float:
+def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
     """P-value of forces along the past of the motion in what `named` leaves; 1 of a subject that has none."""
     past = problem.subject.past
     if past is None:

@@ -84,7 +84,7 @@ def halve_successively(
     """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
     `budget` lasts.
     """
-    return each_once(_to_the_end(problem, runners, report, budget or WorkBudget.of(np.inf)))
+    return best_of_each_set(_to_the_end(problem, runners, report, budget or WorkBudget.of(np.inf)))
 
 
 def _to_the_end(
@@ -230,7 +230,7 @@ def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
     return found if found is not None and found.cost <= one.cost else one
 
 
-def each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+def best_of_each_set(field: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Of each set the first."""
     found: dict[frozenset[str], Hypothesis] = {}
     for one in field:
