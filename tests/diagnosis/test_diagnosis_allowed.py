@@ -10,7 +10,7 @@ import pytest
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
+from rtctl.diagnosis.nominal_fit.allowed_misfit import LEAST_ALLOWED, allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -43,7 +43,9 @@ def problem() -> Problem:
 def test_a_model_is_allowed_what_its_identification_promises(share: float | None, allowed: float) -> None:
     seen = problem()
     names = (LOG_RESISTANCE, "deflection")
-    found = allowing(seen, {} if share is None else {name: share * seen.size(name) for name in names}).allowed
+    found = allow_misfit(
+        seen, {} if share is None else {name: share * seen.size(name) for name in names}
+    ).allowed
     assert set(found) == set(names)
     for name, square in found.items():
         assert np.sqrt(square) == pytest.approx(allowed * seen.size(name))
@@ -71,4 +73,4 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:
     seen = replace(problem(), subject=SUBJECTS["oscillator"])
-    assert allowing(seen, {}) is seen
+    assert allow_misfit(seen, {}) is seen

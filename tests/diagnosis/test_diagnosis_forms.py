@@ -12,7 +12,7 @@ from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
@@ -69,7 +69,7 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 
 
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
-    records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
     problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
@@ -95,7 +95,7 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(path), SUBJECTS["oscillator"])
     problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )
@@ -122,7 +122,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(path), SUBJECTS["oscillator"])
     problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
     )

@@ -11,7 +11,8 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.diagnose import _verdict, allowing
+from rtctl.diagnosis.diagnose import _verdict
+from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
@@ -70,7 +71,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=measured, first=0))
     comparable, readings = subject.comparable(simulation(), tuple(records))
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
-    problem = allowing(
+    problem = allow_misfit(
         Problem(
             subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,

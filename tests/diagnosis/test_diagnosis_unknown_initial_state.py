@@ -22,7 +22,7 @@ from rtctl.diagnosis.screening.unknown_initial_state import (
     WARM_PERIODS,
     WARM_PERIODS_OF_WELLS,
     has_two_wells,
-    warmed_up,
+    warm_up_moving_records,
 )
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
@@ -67,7 +67,7 @@ def let_go(samples: int = 4000) -> FloatArray:
 
 
 def test_what_begins_in_motion_warms_up_for_some_periods() -> None:
-    (fit,), (test,), said = warmed_up([of(swinging())], [of(swinging(phase=1.0))], RATE)
+    (fit,), (test,), said = warm_up_moving_records([of(swinging())], [of(swinging(phase=1.0))], RATE)
     assert WARM_PERIODS[0] * PERIOD <= fit.first == test.first <= WARM_PERIODS[1] * PERIOD
     assert "2 of 2 records begin in motion" in said[0]
     for one, phase in ((fit, 0.0), (test, 1.0)):
@@ -76,7 +76,7 @@ def test_what_begins_in_motion_warms_up_for_some_periods() -> None:
 
 
 def test_between_two_wells_few_periods_warm_up_since_nothing_scores_which_well_they_end_in() -> None:
-    (one,), _, _ = warmed_up([of(swinging())], [], RATE, two_wells=True)
+    (one,), _, _ = warm_up_moving_records([of(swinging())], [], RATE, two_wells=True)
     assert one.first == round(WARM_PERIODS_OF_WELLS[0] * PERIOD)
     assert has_two_wells(device(stiffness=(-1.6e4, "1/s^2"), stiffness_cubic=(10.0, "1/(mm^2*s^2)")))
     assert not has_two_wells(device())
@@ -84,14 +84,14 @@ def test_between_two_wells_few_periods_warm_up_since_nothing_scores_which_well_t
 
 def test_at_most_a_quarter_of_a_record_warms_up_and_what_is_ignored_already_counts() -> None:
     short, ignoring = of(swinging(400)), of(swinging(), first=1000)
-    (short, ignoring), _, said = warmed_up([short, ignoring], [], RATE)
+    (short, ignoring), _, said = warm_up_moving_records([short, ignoring], [], RATE)
     assert (short.first, ignoring.first) == (100, 1000)
     assert "1 of 2 records begin in motion" in said[0]
 
 
 def test_records_from_rest_or_let_go_are_scored_from_their_first_sample() -> None:
     records = [of(from_rest()), of(let_go())]
-    fit, _, said = warmed_up(records, [], RATE)
+    fit, _, said = warm_up_moving_records(records, [], RATE)
     assert list(fit) == records
     assert said == []
 
@@ -100,7 +100,7 @@ def test_beside_others_in_motion_those_at_rest_stay_whole_and_those_that_are_sai
     said = of(let_go())
     said = dataclasses.replace(said, stimulus=dataclasses.replace(said.stimulus, read=frozenset()))
     records = [of(swinging()), of(let_go()), of(from_rest()), said]
-    (swung, in_passing, rested, released), _, _ = warmed_up(records, [], RATE)
+    (swung, in_passing, rested, released), _, _ = warm_up_moving_records(records, [], RATE)
     assert swung.first > 0 < in_passing.first
     assert rested.first == released.first == 0
 
@@ -109,7 +109,7 @@ def test_noise_that_could_be_a_velocity_is_none() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         noisy = of(from_rest() + 0.1 * rng.standard_normal(4000))
-        assert warmed_up([noisy], [], RATE)[0][0].first == 0
+        assert warm_up_moving_records([noisy], [], RATE)[0][0].first == 0
 
 
 def in_a_steady_state(seed: int, level: float) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.stepwise import as_it_is, search, significance_level
-from rtctl.diagnosis.thresholds import BudgetThresholds
+from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 
@@ -53,6 +53,8 @@ class DiagnosisOptions:
     """Outer guard of wall-clock time [s]; an answer that it cut says so."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)
     """Ends the diagnosis after the fit under way, once it is cancelled."""
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    """Numbers that decide; a study changes one with `dataclasses.replace`."""
 
 
 class SearchRequest(NamedTuple):

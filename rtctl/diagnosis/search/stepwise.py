@@ -13,7 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
+from rtctl.diagnosis.nominal_fit.segment_misfit import segment_cost
+from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
+from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
@@ -182,7 +184,7 @@ def _at_steps_it_needs(
     """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
     if budget.spent:
         return problem, best, parents
-    finer, again = fine_enough(problem.until(budget), best.hypothesis)
+    finer, again = refine_steps(problem.until(budget), best.hypothesis)
     if finer.steps_per_period == problem.steps_per_period:
         return problem, best, parents
     problem = replace(problem, steps_per_period=finer.steps_per_period)
@@ -323,7 +325,7 @@ def _front(
     examined = [run_residual_tests(one, problem, ids) for one in front]
     if all(one.p_value <= rate for one in examined) and not budget.spent:
         few = [one for one in field[:BEAM] if one.cost < near * field[0].cost]
-        again = [*(fitted_again(problem.until(budget), one) for one in few[:AGAIN]), *few[AGAIN:]]
+        again = [*(refit_from_segments(problem.until(budget), one) for one in few[:AGAIN]), *few[AGAIN:]]
         again = from_there(sorted(again, key=lambda one: one.cost))
         again = _by_stretches(problem, [one for one in again if one.cost < near * again[0].cost])
         known = {id(one.hypothesis): one for one in examined}
@@ -352,7 +354,7 @@ def _by_stretches(problem: Problem, field: Sequence[Hypothesis]) -> list[Hypothe
     """`field` by cost, but those as good as the first in the order of what they leave within short stretches."""
     close = [one for one in field if one.cost < CLOSE * field[0].cost]
     if len(close) > 1:
-        left = {id(one): over_stretches(problem, one) for one in close}
+        left = {id(one): segment_cost(problem, one) for one in close}
         close.sort(key=lambda one: left[id(one)])
     return [*close, *field[len(close) :]]
 

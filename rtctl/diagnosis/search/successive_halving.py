@@ -9,8 +9,8 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
-from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
+from rtctl.diagnosis.nominal_fit.basin_search import search_basins
+from rtctl.diagnosis.nominal_fit.initial_states import improve_initial_states
 from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -131,7 +131,7 @@ def _to_the_end(
             for one, more in zip(gone, on, strict=True)
         ]
     near = LEADING * min((one.cost for one in gone), default=0.0)
-    gone = [past_kinks(problem, one) if one.cost < near and not budget.spent else one for one in gone]
+    gone = [search_basins(problem, one) if one.cost < near and not budget.spent else one for one in gone]
     return _sorted([*gone, *(one for one in field if not _among(one, last))])
 
 
@@ -160,13 +160,13 @@ def _no_worse(problem: Problem, runner: Candidate, most: float) -> Hypothesis | 
 
 def _to_its_end(problem: Problem, one: Hypothesis) -> Hypothesis:
     """From where its records fit best, with every shape that they can determine."""
-    one = at_better_starts(problem, one)
+    one = improve_initial_states(problem, one)
     return _better(one, polish(problem, one, LAST_LAP))
 
 
 def _on_all(problem: Problem, one: Hypothesis) -> Hypothesis | None:
     """To the end at a glance, then on all samples."""
-    end = past_kinks(problem.glance, _to_its_end(problem.glance, one))
+    end = search_basins(problem.glance, _to_its_end(problem.glance, one))
     return fit_hypothesis(problem, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
 
 
@@ -221,7 +221,7 @@ def _among(one: Hypothesis, others: Sequence[Hypothesis]) -> bool:
 
 
 def _further(problem: Problem, one: Hypothesis, laps: int) -> Hypothesis:
-    one = at_better_starts(problem, one)
+    one = improve_initial_states(problem, one)
     return _better(
         one, fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, laps, still=one.still)
     )
