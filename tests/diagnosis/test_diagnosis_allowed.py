@@ -10,8 +10,9 @@ import pytest
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.allowed_misfit import LEAST_ALLOWED, allow_misfit
+from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset, Record
@@ -37,7 +38,12 @@ def problem() -> Problem:
 
 @pytest.mark.parametrize(
     ("share", "allowed"),
-    [(0.003, 0.003), (1e-6, LEAST_ALLOWED), (0.3, SUBJECT.allowed_share), (None, SUBJECT.allowed_share)],
+    [
+        (0.003, 0.003),
+        (1e-6, NominalFitThresholds().min_allowed_misfit),
+        (0.3, SUBJECT.allowed_share),
+        (None, SUBJECT.allowed_share),
+    ],
     ids=["as promised", "no less than tables have", "no more than is no gap", "nothing promised"],
 )
 def test_a_model_is_allowed_what_its_identification_promises(share: float | None, allowed: float) -> None:

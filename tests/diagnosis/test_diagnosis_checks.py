@@ -16,6 +16,7 @@ from rtctl.diagnosis.nominal_fit.foreign_model import note_foreign_model
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.split import split_records
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
@@ -30,7 +31,7 @@ def record(seed: int, use: str = "fit", samples: int = 600) -> tuple[np.ndarray,
 
 
 def warnings_of(folder: Path, *records: tuple[np.ndarray, np.ndarray, str]) -> list[str]:
-    return split_records(read_dataset(write_case(folder, list(records))), OSCILLATOR)[2]
+    return split_records(read_dataset(write_case(folder, list(records))), OSCILLATOR).notes
 
 
 def test_good_data_raise_no_warning(tmp_path: Path) -> None:
@@ -149,8 +150,8 @@ def _fit_record(folder: Path) -> FitRecord:
 def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     duration = one.samples * one.period_s
-    assert note_few_periods([one], 2.0 * np.pi * 6.0 / duration) == []
-    (warning,) = note_few_periods([one], 2.0 * np.pi * 4.0 / duration)
+    assert note_few_periods([one], 2.0 * np.pi * 6.0 / duration, ScreeningThresholds()) == []
+    (warning,) = note_few_periods([one], 2.0 * np.pi * 4.0 / duration, ScreeningThresholds())
     assert "4 periods" in warning
 
 

@@ -10,28 +10,29 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.predictability import (
-    MOST,
-    _before_parting,
+    _before_diverging,
     _share_after,
     count_unpredictable,
     cut_unpredictable,
     fit_followed_parts,
     period_of,
 )
-from rtctl.diagnosis.nominal_fit.relative_misfit import misfit
+from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.identification.fit_record import ONWARD, FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
+
+LIMITS = NominalFitThresholds()
 
 DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
 WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
@@ -65,13 +66,13 @@ def hopping() -> tuple[Problem, Hypothesis]:
 
 def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
     problem, nominal = hopping()
-    assert misfit(problem, nominal) > FAR
+    assert relative_misfit(problem, nominal) > LIMITS.close_misfit
     found = fit_followed_parts(problem, nominal)
     assert found is not None
     short, refitted = found
     kept = sum(record.samples for record in short.records)
     assert 0.1 * 3 * SAMPLES < kept < 0.9 * 3 * SAMPLES
-    assert misfit(short, refitted) < FAR
+    assert relative_misfit(short, refitted) < LIMITS.close_misfit
     for record in short.records:
         whole = next(one for one in problem.records if one.name == record.name)
         np.testing.assert_array_equal(
@@ -110,7 +111,7 @@ def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: b
     reading[SAMPLES // 2 :] += 2.0 * float(np.std(reading)) * hops
     records = (*short.records, replace(record, measured={"displacement": reading}))
     more = replace(followed, starts=np.vstack((followed.starts, followed.starts[:1])))
-    assert (_share_after(replace(short, records=records), more) > MOST) == hops
+    assert (_share_after(replace(short, records=records), more) > LIMITS.max_share_after) == hops
 
 
 def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after() -> None:
@@ -164,13 +165,13 @@ def test_what_next_to_nothing_decides_is_no_judge() -> None:
 def test_a_diagnosis_begins_before_that_and_says_so() -> None:
     problem, heard = rocked_over(), []
     found = fit_nominal(problem, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
-    assert "the nominal model as far as what it does is foreseeable" in heard
+    assert "the nominal model as far as its motion is predictable" in heard
     assert found.uncut
     assert found.problem.samples < problem.samples
     assert [
-        f"of {problem.samples} samples {found.problem.samples} were used" in one for one in found.said
+        f"{found.problem.samples} of {problem.samples} samples were used" in one for one in found.notes
     ] == [True]
-    assert misfit(found.problem, found.nominal) < 0.02
+    assert relative_misfit(found.problem, found.nominal) < 0.02
 
 
 def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_something_missing() -> None:
@@ -179,7 +180,7 @@ def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_some
     assert truth is not None
     found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
     report = [explain_holdout_residual(found, problem, (record,), truth) for record in problem.records]
-    assert ["1 of 1 records" in one.said for one in report if one] == [True, False]
+    assert ["1 of 1 records" in one.note for one in report if one] == [True, False]
     assert [one.is_gap for one in report if one] == [False, False]
 
 
@@ -197,5 +198,5 @@ def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_al
 
     parted = replace(short, records=tuple(parting(record) for record in short.records))
     first, second = (record.samples for record in short.records)
-    assert _before_parting(problem, short, truth) == [first, second]
-    assert _before_parting(problem, parted, truth) == [first - 2 * period, second]
+    assert _before_diverging(problem, short, truth) == [first, second]
+    assert _before_diverging(problem, parted, truth) == [first - 2 * period, second]

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR
-from rtctl.diagnosis.nominal_fit.relative_misfit import misfit
-from rtctl.diagnosis.nominal_fit.segmentation import MOST, cut_strokes, drifts
+from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.segmentation import cut_strokes, drifts
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.split import split_records
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
@@ -105,7 +105,7 @@ def test_a_spring_that_rings_through_the_record_is_no_drift() -> None:
     reading = record.measured["displacement"]
     problem = data_of((replace(record, measured={"displacement": reading + 0.6 * reading.std()}),))
     nominal = nominal_of(problem, ringing)
-    assert misfit(problem, nominal) > FAR
+    assert relative_misfit(problem, nominal) > NominalFitThresholds().close_misfit
     assert not drifts(problem, nominal)
 
 
@@ -113,4 +113,4 @@ def test_very_many_stretches_are_thinned_evenly() -> None:
     problem = strokes(carriage(level=120.0, offset=3.0))
     many = replace(problem, records=problem.records * 60)
     short = cut_strokes(many, nominal_of(problem, carriage()))
-    assert len(short.records) == MOST
+    assert len(short.records) == NominalFitThresholds().max_stroke_segments

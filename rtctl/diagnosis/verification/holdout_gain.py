@@ -76,7 +76,7 @@ def confirmed_claim(
     claim: str,
     causes: Sequence[str],
     gains: Sequence[Gain | None],
-    thresholds: VerificationThresholds,
+    thresholds: VerificationThresholds | None = None,
     *,
     doubted: bool = False,
     correction: bool = False,
@@ -105,7 +105,8 @@ def confirmed_claim(
     imitation = claim == "partly_explained" and len(DISSIPATION & set(causes)) > 1
     if confirmed and not imitation:
         return claim
-    misses_nothing = correction or all(_is_quiet(one, allowed or {}, thresholds) for one in measured)
+    limits = thresholds or VerificationThresholds()
+    misses_nothing = correction or all(_is_quiet(one, allowed or {}, limits) for one in measured)
     return "adequate" if doubted and misses_nothing else "unexplained"
 
 
