@@ -31,7 +31,8 @@ def record(seed: int, use: str = "fit", samples: int = 600) -> tuple[np.ndarray,
 
 
 def warnings_of(folder: Path, *records: tuple[np.ndarray, np.ndarray, str]) -> list[str]:
-    return split_records(read_dataset(write_case(folder, list(records))), OSCILLATOR).notes
+    dataset = read_dataset(write_case(folder, list(records)))
+    return list(split_records(dataset, OSCILLATOR).notes)
 
 
 def test_good_data_raise_no_warning(tmp_path: Path) -> None:
