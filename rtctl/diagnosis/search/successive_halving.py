@@ -14,7 +14,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.model_selection import best_of_each_set
 from rtctl.diagnosis.thresholds import SearchThresholds
