@@ -8,7 +8,9 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests, start_of
 from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
