@@ -118,7 +118,7 @@ def _remaining_starts(chosen: Hypothesis, simulation: Simulation) -> FloatArray:
 
 
 def _compensate(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
-    """Return the values of the remaining parameters, by name, if all removed amplitudes went to zero, to first order."""
+    """Return the remaining parameters, by name, to first order if all removed amplitudes went to zero."""
     parameters = [chosen.simulation.parameters[k] for k in chosen.sensitivity.free]
     kept = [k for k, one in enumerate(parameters) if not one.mechanism or one.mechanism in rest]
     removed = [k for k, one in enumerate(parameters) if k not in kept and one.declared.neutral is not None]
@@ -134,7 +134,9 @@ def _compensate(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> di
     ]
     projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
     scale = chosen.sensitivity.scale
-    step = chosen.shared[removed] - np.array([parameters[k].declared.neutral for k in removed]) / scale[removed]
+    step = (
+        chosen.shared[removed] - np.array([parameters[k].declared.neutral for k in removed]) / scale[removed]
+    )
     sizes = step * projected.scale[1 + len(kept) :]
     moved = chosen.shared[kept] + (sizes @ projected.followed) / projected.scale[1 : 1 + len(kept)]
     return dict(zip([parameters[k].name for k in kept], (moved * scale[kept]).tolist(), strict=True))
@@ -181,7 +183,9 @@ def drop_inactive_causes(problem: Problem, result: SearchResult, ids: Sequence[s
     """Drop causes of which all amplitudes ended at zero, beside others; the larger set's residual tests still hold."""
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
     amplitudes = [one for one in chosen.simulation.parameters if one.declared.neutral is not None]
-    active = {one.mechanism for one in amplitudes if one.declared.of_record or one.value != one.declared.neutral}
+    active = {
+        one.mechanism for one in amplitudes if one.declared.of_record or one.value != one.declared.neutral
+    }
     rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in active)
     if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
         return result
@@ -189,9 +193,7 @@ def drop_inactive_causes(problem: Problem, result: SearchResult, ids: Sequence[s
     return result if fewer is None else _keep_tests(problem, result, fewer, ids)
 
 
-def drop_causes_within_allowance(
-    problem: Problem, result: SearchResult, ids: Sequence[str]
-) -> SearchResult:
+def drop_causes_within_allowance(problem: Problem, result: SearchResult, ids: Sequence[str]) -> SearchResult:
     """Drop causes that all together remove no more than the misfit that a nominal model is allowed.
 
     The larger set passes the residual tests, and what the smaller one leaves beyond that is no gap.
@@ -216,9 +218,7 @@ def _keep_tests(
     return replace_chosen(problem, result, tested)
 
 
-def drop_negligible_causes(
-    problem: Problem, result: SearchResult, settings: SearchSettings
-) -> SearchResult:
+def drop_negligible_causes(problem: Problem, result: SearchResult, settings: SearchSettings) -> SearchResult:
     """Drop causes that hardly matter beside those that were found after them, and test what remains."""
     fewer = eliminate_negligible(problem, result.nominal.hypothesis, result.chosen.hypothesis)
     if fewer is result.chosen.hypothesis:

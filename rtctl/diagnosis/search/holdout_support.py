@@ -108,10 +108,10 @@ def _sum_squares(
         tests: Test records.
         shown: Initial share of a record to which its own parameters are fitted and that is not counted.
     """
-    total = np.zeros(len(tests))
+    limits, total = problem.thresholds.search, np.zeros(len(tests))
     for k, record in enumerate(tests):
         for name in hypothesis.sensitivity.outputs:
             if name in record.measured:
-                error = compute_free_run_error(hypothesis.simulation, record, name, shown or 1.0)
+                error = compute_free_run_error(hypothesis.simulation, record, name, shown or 1.0, limits)
                 total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / problem.size(name) ** 2
     return total

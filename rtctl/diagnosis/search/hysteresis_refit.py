@@ -22,7 +22,7 @@ from rtctl.diagnosis.problem.subject import Placed
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
-from rtctl.diagnosis.search.holdout_error import Gain, compute_free_run_error, gain
+from rtctl.diagnosis.search.holdout_error import Gain, compute_free_run_error, measure_gain
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
@@ -73,7 +73,11 @@ class LoopRefitter:
         if refitted is None:
             return result
         bare = fit_hypothesis(
-            problem, refitted.placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
+            problem,
+            refitted.placed(nominal.simulation),
+            nominal.mechanisms,
+            nominal.starts,
+            still=nominal.still,
         )
         if bare is None:
             return result
@@ -104,7 +108,7 @@ class LoopRefitter:
         return refit.is_cause or self._helps(bare, tested, least)
 
     def _helps(self, before: Hypothesis, after: TestedHypothesis, least: float) -> bool:
-        """Return whether an output's error on test records falls to one over `least` beyond the noise, and none rises."""
+        """Return whether an output's error on test records falls to one over `least` beyond the noise, none rising."""
         gains = measure_gains(before, after, self.problem, self.tests)
         lower = any(one.ratio_low > 1.0 and _falls(one, least) for one in gains)
         return lower and all(one.ratio > self.problem.thresholds.search.rising_error for one in gains)
@@ -197,7 +201,9 @@ def compute_error_over_noise(tested: TestedHypothesis, tests: Sequence[FitRecord
     """
     simulation, most = tested.hypothesis.simulation, 0.0
     for name, noise in zip(tested.hypothesis.sensitivity.outputs, tested.noise, strict=True):
-        errors = [compute_free_run_error(simulation, record, name) for record in tests if name in record.measured]
+        errors = [
+            compute_free_run_error(simulation, record, name) for record in tests if name in record.measured
+        ]
         if errors and noise.variance > 0.0:
             most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
     return most
@@ -211,7 +217,16 @@ def measure_gains(
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
         floor = float(np.sqrt(noise.mean_square))
-        measured = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
+        measured = measure_gain(
+            before.simulation,
+            after.hypothesis.simulation,
+            seen,
+            name,
+            "",
+            floor,
+            rate,
+            problem.thresholds.search,
+        )
         gains += [measured] if measured is not None else []
     return gains
 

@@ -58,6 +58,9 @@ class SearchResult(NamedTuple):
     refined_problem: Problem | None = None
     """The problem with the finer integration steps that the causes need; None: as given."""
 
+    correction: SearchResult | None = None
+    """Outcome with the static hysteresis refitted, as it was tried during the search; None: not tried."""
+
     @property
     def hypotheses(self) -> list[Hypothesis]:
         """Return every set that was fitted."""

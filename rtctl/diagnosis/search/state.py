@@ -19,10 +19,6 @@ def _report_nothing(text: str) -> None:
     pass
 
 
-def _correct_nothing(result: SearchResult) -> SearchResult:
-    return result
-
-
 def _keep_nothing(result: SearchResult) -> None:
     pass
 
@@ -41,8 +37,9 @@ class SearchSettings:
     """Called with a text before each fit."""
     keep: Callable[[SearchResult], None] = _keep_nothing
     """Called with what is known so far after each size, for an answer of a search that is cancelled."""
-    correct_model: Callable[[SearchResult], SearchResult] = _correct_nothing
-    """Corrects the identified part of the model behind two causes that do not pass, if that helps."""
+    correct_model: Callable[[SearchResult], SearchResult | None] | None = None
+    """Corrects the identified part of the model behind causes that do not pass; it returns None where it does not try.
+    """
 
     def passes(self, tested: TestedHypothesis) -> bool:
         """Return whether the residual tests accept the hypothesis."""
@@ -88,6 +85,8 @@ class SearchState:
     """Fits of the present size, lowest cost first."""
     rankings: tuple[tuple[RankedHypothesis, ...], ...] = ()
     """Sets of each size so far, best first."""
+    correction: SearchResult | None = None
+    """Outcome of the correction of the identified model, once it was tried."""
     size: int = 0
     """Number of causes."""
     stop: StopReason | None = None
@@ -110,4 +109,4 @@ class SearchState:
 
     def result_with(self, chosen: TestedHypothesis, *, passes: bool) -> SearchResult:
         """Return the present rankings with one of their sets chosen."""
-        return SearchResult(self.nominal, chosen, passes, (), self.rankings)
+        return SearchResult(self.nominal, chosen, passes, (), self.rankings, correction=self.correction)

@@ -26,10 +26,15 @@ from rtctl.diagnosis.search.backward_elimination import (
 )
 from rtctl.diagnosis.search.candidates import interleave, propose_candidates, propose_pairs
 from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
-from rtctl.diagnosis.search.model_selection import rank_hypotheses, select_likeliest, whitened_bic
+from rtctl.diagnosis.search.model_selection import (
+    best_of_each_set,
+    rank_hypotheses,
+    select_likeliest,
+    whitened_bic,
+)
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
-from rtctl.diagnosis.search.successive_halving import best_of_each_set, halve_successively
+from rtctl.diagnosis.search.successive_halving import halve_successively
 
 
 def search_stepwise(problem: Problem, nominal: Hypothesis, settings: SearchSettings) -> SearchResult:
@@ -80,9 +85,7 @@ def select_forward(state: SearchState) -> SearchState:
     groups = [propose_candidates(parent, state.limits) for parent in parents]
     if size == 2:
         groups = [propose_pairs(state.nominal, state.limits), *groups]
-    fits = halve_successively(
-        state.problem, interleave(groups), state.settings.report, state.settings.budget
-    )
+    fits = halve_successively(state.problem, interleave(groups), state.settings.report, state.settings.budget)
     if not fits:
         return replace(state, stop=StopReason.NO_CANDIDATES)
     return replace(state, size=size, parents=parents, fits=tuple(fits))
@@ -171,9 +174,7 @@ def keep_sufficient_smaller_set(state: SearchState) -> SearchState:
     )
     if smaller - larger > state.limits.needed_bic:
         return state
-    result = refit_smaller_sets(
-        state.problem, state.result_with(state.smaller, passes=True), state.settings
-    )
+    result = refit_smaller_sets(state.problem, state.result_with(state.smaller, passes=True), state.settings)
     return accept_set(state, refit_rivals(state.problem, result, state.smaller, state.settings))
 
 
@@ -210,11 +211,15 @@ def correct_identified_model(state: SearchState) -> SearchState:
 
     It comes before a third cause, which would only explain the errors of that part.
     """
+    correct = state.settings.correct_model
     state.settings.report(f"{state.size} causes do not explain it")
-    if state.size != state.limits.beam_size or state.out_of_work:
+    state.problem.cancellation.raise_if_cancelled()
+    if correct is None or state.size != state.limits.beam_size or state.out_of_work:
         return state
-    corrected = state.settings.correct_model(state.result_with(state.best, passes=False))
-    return replace(state, stop=StopReason.PASSED, result=corrected) if corrected.passes else state
+    corrected = correct(state.result_with(state.best, passes=False))
+    if corrected is not None and corrected.passes:
+        return replace(state, stop=StopReason.PASSED, result=corrected)
+    return replace(state, correction=corrected)
 
 
 def stop_without_progress(state: SearchState) -> SearchState:
@@ -280,9 +285,7 @@ def _refit_leaders_from_segments(
     return [known.get(id(one)) or state.test(one) for one in ordered]
 
 
-def _find_passing_tie(
-    state: SearchState, tested: Sequence[TestedHypothesis]
-) -> TestedHypothesis | None:
+def _find_passing_tie(state: SearchState, tested: Sequence[TestedHypothesis]) -> TestedHypothesis | None:
     """Return the first set that passes among those as good as the leader by cost."""
     limits, lowest = state.limits, state.fits[0].cost
     seen = {id(one.hypothesis) for one in tested}

@@ -110,6 +110,7 @@ def _fit_starts(
         if budget.spent:
             break
         report(" + ".join(candidate.mechanisms))
+        problem.cancellation.raise_if_cancelled()
         parent = candidate.parent
         if id(parent) not in parent_costs:
             parent_costs[id(parent)] = parent.cost if whole else _evaluate_cost(problem, parent)
@@ -168,7 +169,12 @@ def _finish_on_all_samples(
 def _fit_start(problem: Problem, candidate: Candidate) -> Hypothesis | None:
     iterations = problem.thresholds.search.first_iterations
     return fit_hypothesis(
-        problem, candidate.simulation, candidate.mechanisms, candidate.starts, iterations, still=candidate.still
+        problem,
+        candidate.simulation,
+        candidate.mechanisms,
+        candidate.starts,
+        iterations,
+        still=candidate.still,
     )
 
 
@@ -180,7 +186,12 @@ def _evaluate_cost(problem: Problem, hypothesis: Hypothesis) -> float:
 
 def _refit(problem: Problem, hypothesis: Hypothesis, iterations: int) -> Hypothesis | None:
     return fit_hypothesis(
-        problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, still=hypothesis.still
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        iterations,
+        still=hypothesis.still,
     )
 
 
@@ -217,14 +228,14 @@ def _fit_slow_mechanisms(
     limits = problem.thresholds.search
     slow: list[tuple[str, Candidate]] = []
     for candidate in candidates:
-        added = [
-            one for one in candidate.simulation.mechanisms if one.id not in candidate.parent.mechanisms
-        ]
+        added = [one for one in candidate.simulation.mechanisms if one.id not in candidate.parent.mechanisms]
         if len(added) == 1 and added[0].slow:
             slow.append((added[0].id, candidate))
     least = min((candidate.parent.cost for _, candidate in slow), default=0.0)
     first = {name: candidate for name, candidate in slow[::-1] if candidate.parent.cost == least}
-    fits = [one for one in (_fit_no_worse(problem, each, least) for each in first.values()) if one is not None]
+    fits = [
+        one for one in (_fit_no_worse(problem, each, least) for each in first.values()) if one is not None
+    ]
     least = min((one.cost for one in (*finished, *fits)), default=0.0)
     near = [one.cost < limits.contending_cost * least for one in fits]
     return [
@@ -240,9 +251,7 @@ def is_in_contention(hypothesis: Hypothesis, least: float, limits: SearchThresho
     return hypothesis.cost < most * least
 
 
-def _select_in_reach(
-    field: Sequence[Hypothesis], most: int, limits: SearchThresholds
-) -> list[Hypothesis]:
+def _select_in_reach(field: Sequence[Hypothesis], most: int, limits: SearchThresholds) -> list[Hypothesis]:
     return [one for one in field[:most] if one.cost <= limits.hopeless_cost * field[0].cost]
 
 
@@ -271,7 +280,9 @@ def select_promising(
     """
     best = {key: min(ones, key=lambda one: one.promised) for key, ones in fits.items()}
     promising = [key for key, one in best.items() if one.promised < least]
-    return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[: limits.promising]}
+    return {
+        key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[: limits.promising]
+    }
 
 
 def _is_among(hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> bool:
