@@ -18,6 +18,7 @@ from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
 from rtctl.evaluation.metrics import write_json
 from rtctl.evaluation.summary import summarise
+from rtctl.extras import can_draw
 from rtctl.interfaces import Column, Controller, Estimator
 from rtctl.loop.compiled.step import compiled_step
 from rtctl.loop.compiled.support import prepare
@@ -343,6 +344,8 @@ def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], resul
 
 def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
     """The picture of a run."""
+    if not can_draw():
+        return
     from rtctl.plots import plot_run
 
     plot_run(

@@ -10,7 +10,7 @@ from typing import Any
 from rtctl.border.mechanisms import plain_unit
 from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.report.answer import Estimate, estimates_of
-from rtctl.diagnosis.report.pictures import ranking_of
+from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.output.html_page import significant, table
 
 MOST_ROWS = 8
