@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.report.sections import (
     candidates,
     causes,
@@ -18,6 +17,7 @@ from rtctl.diagnosis.report.sections import (
     readable,
     verdict_sentence,
 )
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.extras import can_draw
 from rtctl.measured.dataset import Dataset
 from rtctl.output.html_page import figure, page, tile
