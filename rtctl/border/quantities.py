@@ -149,6 +149,9 @@ def _fields(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def _tag_of(model: type[BaseModel]) -> str | None:
+    tag = getattr(model, "union_tag", None)  # of a table that several kinds share
+    if isinstance(tag, str):
+        return tag
     kind = model.model_fields.get("kind")
     return str(kind.default) if kind is not None else None
 

@@ -32,8 +32,7 @@ from rtctl.loop.supervisor import (
     signal_columns,
 )
 from rtctl.models.span import Span
-from rtctl.plants import support_of
-from rtctl.plants.support import Control, Tuning
+from rtctl.plants.support import Control, Tuning, support_of
 from rtctl.safety.guards import EnergyGuard
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.command_sequence import check_length, check_one_period, played_levels, settling
@@ -43,6 +42,7 @@ from rtctl.timing.realtime import Request, real_time
 from rtctl.timing.step_timing import StepTiming
 from rtctl.wiring import (
     build_clock,
+    build_control,
     build_estimator,
     build_guard,
     build_limits,
@@ -218,7 +218,7 @@ def _plan_control(scenario: Scenario, model: Any, reach: Span) -> tuple[FloatArr
     if scenario.reference is None:
         check_one_period(scenario)
         return np.concatenate(played_levels(scenario)), Control(_playback(scenario), None)
-    control = support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)
+    control = build_control(scenario, model)
     return setpoints_of(scenario, reach), control
 
 
