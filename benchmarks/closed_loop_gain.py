@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rtctl.session.closed_loop
+import rtctl.session.run_files
 from rtctl.border.mechanisms import plain_unit
 from rtctl.cli import main as rtctl_main
 
@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/closed_loop"))
     parser.add_argument("--results", type=Path, help="page whose marked block is replaced")
     args = parser.parse_args()
-    rtctl.session.closed_loop.draw_run = lambda *nothing: None  # a picture a run is not needed here
+    rtctl.session.run_files.draw_run = lambda *nothing: None  # a picture a run is not needed here
     found = {}
     for case in CASES:
         if args.cases is None or case.name in args.cases:
@@ -182,12 +182,12 @@ def closed(case: Case, folder: Path) -> dict[str, Any]:
         nominal = (ROOT / "scenarios" / "models" / "me_a.toml").read_text(encoding="utf-8")
         model.write_text(nominal, encoding="utf-8")
     run(case, folder / "before", device, model)
-    fit_nominal = time.perf_counter()
+    begun = time.perf_counter()
     answer = folder / "diagnosis" / "diagnosis.json"
     once(
         answer, "diagnose", folder / "data" / "dataset.toml", "--model", model, "--out", folder / "diagnosis"
     )
-    print(f"{case.name}: diagnosis {time.perf_counter() - fit_nominal:.0f} s", file=sys.stderr, flush=True)
+    print(f"{case.name}: diagnosis {time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
     run(case, folder / "after", device, folder / "diagnosis" / "model-extended.toml")
     return {
         "diagnosis": json.loads(answer.read_text(encoding="utf-8")),

@@ -18,9 +18,10 @@ from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.writer import write_dataset
 from rtctl.registry import plant_kind
-from rtctl.scenario.command_sequence import played_levels
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
-from rtctl.session.closed_loop import open_driver, play
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 
 
 def acquire(
@@ -46,7 +47,7 @@ def acquire(
         )
     records: list[Record] = []
     failure = ""
-    for index, levels in enumerate(played_levels(scenario)):
+    for index, levels in enumerate(command_sequences(scenario)):
         kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
         report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
@@ -57,7 +58,7 @@ def acquire(
             failure = str(error)
             break
         rest = np.concatenate(([_rest(scenario)], levels))
-        signals, outcome = play(own, driver, rest, first, stop_requested)
+        signals, outcome, *_ = play(own, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break

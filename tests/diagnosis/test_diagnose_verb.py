@@ -139,7 +139,7 @@ def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path
     assert (found.verdict, found.causes) == ("unexplained", ())
     assert found.where[0].coordinate == "velocity_sign"
     assert "stopped by the user" in found.warnings[-1]
-    assert {one.hypothesis.mechanisms[0] for one in found.search.tried[0]} == {
+    assert {one.hypothesis.mechanisms[0] for one in found.search.rankings[0]} == {
         "damping.quadratic",
         "stiffness.cubic",
     }

@@ -12,7 +12,7 @@ from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis, polish
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import subject_of
@@ -74,7 +74,7 @@ def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) ->
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = candidates_of(run_residual_tests(nominal, problem, ("mode.second",)))
+    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
     assert {runner.form for runner in made} == {"gain", "mass_ratio"}
     for runner in made:
         (other,) = {"gain", "mass_ratio"} - {runner.form}
@@ -102,9 +102,9 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
     near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
-    fit_nominal = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
-    assert fit_nominal is not None
-    end = polish(problem, fit_nominal)
+    begun = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    assert begun is not None
+    end = polish(problem, begun)
     assert end is not None
     assert end.still == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
@@ -127,13 +127,11 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    fit_nominal = fit_hypothesis(
-        problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2
-    )
-    assert fit_nominal is not None
+    begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
+    assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
-        end = polish(problem, fit_nominal)
+        end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}
     found = {one.name: one.value for one in end.simulation.parameters}

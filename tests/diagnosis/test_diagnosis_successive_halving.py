@@ -13,11 +13,11 @@ from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.stepwise import _unstuck
 from rtctl.diagnosis.search.successive_halving import (
@@ -72,13 +72,11 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Prob
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    fit_nominal = fit_hypothesis(
-        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
-    )
+    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
     assert whole is not None
-    assert fit_nominal is not None
+    assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
-    assert fit_nominal.promised < fit_nominal.cost - 0.9 * (fit_nominal.cost - whole.cost)
+    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
 
 
 def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
@@ -113,7 +111,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     found = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
     )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
@@ -126,14 +124,14 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[P
     """However little they have gained so far; a few of them, each by its most promising start."""
     _, nominal = fitted_case
     promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
-    fit_nominal = {
+    begun = {
         (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
         for name, those in promises.items()
     }
-    going = _promising(fit_nominal, 0.9)
+    going = _promising(begun, 0.9)
     assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
-    assert not _promising(fit_nominal, 0.4)
+    assert not _promising(begun, 0.4)
 
 
 def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
@@ -150,7 +148,7 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
     field = _to_the_end(
-        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, WorkBudget.of(99.0)
     )
     assert len(entered) == 1
     assert len(field) == 1
@@ -208,7 +206,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         [found, stuck],
         ids,
         lambda text: None,
-        Budget.of(60.0),
+        WorkBudget.of(60.0),
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
@@ -243,7 +241,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         DRIFT,
     )
     field = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ids)), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ids)), lambda text: None
     )
     assert (DRIFT,) in [one.mechanisms for one in field]
 

@@ -12,8 +12,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.subject import Subject
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.quantization import step_of
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
@@ -53,7 +53,7 @@ class Problem:
     enough: Callable[[], bool] = _never
     """Asked between the steps of a fit, which then ends where it is."""
 
-    def until(self, budget: Budget) -> Problem:
+    def until(self, budget: WorkBudget) -> Problem:
         """The same, on which a fit ends once `budget` is spent."""
         return replace(self, enough=lambda: budget.spent)
 
