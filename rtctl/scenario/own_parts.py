@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from pydantic import ConfigDict, Discriminator, model_validator
+from pydantic import ConfigDict, Discriminator, field_validator, model_validator
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked
@@ -34,11 +34,15 @@ class OwnPart(Checked):
         """The registered part. Raises InputError."""
         return find(self.part, self.kind, f"{self.part}.kind")
 
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, kind: str) -> str:
+        if ":" not in kind and kind not in names(cls.part):
+            raise ValueError(f'unknown kind "{kind}"{nearest(kind, names(cls.part))}')
+        return kind
+
     @model_validator(mode="after")
-    def _known(self) -> OwnPart:
-        if ":" not in self.kind and self.kind not in names(self.part):
-            known = names(self.part)
-            raise ValueError(f'unknown kind "{self.kind}"{nearest(self.kind, known)}')
+    def _takes_options(self) -> OwnPart:
         try:
             findings = option_findings(self.entry, self.options, OFFERED)
         except InputError as error:
@@ -70,6 +74,8 @@ def chosen_by_kind(*tags: str) -> Any:
     """Return the discriminator of a union of tables: by `kind` among ours (`tags`), else the user's."""
 
     def tag_of(table: Any) -> str | None:
+        if not isinstance(table, dict | Checked):
+            return tags[0]  # no table at all: a finding of any member
         kind = table.get("kind") if isinstance(table, dict) else getattr(table, "kind", None)
         if kind is None:
             return None

@@ -84,6 +84,8 @@ class EstimatorTable(Checked):
 
 
 def _estimator_tag(table: Any) -> str | None:
+    if not isinstance(table, dict | Checked):
+        return EstimatorTable.union_tag  # no table at all: a finding of any member
     kind = table.get("kind") if isinstance(table, dict) else getattr(table, "kind", None)
     if kind is None:
         return None
