@@ -15,7 +15,9 @@ from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.answer import (
@@ -28,6 +30,7 @@ from rtctl.diagnosis.residual.bursts import bursts, leftovers
 from rtctl.diagnosis.residual.localization import places
 from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.residual.tones import tones
 from rtctl.diagnosis.result import Diagnosis, Fits
@@ -219,7 +222,9 @@ def _answer(
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, problem=problem,
         tests=tests, before=before,
-        gain=final, fits=fits, model=problem.subject.extended_model(model, fits.after), units=units,
+        gain=final, fits=fits, model=problem.subject.extended_model(
+            model, fits.after.hypothesis.simulation, estimates_by_mechanism(fits.after)
+        ), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(
@@ -311,7 +316,9 @@ def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rat
     return replace(
         answer, verdict="explained", causes=(wrong_value_cause(wrong),), fits=fits,
         gain=_gained(fits, problem.subject.output, answer.units, answer.tests, answer.noise_rms, problem),
-        model=problem.subject.extended_model(model, wrong.revised),
+        model=problem.subject.extended_model(
+            model, wrong.revised.hypothesis.simulation, estimates_by_mechanism(wrong.revised)
+        ),
     )  # fmt: skip
 
 

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.localization import Place
 from rtctl.diagnosis.residual.missing_force import Shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
-from rtctl.diagnosis.residual.parameter_estimates import Estimate
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import acting_together
 from rtctl.diagnosis.residual.projection import leftover
 from rtctl.diagnosis.residual.residual_rows import own_rows

@@ -14,7 +14,7 @@ import pytest
 from case import diagnosed, identified, run_case
 from generator import generate
 
-from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.search import catalogue_search as causes
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.stepwise import _less_what_is_allowed

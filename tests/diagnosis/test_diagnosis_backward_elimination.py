@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 from diagnosis_cases import device, friction_case
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.backward_elimination import _making_up, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import scales_of

@@ -11,7 +11,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (

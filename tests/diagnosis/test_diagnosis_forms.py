@@ -9,7 +9,8 @@ import pytest
 from diagnosis_cases import device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.candidates import propose_candidates
@@ -130,7 +131,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
+        patch.setattr("rtctl.diagnosis.problem.fit._determined", lambda *of: True)
         end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}

@@ -11,7 +11,7 @@ from vo2_model_cases import UNITS
 
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
-from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests

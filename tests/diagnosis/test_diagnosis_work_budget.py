@@ -13,7 +13,8 @@ from diagnosis_cases import PERIOD_S, device, friction_case, measured, noise_dri
 from rtctl.border.simulation import Stimulus
 from rtctl.border.work import metered
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.diagnosis.thresholds import BudgetThresholds

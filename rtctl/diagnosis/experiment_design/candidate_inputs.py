@@ -14,7 +14,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.registry import plant_kind
 from rtctl.scenario.schema import checked_scenario

@@ -9,9 +9,10 @@ import numpy as np
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.report.joint_statements import joint_statements
-from rtctl.diagnosis.residual.parameter_estimates import Estimate, estimates_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Cause
 from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter
-from rtctl.diagnosis.problem.hypothesis import defaulted
+from rtctl.diagnosis.problem.fit import defaulted
 from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters_of
 from rtctl.diagnosis.residual.projection import Projected
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import leftover, project
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests

@@ -11,7 +11,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 
 FIRST_LAP = 6
