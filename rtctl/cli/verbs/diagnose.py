@@ -64,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
     dataset, model = read_dataset(args.dataset), subject_of(simulation.kind).read_model(args.model)
     ids = _chosen(args.mechanisms, mechanism_ids(simulation.kind))
     options = DiagnosisOptions(false_claim_rate=args.false_claims, work=1e6 * args.work, seconds=args.seconds)
-    with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as report:
+    title, quiet = f"diagnose {dataset.name}", args.quiet or args.json
+    with watched_search(title, options.cancellation, quiet=quiet) as report:
         found = diagnose(dataset, model, simulation, ids, options, report)
     provenance = provenance_of(found, dataset, args.model, _command(args))
     failure = ""
