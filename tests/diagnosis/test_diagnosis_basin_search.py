@@ -10,7 +10,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import SUBJECTS
 
 LEVEL = 450.0
@@ -31,7 +31,7 @@ def ring_downs() -> Problem:
     return Problem(
         subject=SUBJECTS["oscillator"],
         records=tuple(records),
-        scales=scales_of(records),
+        scales=estimate_scales(records),
         steps_per_period=64.0,
     )
 

@@ -16,7 +16,7 @@ from rtctl.diagnosis.problem.budget import AFTER, LEAST, Budget
 from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.plants.subjects import SUBJECTS
@@ -58,7 +58,7 @@ def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
     stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
     readings = {"displacement": measured(device(), noise_drive(1))}
     record = FitRecord(name="r", stimulus=stimulus, measured=readings)
-    problem = Problem(subject=SUBJECTS["oscillator"], records=(record,), scales=scales_of((record,)))
+    problem = Problem(subject=SUBJECTS["oscillator"], records=(record,), scales=estimate_scales((record,)))
     values = np.array([1.05 * one.value for one in device().parameters])
     start = device().with_values(values)
     asked = count()

@@ -27,7 +27,7 @@ from rtctl.diagnosis.search.candidates import (
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import SUBJECTS
 
 SAMPLES = 500
@@ -77,7 +77,10 @@ def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Prob
         for seed in (1, 2)
     )
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=SUBJECTS["oscillator"],
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None

@@ -15,7 +15,7 @@ from rtctl.diagnosis.residual.directions import mechanism_slopes
 from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import OSCILLATOR
 
 IDS = (
@@ -41,7 +41,7 @@ def examined() -> tuple[Problem, TestedHypothesis]:
         )  # fmt: skip
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
     problem = Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None

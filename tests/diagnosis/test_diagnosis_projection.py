@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from rtctl.diagnosis.residual.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
-from rtctl.identification.noise.residual_noise import NoiseModel, autoregression, order_within
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregression, limit_order
 
 
 @pytest.mark.parametrize("own", [0, 2])
@@ -70,10 +70,10 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
         covariance = np.linalg.inv(white.T @ white)
         left = residual - design @ covariance @ white.T @ whitening @ residual
         products = np.outer(left, left) + (design @ covariance @ design.T if turn else 0.0)
-        highest = order_within(lengths)
+        highest = limit_order(lengths)
         blocks = (products[:120, :120], products[120:, 120:])
         correlation = [sum(np.trace(block, lag) for block in blocks) for lag in range(highest + 1)]
-        noise = autoregression(np.array(correlation), sum(lengths))
+        noise = fit_autoregression(np.array(correlation), sum(lengths))
     found = noise_of(rows)[0]
     assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
     assert found.variance == pytest.approx(noise.variance, rel=1e-9)

@@ -16,7 +16,7 @@ from rtctl.diagnosis.nominal_fit.segmentation import MOST, cut_up, remembers
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import SUBJECTS
 from rtctl.wiring import build_simulation
@@ -57,7 +57,10 @@ def strokes(plant: Simulation, samples: int = 6000) -> Problem:
 
 def data_of(records: tuple[FitRecord, ...]) -> Problem:
     return Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=SUBJECTS["oscillator"],
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
 
 

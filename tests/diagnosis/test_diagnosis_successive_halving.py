@@ -30,7 +30,7 @@ from rtctl.diagnosis.search.successive_halving import (
     halve_successively,
 )
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import SUBJECTS
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
@@ -43,7 +43,10 @@ def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypo
     folder: Path = tmp_path_factory.mktemp("race")
     records, _, _ = split(read_dataset(friction_case(folder)), SUBJECTS["oscillator"])
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=SUBJECTS["oscillator"],
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -72,9 +75,7 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Prob
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    begun = fit_hypothesis(
-        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
-    )
+    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
     assert whole is not None
     assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
@@ -107,7 +108,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
         reading = {"displacement": measured(late, drive)}
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=reading, first=1))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        subject=SUBJECTS["oscillator"], records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
@@ -191,7 +192,10 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         FitRecord(name="r", stimulus=stimulus, measured={"displacement": measured(device(late), drive)}),
     )
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=SUBJECTS["oscillator"],
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -229,7 +233,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         }
         records.append(FitRecord(name=f"r{seed}", stimulus=along, measured=readings))
     problem = Problem(
-        subject=SUBJECTS["vo2"], records=tuple(records), scales=scales_of(records, "deflection", "current"),
+        subject=SUBJECTS["vo2"], records=tuple(records), scales=estimate_scales(records, "deflection", "current"),
         steps_per_period=8.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, simulation(), ())

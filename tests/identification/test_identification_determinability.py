@@ -8,7 +8,7 @@ from oscillator_cases import DUFFING, free_values, multisine, oscillator, record
 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.determinability import determinability
+from rtctl.identification.least_squares.determinability import assess_determinability
 from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 
 RATE_HZ = 1000.0
@@ -67,7 +67,7 @@ def test_a_product_is_named_where_two_only_act_as_one() -> None:
     fixed, loose = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0), np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
     third = np.array([0.0, 0.0, 1.0])
     covariance = 1e-6 * np.outer(fixed, fixed) + 0.25 * np.outer(loose, loose) + 1e-6 * np.outer(third, third)
-    found = determinability(
+    found = assess_determinability(
         ("a", "b", "c"), np.array([1.0, 1.0, 1.0]), np.linalg.inv(covariance), covariance, np.ones(3)
     )
     assert found.open[0].names == ("a", "b")

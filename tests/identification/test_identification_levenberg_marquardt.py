@@ -10,10 +10,16 @@ from numpy.typing import NDArray
 from oscillator_cases import DUFFING, multisine, oscillator, record_of
 
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, empty
-from rtctl.identification.least_squares.levenberg_marquardt import Bend, Minimum, Status, Unknowns, minimise
-from rtctl.identification.simulation_error.segments import HELD, Segment, SegmentCost
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, make_zero_equations
+from rtctl.identification.least_squares.levenberg_marquardt import (
+    Minimum,
+    SecondDerivative,
+    Status,
+    Unknowns,
+    minimise,
+)
+from rtctl.identification.simulation_error.segments import PRIOR_WEIGHT, Segment, SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 FloatArray = NDArray[np.float64]
 NARROW = 100.0
@@ -27,7 +33,7 @@ def valley(at: Unknowns) -> NormalEquations:
     x, y = at.shared
     slopes = np.array([[-2.0 * NARROW * x, NARROW], [-1.0, 0.0]])
     residual = np.array([NARROW * (y - x**2), 1.0 - x])
-    found = empty(2, 0, 0)
+    found = make_zero_equations(2, 0, 0)
     found.shared[...] = slopes.T @ slopes
     found.shared_gradient[...] = slopes.T @ residual
     return found._replace(cost=0.5 * float(residual @ residual))
@@ -38,7 +44,7 @@ def its_bend(at: Unknowns, move: Unknowns) -> Unknowns:
     return Unknowns(slopes.T @ np.array([-2.0 * NARROW * move.shared[0] ** 2, 0.0]), NOTHING)
 
 
-def steps_taken(bend: Bend | None) -> tuple[Minimum, int]:
+def steps_taken(bend: SecondDerivative | None) -> tuple[Minimum, int]:
     """From the far side of the valley, and how many points were asked for."""
     asked = []
 
@@ -63,7 +69,7 @@ def test_steps_that_keep_what_they_promise_are_not_asked_for_a_bend() -> None:
     asked = []
 
     def line(at: Unknowns) -> NormalEquations:
-        found = empty(2, 0, 0)
+        found = make_zero_equations(2, 0, 0)
         found.shared[...] = np.diag([1.0, 4.0])
         found.shared_gradient[...] = np.array([1.0, 4.0]) * (at.shared - 1.0)
         return found._replace(cost=0.5 * float(np.array([1.0, 4.0]) @ (at.shared - 1.0) ** 2))
@@ -133,7 +139,7 @@ def test_derivatives_are_kept_while_steps_from_there_are_rejected(
     assert expected is not None
     points, linearise = [], Sensitivity.linearise
 
-    def counted(self: Sensitivity, record: FitRecord, shared: FloatArray, *rest: Any) -> Linearised | None:
+    def counted(self: Sensitivity, record: FitRecord, shared: FloatArray, *rest: Any) -> Linearisation | None:
         points.append(shared)
         return linearise(self, record, shared, *rest)
 
@@ -162,7 +168,11 @@ def test_a_start_that_is_near_some_state_is_held_there_by_so_much_of_a_reading(c
     assert free is not None
     assert held is not None
     off = -near / scale
-    assert held.cost - free.cost == pytest.approx(2 * 0.5 * HELD**2 * float(off @ off), rel=1e-6)
-    assert held.own_gradient - free.own_gradient == pytest.approx(np.tile(HELD**2 * off, (2, 1)), rel=1e-6)
-    assert held.diagonal - free.diagonal == pytest.approx(np.tile(HELD**2 * np.eye(2), (2, 1, 1)), abs=1e-9)
+    assert held.cost - free.cost == pytest.approx(2 * 0.5 * PRIOR_WEIGHT**2 * float(off @ off), rel=1e-6)
+    assert held.own_gradient - free.own_gradient == pytest.approx(
+        np.tile(PRIOR_WEIGHT**2 * off, (2, 1)), rel=1e-6
+    )
+    assert held.diagonal - free.diagonal == pytest.approx(
+        np.tile(PRIOR_WEIGHT**2 * np.eye(2), (2, 1, 1)), abs=1e-9
+    )
     assert (held.shared == free.shared).all()

@@ -17,8 +17,8 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, bounds, fit_hypothesis, sensitivity_of
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut, settled
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments, fit_segment_states
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -59,7 +59,7 @@ def approached(
     found: list[Simulation] = []
     if not simulation.state:
         return found
-    width_s = half_width(problem.records, problem.scales.rate)
+    width_s = choose_half_width(problem.records, problem.scales.rate)
     for periods in PERIODS if settle else PERIODS[1:]:
         length_s = periods * 2.0 * np.pi / problem.scales.rate
         sensitivity = sensitivity_of(problem, simulation, still)
@@ -110,7 +110,7 @@ def _judged(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
     own = [simulation.parameters[k].value for k in apart]
     length_s, width_s = (
         JUDGED_PERIODS * 2.0 * np.pi / problem.scales.rate,
-        half_width(problem.records, problem.scales.rate),
+        choose_half_width(problem.records, problem.scales.rate),
     )
     cost = SegmentCost(
         sensitivity=sensitivity,
@@ -131,7 +131,9 @@ def _stretches(
     problem: Problem, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float], most: int
 ) -> list[Segment]:
     """At most so many, spread evenly over all records; `own`: what each record has for itself."""
-    pieces = [piece for record in problem.records for piece in cut(record, simulation, length_s, width_s)]
+    pieces = [
+        piece for record in problem.records for piece in cut_segments(record, simulation, length_s, width_s)
+    ]
     chosen = np.linspace(0, len(pieces) - 1, min(most, len(pieces))).round().astype(int)
     return [pieces[k]._replace(joined=False, start=np.append(pieces[k].start, own)) for k in chosen]
 
@@ -145,7 +147,7 @@ def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
 
 def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Unknowns]:
     """States fitted alone, and without the stretches that this leaves far above the others."""
-    unknowns = settled(cost, cost.start(shared), SETTLED)
+    unknowns = fit_segment_states(cost, cost.start(shared), SETTLED)
     pieces = cost.pieces(unknowns)
     if pieces is None:
         return cost, unknowns

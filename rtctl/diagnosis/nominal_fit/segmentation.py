@@ -13,8 +13,8 @@ import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 STROKE = 0.5
 """Periods: length of a stretch of what drifts."""
@@ -53,11 +53,11 @@ def remembers(problem: Problem, nominal: Hypothesis) -> bool:
 def cut_up(problem: Problem, nominal: Hypothesis) -> Problem:
     """The same records as stretches of a stroke; of very many, some evenly over all."""
     length_s = max(STROKE * 2.0 * np.pi / problem.scales.rate, LEAST_SAMPLES * problem.scales.period)
-    width_s = half_width(problem.records, problem.scales.rate)
+    width_s = choose_half_width(problem.records, problem.scales.rate)
     pieces = [
         segment.record
         for record in problem.records
-        for segment in cut(record, nominal.simulation, length_s, width_s)
+        for segment in cut_segments(record, nominal.simulation, length_s, width_s)
     ]
     kept = np.linspace(0, len(pieces) - 1, min(MOST, len(pieces))).round().astype(int)
     return replace(problem, records=tuple(pieces[k] for k in kept))

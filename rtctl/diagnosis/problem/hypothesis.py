@@ -17,9 +17,9 @@ from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.residual.quantization import step_of
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.levenberg_marquardt import Minimum, linear_gain, minimise
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise, predict_gain
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 LEAST_DETERMINED = 1e-7
 """Squared share of a parameter's slopes beyond all others': below it, it says what they say."""
@@ -124,10 +124,10 @@ class Hypothesis:
         """Fitted initial state (states,) of one record."""
         return self.starts[record, : self.states]
 
-    def linearise(self, problem: Problem) -> list[Linearised]:
+    def linearise(self, problem: Problem) -> list[Linearisation]:
         """Residual and slopes of each record; raises ArithmeticError where the optimum is on the edge of divergence."""
 
-        def one(index: int) -> Linearised | None:
+        def one(index: int) -> Linearisation | None:
             return self.sensitivity.linearise(
                 problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )
@@ -180,7 +180,7 @@ def fit_hypothesis(
     )
     if found is None:
         return None
-    return _hypothesis(cost, tuple(mechanisms), found, linear_gain(found, low, high), still)
+    return _hypothesis(cost, tuple(mechanisms), found, predict_gain(found, low, high), still)
 
 
 def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:

@@ -12,7 +12,7 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.finite_differences import Steps
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Subject:
 
     def scales(self, records: Records) -> Scales:
         """Sizes of what these records show."""
-        return scales_of(records, self.output, self.drive)._replace(sensed=self.sensed(records))
+        return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed(records))
 
     @property
     def rest(self) -> str:

@@ -15,7 +15,7 @@ from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.verification.holdout_error import free_run
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.adapted_grid import switching_densities
+from rtctl.identification.vo2.adapted_grid import compute_switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
@@ -147,7 +147,7 @@ def _loops(found: Diagnosis) -> Figure:
     reads = (shown.given, learned.loops["deflection"])
     v, y, scored = shown.staircases
     left = tuple((y - read.simulate(v))[scored] for read in reads)
-    densities = tuple(switching_densities(read) for read in reads)
+    densities = tuple(compute_switching_densities(read) for read in reads)
     return loops_figure(
         (reads[0].grid, reads[1].grid), (densities[0], densities[1]), v[scored], (left[0], left[1]),
         found.units["deflection"],

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.noise.residual_noise import (
     NoiseModel,
-    noise_with_slow_part,
-    of_several,
-    sampled_alike,
+    combine_models,
+    fit_noise_with_slow_part,
+    group_by_period,
 )
 
 LEAST_VISIBLE = 1e-9
@@ -264,7 +264,7 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     """
     outputs = rows[0].residual.shape[0]
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
-    groups = sampled_alike([row.period_s for row in rows])
+    groups = group_by_period([row.period_s for row in rows])
     samples = [sum(rows[k].residual.shape[1] for k in own) for own in groups]
     for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
@@ -278,12 +278,12 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
                 _known(row, part, weights, o, whole=turn > 0) for row, part in zip(rows, split, strict=True)
             ]
             made = [
-                noise_with_slow_part([series[k] for k in own], slow=slow and turn > 0)._replace(
+                fit_noise_with_slow_part([series[k] for k in own], slow=slow and turn > 0)._replace(
                     period_s=rows[own[0]].period_s
                 )
                 for own in groups
             ]
-            models.append(of_several(made, samples))
+            models.append(combine_models(made, samples))
     return models
 
 

@@ -39,7 +39,7 @@ from rtctl.diagnosis.residual.projection import (
 )
 from rtctl.diagnosis.residual.residual_rows import as_converted
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.noise.residual_noise import NoiseModel, sampled_alike
+from rtctl.identification.noise.residual_noise import NoiseModel, group_by_period
 
 FIRST_ORDER = 0.3
 """Of the residual, by the fits' steps."""
@@ -328,7 +328,7 @@ def beyond_repeats(
         group = [k for k, record in enumerate(records) if record.repeat == letter]
         length = min(residuals[k].shape[1] for k in group)
         periods = [records[k].period_s for k in group]
-        if len(group) < 2 or len({records[k].first for k in group}) > 1 or len(sampled_alike(periods)) > 1:
+        if len(group) < 2 or len({records[k].first for k in group}) > 1 or len(group_by_period(periods)) > 1:
             continue
         of_group = [model.at(periods[0]) for model in noise]
         for o, (name, model) in enumerate(zip(outputs, of_group, strict=True)):

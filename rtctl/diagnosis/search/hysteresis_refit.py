@@ -25,7 +25,7 @@ from rtctl.diagnosis.verification.holdout_error import free_run_error, gain
 from rtctl.diagnosis.verification.holdout_support import SMALL
 from rtctl.diagnosis.verification.verdict import LEAST_GAIN
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.coarse_loops import UNITS, left_by
+from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
 
 ID = "hysteresis.shape"
 STATEMENT = (
@@ -152,7 +152,7 @@ def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=ID, statement=STATEMENT.format(left_by(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
+        id=ID, statement=STATEMENT.format(describe_improvement(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
         indistinguishable_from=(),

@@ -180,9 +180,7 @@ def _slow_ones(
             slow.append((added[0].id, runner))
     least = min((runner.parent.cost for _, runner in slow), default=0.0)
     first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    begun = [
-        one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None
-    ]
+    begun = [one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None]
     least = min((one.cost for one in (*finished, *begun)), default=0.0)
     near = [one.cost < IN_CONTENTION * least for one in begun]
     return [

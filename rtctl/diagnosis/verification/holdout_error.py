@@ -16,7 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -93,7 +93,11 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
     seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
     cost = SegmentCost(
         sensitivity=Sensitivity.of(
-            simulation, [seen], own, scales=scales_of([record], next(iter(record.measured))), of_record=own
+            simulation,
+            [seen],
+            own,
+            scales=estimate_scales([record], next(iter(record.measured))),
+            of_record=own,
         ),
         segments=[Segment(seen, np.append(start, values[own]), False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),

@@ -39,7 +39,7 @@ class NormalEquations(NamedTuple):
     """(K, q)"""
 
 
-def empty(p: int, segments: int, q: int) -> NormalEquations:
+def make_zero_equations(p: int, segments: int, q: int) -> NormalEquations:
     """All zeros, to add to."""
     return NormalEquations(
         0.0, np.zeros((p, p)), np.zeros(p), np.zeros((segments, q, p)), np.zeros((segments, q, q)),
@@ -47,7 +47,7 @@ def empty(p: int, segments: int, q: int) -> NormalEquations:
     )  # fmt: skip
 
 
-def step(
+def solve_step(
     equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     """Marquardt's step of the shared (p,) and own (K, q) unknowns; `frozen` (p,) shared ones stay.
@@ -71,7 +71,7 @@ def step(
     return moved, own.reshape(count, q)
 
 
-def eliminated(equations: NormalEquations) -> tuple[FloatArray, FloatArray]:
+def eliminate_local(equations: NormalEquations) -> tuple[FloatArray, FloatArray]:
     """Schur complement (p, p): information on the shared unknowns alone; and T^-1 B (K, q, p)."""
     count, q, p = equations.border.shape
     if count * q == 0:
@@ -111,4 +111,4 @@ def _band(equations: NormalEquations, damping: float) -> FloatArray:
     return band
 
 
-__all__ = ["LinAlgError", "NormalEquations", "eliminated", "empty", "step"]
+__all__ = ["LinAlgError", "NormalEquations", "eliminate_local", "make_zero_equations", "solve_step"]

@@ -17,17 +17,17 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, empty
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, make_zero_equations
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 T = TypeVar("T")
-NEAR = 0.1
+DIFFERENCE_STEP = 0.1
 """Of a step: how far along it the second derivative is looked for."""
-HELD = 0.03
+PRIOR_WEIGHT = 0.03
 """A start that is near some state is held there as by so many readings of its size: what the scored samples still know
 of it outweighs that by far, and what they have forgotten would go anywhere."""
-WORTH_A_THREAD = 4000
+MIN_THREADED_SAMPLES = 4000
 """Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
 
 
@@ -43,7 +43,7 @@ class Segment(NamedTuple):
     """(states,) What the start is known to be near, of a record of which the first samples are not scored."""
 
 
-class Pieces(NamedTuple):
+class SegmentTerms(NamedTuple):
     """What one segment adds to the normal equations, and its two ends for the continuity."""
 
     cost: float
@@ -72,7 +72,9 @@ class SegmentCost:
     """In units; None where nothing is joined."""
     kept: int = 0
     """At how many points that were asked for last the derivatives are kept, for their `bend`."""
-    seen: list[tuple[Unknowns, list[Linearised | None]]] = field(default_factory=list, init=False, repr=False)
+    seen: list[tuple[Unknowns, list[Linearisation | None]]] = field(
+        default_factory=list, init=False, repr=False
+    )
 
     def at(self, **changes: object) -> SegmentCost:
         """The same with other weights or steps."""
@@ -89,20 +91,22 @@ class SegmentCost:
         scale = self.sensitivity.state_scale
         return unknowns.own[index] * scale if len(scale) else self.segments[index].start
 
-    def linearise(self, index: int, unknowns: Unknowns) -> Linearised | None:
+    def linearise(self, index: int, unknowns: Unknowns) -> Linearisation | None:
         """One segment's free run and its derivatives."""
         return self.sensitivity.linearise(
             self.segments[index].record, unknowns.shared, self.state(index, unknowns), self.steps_per_period
         )
 
-    def pieces(self, unknowns: Unknowns) -> list[Pieces] | None:
+    def pieces(self, unknowns: Unknowns) -> list[SegmentTerms] | None:
         """All segments, on as many threads as there are; None where one diverges."""
 
-        def one(index: int) -> tuple[Linearised | None, Pieces | None]:
+        def one(index: int) -> tuple[Linearisation | None, SegmentTerms | None]:
             found = self.linearise(index, unknowns)
             piece = None if found is None else self._piece(found, self.segments[index].joined)
             if piece is not None and len(unknowns.own[index]):
-                piece = _held(piece, unknowns.own[index], self.segments[index], self.sensitivity.state_scale)
+                piece = _add_state_prior(
+                    piece, unknowns.own[index], self.segments[index], self.sensitivity.state_scale
+                )
             return (found if self.kept else None), piece
 
         made = self._of_each(one)
@@ -118,7 +122,7 @@ class SegmentCost:
         if pieces is None:
             return None
         p, q = len(self.sensitivity.free), len(self.sensitivity.state_scale)
-        total = empty(p, len(pieces), q)
+        total = make_zero_equations(p, len(pieces), q)
         cost = 0.0
         for k, piece in enumerate(pieces):
             cost += piece.cost
@@ -128,7 +132,7 @@ class SegmentCost:
             total.diagonal[k] += piece.own
             total.own_gradient[k] += piece.own_gradient
             if self.segments[k].joined and self.gap is not None:
-                cost += _join(total, k, piece, pieces[k + 1], self.gap, p)
+                cost += _add_continuity(total, k, piece, pieces[k + 1], self.gap, p)
         return total._replace(cost=cost)
 
     def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
@@ -140,13 +144,13 @@ class SegmentCost:
         def one(index: int) -> tuple[FloatArray, FloatArray] | None:
             line = self.linearise(index, here) if known is None else known[index]
             record = self.segments[index].record
-            by = NEAR * np.concatenate((move.shared, move.own[index]))
+            by = DIFFERENCE_STEP * np.concatenate((move.shared, move.own[index]))
             start = self.state(index, here)
             change = self.sensitivity.change(record, here.shared, start, by, self.steps_per_period)
             if line is None or change is None:
                 return None
             straight = np.tensordot(move.shared, line.shared, 1) + np.tensordot(move.own[index], line.own, 1)
-            second = 2.0 / NEAR * (change / NEAR - straight) / self.sigma[:, None] ** 2
+            second = 2.0 / DIFFERENCE_STEP * (change / DIFFERENCE_STEP - straight) / self.sigma[:, None] ** 2
             return np.tensordot(line.shared, second, 2), np.tensordot(line.own, second, 2)
 
         if any(segment.joined for segment in self.segments):
@@ -161,18 +165,18 @@ class SegmentCost:
         """Of each segment, on as many threads as there are."""
         indices = range(len(self.segments))
         length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
-        if self.executor is not None and length >= WORTH_A_THREAD:
+        if self.executor is not None and length >= MIN_THREADED_SAMPLES:
             return list(self.executor.map(one, indices))
         return [one(k) for k in indices]
 
-    def _piece(self, found: Linearised, joined: bool) -> Pieces:
+    def _piece(self, found: Linearisation, joined: bool) -> SegmentTerms:
         p = len(found.shared)
         slopes = np.concatenate((found.shared, found.own))
         table = np.concatenate((found.residual[None], slopes))
         scored = table[:, :, :-1] if joined else table  # the last sample is the next segment's first
         flat = (scored / self.sigma[:, None]).reshape(len(table), -1)
         gram = flat @ flat.T
-        return Pieces(
+        return SegmentTerms(
             cost=0.5 * float(gram[0, 0]),
             shared=gram[1 : 1 + p, 1 : 1 + p],
             gradient=gram[1 : 1 + p, 0],
@@ -185,24 +189,28 @@ class SegmentCost:
         )
 
 
-def _held(piece: Pieces, own: FloatArray, segment: Segment, scale: FloatArray) -> Pieces:
+def _add_state_prior(
+    piece: SegmentTerms, own: FloatArray, segment: Segment, scale: FloatArray
+) -> SegmentTerms:
     """With HELD readings of the start where it is known to be near some state; `own` and `scale` (q,)."""
     if segment.near is None:
         return piece
     states = len(segment.near)
     off = own[:states] - segment.near / scale[:states]
     weight = np.zeros(len(own))
-    weight[:states] = HELD**2
+    weight[:states] = PRIOR_WEIGHT**2
     gradient = piece.own_gradient.copy()
-    gradient[:states] += HELD**2 * off
+    gradient[:states] += PRIOR_WEIGHT**2 * off
     return piece._replace(
-        cost=piece.cost + 0.5 * HELD**2 * float(off @ off),
+        cost=piece.cost + 0.5 * PRIOR_WEIGHT**2 * float(off @ off),
         own=piece.own + np.diag(weight),
         own_gradient=gradient,
     )
 
 
-def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:
+def _add_continuity(
+    total: NormalEquations, k: int, piece: SegmentTerms, after: SegmentTerms, gap: FloatArray, p: int
+) -> float:
     """Add the continuity between segments k and k + 1: what the last reads at its end and the next at its begin."""
     miss = (piece.end[0] - after.begin[0]) / gap
     shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
