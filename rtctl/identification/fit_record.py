@@ -39,7 +39,7 @@ class FitRecord:
         """Between samples."""
         return self.stimulus.period_s
 
-    def beginning(self, samples: int) -> FitRecord:
+    def truncate(self, samples: int) -> FitRecord:
         """The first samples, from the same start."""
         whole = self.stimulus
         inputs = {name: values[:samples] for name, values in whole.inputs.items()}
@@ -53,7 +53,7 @@ class FitRecord:
         measured = {name: values[:samples] for name, values in self.measured.items()}
         return replace(self, stimulus=stimulus, measured=measured)
 
-    def piece(self, begin: int, end: int) -> FitRecord:
+    def cut(self, begin: int, end: int) -> FitRecord:
         """Samples `begin` to `end` as a record that starts anywhere: its start is not known, all of it is scored."""
         whole = self.stimulus
         return FitRecord(

@@ -38,7 +38,7 @@ def way_of(apart: float, step: float = 2.0) -> np.ndarray:
     rng = np.random.default_rng(0)
     shared, own = rng.standard_normal((2, 1, SAMPLES)), rng.standard_normal((1, 1, SAMPLES))
     rows = Rows(
-        residual=rng.standard_normal((1, SAMPLES)), shared=shared, own=np.zeros((0, 1, SAMPLES)),
+        residual=rng.standard_normal((1, SAMPLES)), shared=shared, local=np.zeros((0, 1, SAMPLES)),
         directions=3.0 * shared[1:] + apart * own,
     )  # fmt: skip
     projected = project([rows], [NoiseModel(np.empty(0), 1.0)])

@@ -31,7 +31,10 @@ def test_a_ring_down_that_ends_in_the_noise_is_no_growth(growing: float, seen: b
             FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         )
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=estimate_scales(tuple(records)), steps_per_period=64.0
+        subject=SUBJECTS["oscillator"],
+        records=tuple(records),
+        scales=estimate_scales(tuple(records)),
+        steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None

@@ -55,8 +55,8 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
     whole: list[list[np.ndarray]] = [[], [], []]
     lines = at.hypothesis.linearise(problem)
     for index, line in enumerate(lines):
-        own = np.zeros((2 * len(lines), line.own.shape[2]))
-        own[2 * index : 2 * index + 2] = line.own[:, 0]
+        own = np.zeros((2 * len(lines), line.local.shape[2]))
+        own[2 * index : 2 * index + 2] = line.local[:, 0]
         follows = np.concatenate((line.shared[:, 0], own))
         white = at.noise[0].whiten
         whole[0].append(white(follows))

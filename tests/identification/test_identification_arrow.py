@@ -43,7 +43,7 @@ def random_arrow(p: int, segments: int, q: int, seed: int) -> tuple[NormalEquati
         after = slice(p + (k + 1) * q, p + (k + 2) * q)
         found.border[k] = dense[own, :p]
         found.diagonal[k] = dense[own, own]
-        found.own_gradient[k] = gradient[own]
+        found.local_gradient[k] = gradient[own]
         if k + 1 < segments:
             found.next[k] = dense[own, after]
     return found._replace(cost=0.5 * float(r @ r)), dense, gradient

@@ -37,11 +37,11 @@ def shot(chaos: list[FitRecord]) -> Fit:
 def test_runs_of_the_beam_part_and_runs_in_one_well_do_not(chaos: list[FitRecord]) -> None:
     beam = oscillator(HM)
     parts = measure_divergence(beam, chaos, free_values(beam))
-    assert parts.chaotic
+    assert parts.is_chaotic
     assert 0.5 < parts.rate < 20.0  # a few per second
     duffing = oscillator(DUFFING)
     record = record_of(duffing, multisine(5.0, 30.0, 2.0, 1e3, 10.0, seed=62), 1e3, 0.0, seed=62)
-    assert not measure_divergence(duffing, [record], free_values(duffing)).chaotic
+    assert not measure_divergence(duffing, [record], free_values(duffing)).is_chaotic
 
 
 def test_shooting_finds_the_beams_parameters_within_its_stated_errors(shot: Fit) -> None:

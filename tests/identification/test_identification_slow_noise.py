@@ -81,7 +81,7 @@ def statistics_of_a_constant(*, slow: bool) -> float:
         fast = rng.standard_normal((5, 1, 3000))
         rows = [
             Rows(
-                residual=one_over_f(rng, 1, 3000), shared=np.zeros((0, 1, 3000)), own=np.zeros((0, 1, 3000)),
+                residual=one_over_f(rng, 1, 3000), shared=np.zeros((0, 1, 3000)), local=np.zeros((0, 1, 3000)),
                 directions=np.concatenate((np.ones((1, 1, 3000)), fast)),
             )
             for _ in range(3)

@@ -63,7 +63,7 @@ def approached(
     for periods in PERIODS if settle else PERIODS[1:]:
         length_s = periods * 2.0 * np.pi / problem.scales.rate
         sensitivity = sensitivity_of(problem, simulation, still)
-        own = [simulation.parameters[k].value for k in sensitivity.of_record]
+        own = [simulation.parameters[k].value for k in sensitivity.record_parameters]
         cost = SegmentCost(
             sensitivity=sensitivity,
             segments=_stretches(
@@ -73,12 +73,18 @@ def approached(
             executor=problem.executor,
             steps_per_period=problem.steps_per_period,
         )
-        shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+        shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
         cost = _that_run(cost, shared)
         cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
         low, high = bounds(sensitivity, problem.scales)
         reached = minimise(
-            cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=problem.enough
+            cost.equations,
+            unknowns,
+            low,
+            high,
+            iterations=ITERATIONS,
+            tolerance=1e-4,
+            should_stop=problem.enough,
         )
         if reached is not None:
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
@@ -105,8 +111,10 @@ def left_over_stretches(problem: Problem, hypothesis: Hypothesis) -> float:
 def _judged(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
     """Cost over stretches, and of how many samples; infinite where one diverges."""
     simulation = hypothesis.simulation
-    apart = hypothesis.sensitivity.of_record.tolist()
-    sensitivity = Sensitivity.of(simulation, problem.records, apart, scales=problem.scales, of_record=apart)
+    apart = hypothesis.sensitivity.record_parameters.tolist()
+    sensitivity = Sensitivity.of(
+        simulation, problem.records, apart, scales=problem.scales, record_parameters=apart
+    )
     own = [simulation.parameters[k].value for k in apart]
     length_s, width_s = (
         JUDGED_PERIODS * 2.0 * np.pi / problem.scales.rate,
@@ -142,19 +150,19 @@ def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
     """Without the stretches that run away at once: beyond its barrier a softening spring has no motion to fit."""
     unknowns = cost.start(shared)
     kept = [segment for k, segment in enumerate(cost.segments) if cost.linearise(k, unknowns) is not None]
-    return cost.at(segments=kept) if kept else cost
+    return cost.with_changes(segments=kept) if kept else cost
 
 
 def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Unknowns]:
     """States fitted alone, and without the stretches that this leaves far above the others."""
     unknowns = fit_segment_states(cost, cost.start(shared), SETTLED)
-    pieces = cost.pieces(unknowns)
+    pieces = cost.compute_terms(unknowns)
     if pieces is None:
         return cost, unknowns
     left = np.array([piece.cost for piece in pieces]) / [one.record.samples for one in cost.segments]
     kept = np.flatnonzero(left <= ASTRAY * np.median(left)).tolist()
-    cost = cost.at(segments=[cost.segments[k] for k in kept])
-    return cost, unknowns._replace(own=unknowns.own[kept])
+    cost = cost.with_changes(segments=[cost.segments[k] for k in kept])
+    return cost, unknowns._replace(local=unknowns.local[kept])
 
 
 def fitted_nominal(problem: Problem, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:

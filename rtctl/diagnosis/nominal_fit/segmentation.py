@@ -42,9 +42,9 @@ def remembers(problem: Problem, nominal: Hypothesis) -> bool:
         return False
     lasting, onward = [], []
     for line in lines:
-        displaced = line.own[0].sum(axis=0)
+        displaced = line.local[0].sum(axis=0)
         onward.append(np.mean(displaced * displaced[0] > 0.0))
-        influence = np.abs(line.own[: nominal.states]).max(axis=(0, 1))
+        influence = np.abs(line.local[: nominal.states]).max(axis=(0, 1))
         tenth = max(1, len(influence) // 10)
         lasting.append(influence[-tenth:].max() / max(float(influence[:tenth].max()), 1e-300))
     return bool(STILL_KNOWN < np.median(lasting) < PARTED and np.median(onward) > ONWARD)

@@ -69,7 +69,7 @@ class Problem:
         if most is None or self.samples <= most:
             return self
         each = max(1, most // len(self.records))
-        return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))
+        return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
 
     def step(self, output: str) -> float:
         """Of the converter that the output was read with; 0 where none can be seen."""
@@ -112,7 +112,7 @@ class Hypothesis:
     def values_of(self, record: int) -> FloatArray:
         """All parameters (parameters,) of one record."""
         values = self.sensitivity.values(self.shared)
-        values[self.sensitivity.of_record] = self.starts[record, self.states :]
+        values[self.sensitivity.record_parameters] = self.starts[record, self.states :]
         return values
 
     @property
@@ -154,7 +154,7 @@ def fit_hypothesis(
     values = np.array([one.value for one in simulation.parameters])
     given = [simulation.starting(record.stimulus, values) for record in problem.records]
     if starts is None:
-        starts = np.array([[*start, *values[sensitivity.of_record]] for start in given])
+        starts = np.array([[*start, *values[sensitivity.record_parameters]] for start in given])
     cost = SegmentCost(
         sensitivity=sensitivity,
         segments=[
@@ -164,9 +164,9 @@ def fit_hypothesis(
         sigma=sigma,
         executor=problem.executor,
         steps_per_period=problem.steps_per_period,
-        kept=KEPT,
+        cache_size=KEPT,
     )
-    begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
+    begin = cost.start(sensitivity.current_values[sensitivity.free] / sensitivity.scale)
     low, high = bounds(sensitivity, problem.scales)
     found = minimise(
         cost.equations,
@@ -175,8 +175,8 @@ def fit_hypothesis(
         high,
         iterations=iterations,
         tolerance=1e-7,
-        enough=problem.enough,
-        bend=cost.bend,
+        should_stop=problem.enough,
+        second_derivative=cost.compute_second_derivative,
     )
     if found is None:
         return None
@@ -186,8 +186,8 @@ def fit_hypothesis(
 def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
     """Of all parameters but fixed ones and those in `still`; a record's own ones go with its start."""
     free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
-    apart = [k for k in free if simulation.parameters[k].declared.of_record]
-    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, of_record=apart)
+    apart = [k for k in free if simulation.parameters[k].declared.per_record]
+    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, record_parameters=apart)
 
 
 def polish(problem: Problem, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
@@ -246,7 +246,7 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
     Nominal values may move far, but not to where a motion would need steps without number.
     """
     low, high = sensitivity.bounds
-    start = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+    start = sensitivity.current_values[sensitivity.free] / sensitivity.scale
     for k, index in enumerate(sensitivity.free):
         declared = sensitivity.simulation.parameters[index].declared
         parameter = sensitivity.simulation.parameters[index]
@@ -276,7 +276,7 @@ def _hypothesis(
     unknowns = found.unknowns
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
-    values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
+    values[cost.sensitivity.record_parameters] = starts[0, len(cost.sensitivity.simulation.state) :]
     return Hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),

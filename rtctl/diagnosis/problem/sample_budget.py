@@ -43,7 +43,7 @@ def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[s
         kept = tuple(records[k] for k in evenly)
     share = MOST_SAMPLES / sum(record.samples for record in kept)
     if share < 1.0:
-        kept = tuple(record.beginning(max(LEAST_SAMPLES, int(share * record.samples))) for record in kept)
+        kept = tuple(record.truncate(max(LEAST_SAMPLES, int(share * record.samples))) for record in kept)
     used = sum(record.samples for record in kept)
     return kept, [FEWER.format(total, MOST_SAMPLES, len(kept), used)]
 
@@ -55,7 +55,7 @@ def check_speed(simulation: Simulation, records: Sequence[FitRecord], source: st
     for record in records:
         try:
             if begun is None:
-                simulation.predict(record.beginning(SHORT).stimulus, values)
+                simulation.predict(record.truncate(SHORT).stimulus, values)
                 begun = working_time()
             simulation.predict(record.stimulus, values)
         except ValueError as error:

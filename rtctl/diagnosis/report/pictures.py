@@ -135,7 +135,7 @@ def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatA
     """Frequencies [Hz] and amplitude density [unit / sqrt(Hz)] of the noise of the output that is shown."""
     chosen = found.search.chosen
     output = chosen.hypothesis.sensitivity.outputs.index(found.problem.subject.output)
-    density = np.sqrt(2.0 * chosen.noise[output].at(period_s).power(2 * NOISE_BINS) * period_s)
+    density = np.sqrt(2.0 * chosen.noise[output].for_period(period_s).power(2 * NOISE_BINS) * period_s)
     return np.linspace(0.0, 0.5 / period_s, len(density)), density
 
 

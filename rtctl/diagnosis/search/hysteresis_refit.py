@@ -152,7 +152,8 @@ def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=ID, statement=STATEMENT.format(describe_improvement(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
+        id=ID, statement=STATEMENT.format(describe_improvement(found.learned.coarse)), kind="mechanism",
+        probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
         indistinguishable_from=(),

@@ -85,19 +85,19 @@ def free_run(simulation: Simulation, record: FitRecord, output: str, within: flo
             nothing = {name: np.full((1, record.samples), np.nan) for name in simulation.outputs}
             return Prediction(nothing, np.zeros(1, dtype=np.int64))
 
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     if not simulation.state and not own:
         return run(None)
     start = simulation.starting(record.stimulus, values)
     alone = replace(record, measured={output: record.measured[output]})
-    seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
+    seen = alone.truncate(record.first + round(within * (record.samples - record.first)))
     cost = SegmentCost(
         sensitivity=Sensitivity.of(
             simulation,
             [seen],
             own,
             scales=estimate_scales([record], next(iter(record.measured))),
-            of_record=own,
+            record_parameters=own,
         ),
         segments=[Segment(seen, np.append(start, values[own]), False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),

@@ -35,7 +35,7 @@ class NormalEquations(NamedTuple):
     """(K, q, q)"""
     next: FloatArray
     """(K - 1, q, q): rows of segment k, columns of segment k + 1."""
-    own_gradient: FloatArray
+    local_gradient: FloatArray
     """(K, q)"""
 
 
@@ -63,7 +63,7 @@ def solve_step(
         moved[kept] = -_solve(shared, equations.shared_gradient[kept])
         return moved, np.zeros((count, q))
     border = equations.border.reshape(count * q, p)[:, kept]
-    gradient = equations.own_gradient.reshape(-1)
+    gradient = equations.local_gradient.reshape(-1)
     inner = solveh_banded(_band(equations, damping), np.column_stack((border, gradient)))
     schur = shared - border.T @ inner[:, :-1]
     moved[kept] = -_solve(schur, equations.shared_gradient[kept] - border.T @ inner[:, -1])
@@ -98,7 +98,7 @@ def _damped_diagonal(diagonal: FloatArray, damping: float) -> FloatArray:
 
 def _band(equations: NormalEquations, damping: float) -> FloatArray:
     """T in the upper form of `solveh_banded`, its diagonal damped."""
-    count, q = equations.own_gradient.shape
+    count, q = equations.local_gradient.shape
     width = 2 * q - 1
     band = np.zeros((width + 1, count * q))
     columns = np.arange(count) * q

@@ -41,9 +41,9 @@ class ConfoundedDirection(NamedTuple):
 class Determinability:
     """An honest word; all empty where the data determine everything."""
 
-    silent: tuple[str, ...]
+    insensitive: tuple[str, ...]
     """Parameters without any effect on these data."""
-    open: tuple[ConfoundedDirection, ...]
+    confounded: tuple[ConfoundedDirection, ...]
     insignificant: tuple[str, ...]
     """Whose interval holds zero."""
     condition: float
@@ -52,12 +52,14 @@ class Determinability:
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Names that have no trustworthy value of their own."""
-        return tuple(dict.fromkeys([*self.silent, *(name for one in self.open for name in one.names)]))
+        return tuple(
+            dict.fromkeys([*self.insensitive, *(name for one in self.confounded for name in one.names)])
+        )
 
-    def sentences(self) -> tuple[str, ...]:
+    def describe(self) -> tuple[str, ...]:
         """For a person, and for the model file's warnings."""
-        said = [f"these data say nothing of {name}: it has no effect on them" for name in self.silent]
-        for one in self.open:
+        said = [f"these data say nothing of {name}: it has no effect on them" for name in self.insensitive]
+        for one in self.confounded:
             fixed = f"; they fix {one.fixed}" if one.fixed else ""
             error = (
                 "not at all" if one.relative_error > 1.0 else f"only to {100.0 * one.relative_error:.2g} %"
@@ -95,8 +97,8 @@ def assess_determinability(
     eigenvalues = np.linalg.eigvalsh(c) if len(kept) else np.ones(1)
     in_doubt = {name for one in found for name in one.names}
     return Determinability(
-        silent=tuple(names[k] for k in np.flatnonzero(silent).tolist()),
-        open=found,
+        insensitive=tuple(names[k] for k in np.flatnonzero(silent).tolist()),
+        confounded=found,
         insignificant=tuple(
             name for name, is_known in zip(chosen, significant, strict=True)
             if not is_known and name not in in_doubt

@@ -31,7 +31,7 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     names = tuple(sensitivity.simulation.parameters[k].name for k in sensitivity.free)
     values = found.unknowns.shared * sensitivity.scale
     said = assess_determinability(names, values, information, covariance, sensitivity.scale)
-    silent = np.array([name in said.silent for name in names], dtype=bool)
+    silent = np.array([name in said.insensitive for name in names], dtype=bool)
     covariance = covariance * np.outer(sensitivity.scale, sensitivity.scale)
     covariance[silent, :] = covariance[:, silent] = 0.0
     covariance[silent, silent] = np.inf
@@ -42,7 +42,8 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
         initial=np.array(initial), noise=noise,
         rms={name: _compute_rms(residuals[name]) for name in sensitivity.outputs},
         record_rms={
-            record: {name: _compute_rms([one]) for name, one in outputs.items()} for record, outputs in by_record.items()
+            record: {name: _compute_rms([residual]) for name, residual in outputs.items()}
+            for record, outputs in by_record.items()
         },
         residuals=by_record,
         status=found.status, iterations=found.iterations, determinability=said,
@@ -89,10 +90,10 @@ def _compute_covariance(
         for row, name in enumerate(cost.sensitivity.outputs):
             scored = slice(None, -1 if cost.segments[k].joined else None)
             slopes = run.shared[:, row, scored]
-            if len(run.own):
-                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row, scored])
+            if len(run.local):
+                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.local[:, row, scored])
             middle += (
-                compute_coloured_gram(slopes, noise[name].at(cost.segments[k].record.period_s))
+                compute_coloured_gram(slopes, noise[name].for_period(cost.segments[k].record.period_s))
                 / cost.sigma[row] ** 4
             )
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))

@@ -36,7 +36,7 @@ class Unknowns(NamedTuple):
 
     shared: FloatArray
     """(p,)"""
-    own: FloatArray
+    local: FloatArray
     """(segments, q)"""
 
 
@@ -69,19 +69,19 @@ def minimise(
     iterations: int,
     tolerance: float = 1e-10,
     report: Callable[[int], None] = lambda iteration: None,
-    enough: Callable[[], bool] = lambda: False,
-    bend: SecondDerivative = lambda here, move: None,
+    should_stop: Callable[[], bool] = lambda: False,
+    second_derivative: SecondDerivative = lambda here, move: None,
 ) -> Minimum | None:
     """From `start` until a step lowers the cost by less than `tolerance` of it; None: diverged at the start.
 
-    `enough` is asked before each step: then it ends there, as if that had been the last of `iterations`.
+    `should_stop` is asked before each step: then it ends there, as if that had been the last of `iterations`.
     """
     here, equations = start, evaluate(start)
     if equations is None:
         return None
     damping, growth, bent = 1e-3, 2.0, False
     for iteration in range(iterations):
-        if enough():
+        if should_stop():
             return Minimum(here, equations, Status.ITERATIONS, iteration)
         report(iteration)
         if equations.cost == 0.0:
@@ -90,7 +90,7 @@ def minimise(
         move = _solve_or_none(equations, damping, frozen)
         promised = _predict_reduction(equations, move) if move is not None else 0.0
         if bent and move is not None:
-            move, bent = _add_acceleration(equations, damping, frozen, move, bend(here, move))
+            move, bent = _add_acceleration(equations, damping, frozen, move, second_derivative(here, move))
         trial = _apply_step(here, move, low, high) if move is not None else None
         found = evaluate(trial) if trial is not None else None
         if trial is None or found is None or not found.cost <= equations.cost:
@@ -125,12 +125,14 @@ def _solve_or_none(equations: NormalEquations, damping: float, frozen: NDArray[n
 
 def _apply_step(here: Unknowns, move: Unknowns, low: FloatArray, high: FloatArray) -> Unknowns:
     """Cut at the bounds."""
-    return Unknowns(np.clip(here.shared + move.shared, low, high), here.own + move.own)
+    return Unknowns(np.clip(here.shared + move.shared, low, high), here.local + move.local)
 
 
 def _predict_reduction(equations: NormalEquations, move: Unknowns) -> float:
     """What a step lowers the cost by in a linear model, at least."""
-    return -0.5 * float(equations.shared_gradient @ move.shared + np.sum(equations.own_gradient * move.own))
+    return -0.5 * float(
+        equations.shared_gradient @ move.shared + np.sum(equations.local_gradient * move.local)
+    )
 
 
 def _add_acceleration(
@@ -143,7 +145,7 @@ def _add_acceleration(
     """The step with half of its acceleration, as it is where that is too large; and whether it is bent at all."""
     if second is None:
         return move, True
-    along = equations._replace(shared_gradient=second.shared, own_gradient=second.own)
+    along = equations._replace(shared_gradient=second.shared, local_gradient=second.local)
     acceleration = _solve_or_none(along, damping, frozen)
     if acceleration is None:
         return move, True
@@ -152,14 +154,14 @@ def _add_acceleration(
     )
     if share > MAX_ACCELERATION_RATIO:
         return move, True
-    added = Unknowns(move.shared + 0.5 * acceleration.shared, move.own + 0.5 * acceleration.own)
+    added = Unknowns(move.shared + 0.5 * acceleration.shared, move.local + 0.5 * acceleration.local)
     return added, share > MIN_ACCELERATION_RATIO
 
 
 def _compute_step_norm(equations: NormalEquations, move: Unknowns) -> float:
     """Norm of a step in the units of Marquardt's damping."""
     diagonal = np.einsum("kqq->kq", equations.diagonal)
-    squares = np.diag(equations.shared) @ move.shared**2 + np.sum(diagonal * move.own**2)
+    squares = np.diag(equations.shared) @ move.shared**2 + np.sum(diagonal * move.local**2)
     return float(np.sqrt(squares))
 
 

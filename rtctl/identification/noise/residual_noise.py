@@ -46,23 +46,23 @@ class NoiseModel(NamedTuple):
     others: tuple[NoiseModel, ...] = ()
     """Of records that are sampled at other periods: an autoregression is of samples, a sensor's noise of seconds."""
 
-    def at(self, period_s: float) -> NoiseModel:
+    def for_period(self, period_s: float) -> NoiseModel:
         """Of records sampled every `period_s`: its own, one of the others, or what every so many samples have of it."""
         for one in (self, *self.others):
             if not (one.period_s and period_s) or _are_same_period(one.period_s, period_s):
                 return one
         times = round(period_s / self.period_s)
-        return self.every(times) if times > 1 else self
+        return self.decimate(times) if times > 1 else self
 
-    def every(self, times: int) -> NoiseModel:
+    def decimate(self, times: int) -> NoiseModel:
         """Of one sample in `times`; the slow part of it as far as an autoregression reaches."""
         correlation = irfft(self.power(LONG_LENGTH), LONG_LENGTH)[: times * (HIGHEST_ORDER + 1) : times]
         made = fit_autoregression(correlation * LONG_LENGTH, LONG_LENGTH)
         return made._replace(period_s=times * self.period_s)
 
-    def louder(self, times: float) -> NoiseModel:
+    def scale_variance(self, times: float) -> NoiseModel:
         """Of so many times the variance, at every period."""
-        others = tuple(one.louder(times) for one in self.others)
+        others = tuple(one.scale_variance(times) for one in self.others)
         return self._replace(variance=times * self.variance, others=others)
 
     def whiten(self, series: FloatArray) -> FloatArray:

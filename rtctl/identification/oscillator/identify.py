@@ -108,7 +108,7 @@ def _fit_by_suitable_method(
     """By the method that the data allow, and why it was taken."""
     shooting = ShootingOptions(fit=options.fit)
     parts = measure_divergence(simulation, records, starts[0])
-    if parts.chaotic:
+    if parts.is_chaotic:
         fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         return fit, (
             f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
@@ -218,7 +218,7 @@ def _write_value(old: Value, parameter: FreeParameter, value: float, error: floa
 
 
 def _collect_warnings(fit: Fit) -> tuple[str, ...]:
-    said = list(fit.determinability.sentences())
+    said = list(fit.determinability.describe())
     if fit.status != "converged":
         said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
     for k, name in zip(fit.free, fit.names, strict=True):

@@ -5,8 +5,8 @@ Columns of a row (`COLUMNS`), of a mass-normalised oscillator on a frame whose v
     y = z'' - f,  v = z',  z, z^3, z^5, z^7, z^2, z^2 v, abs(v) v, sign v, 1
 
 `compute_filtered_gram` takes them by the bistable beam paper's mean filter and central differences, at every sample;
-`compute_weak_gram` integrates them over bumps (`weak_form`), which differentiates no noisy signal. Either way a model is a
-vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation and
+`compute_weak_gram` integrates them over bumps (`weak_form`), which differentiates no noisy signal. Either way a model
+is a vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation and
 constraints are arithmetic on an 11 x 11 matrix a record.
 
 Reference: the bistable beam paper, sections 2.3, 3.2; Messenger, Bortz, Multiscale Model. Simul. 19 (2021) 1474.

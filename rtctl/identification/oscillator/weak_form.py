@@ -77,7 +77,7 @@ class WeakFit:
 
     coefficients: Mapping[str, float]
     half_width_s: float
-    share_left: float
+    residual_share: float
     """RMS of what no term explains, relative to the acceleration's."""
     condition: float
     """Of the scaled regressors: large where the data cannot tell the terms apart."""
@@ -122,7 +122,7 @@ def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_
     return WeakFit(
         coefficients=dict(zip(terms, found.tolist(), strict=True)),
         half_width_s=half_width_s,
-        share_left=float(np.sqrt(left / target)) if target > 0.0 else 0.0,
+        residual_share=float(np.sqrt(left / target)) if target > 0.0 else 0.0,
         condition=float(np.sqrt(top / max(float(eigenvalues.min(initial=top)), 1e-300))),
     )
 

@@ -76,10 +76,10 @@ def fit_multiple_shooting(
             executor=executor,
             steps_per_period=options.fit.coarse_steps_per_period,
         )
-        found = _fit_unjoined(cost, starts or [sensitivity.own_values], options.fit)
+        found = _fit_unjoined(cost, starts or [sensitivity.current_values], options.fit)
         report("segments by themselves", 0.3)
         cost, found = _close_gaps(cost, found, options, report)
-        cost = cost.at(steps_per_period=None)
+        cost = cost.with_changes(steps_per_period=None)
         low, high = sensitivity.bounds
         last = minimise(cost.equations, found.unknowns, low, high, iterations=options.fit.final_iterations)
         return infer("multiple_shooting", cost, last or found)
@@ -93,7 +93,7 @@ def cut_segments(record: FitRecord, simulation: Simulation, length_s: float, wid
     edges = np.linspace(begin, record.samples - 1, count + 1).round().astype(int).tolist()
     return [
         Segment(
-            record.piece(a, b + 1),
+            record.cut(a, b + 1),
             estimate_initial_state(record, a, width_s, simulation.state),
             joined=b < edges[-1],
         )
@@ -123,24 +123,24 @@ def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.
 
     Ends early where the sum of costs falls by less than its share `enough`.
     """
-    q = unknowns.own.shape[1]
-    damping = np.full(len(unknowns.own), 1e-3)
-    here = cost.pieces(unknowns)
+    q = unknowns.local.shape[1]
+    damping = np.full(len(unknowns.local), 1e-3)
+    here = cost.compute_terms(unknowns)
     for _ in range(STATE_ITERATIONS):
         if here is None or q == 0:
             break
-        curvature = np.array([piece.own for piece in here])
-        gradient = np.array([piece.own_gradient for piece in here])
+        curvature = np.array([piece.local for piece in here])
+        gradient = np.array([piece.local_gradient for piece in here])
         floor = 1e-12 * curvature.max()
         diagonal = np.einsum("kii->ki", curvature)
         diagonal += damping[:, None] * diagonal + floor
-        own = unknowns.own - np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
-        trial = cost.pieces(unknowns._replace(own=own))
+        own = unknowns.local - np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+        trial = cost.compute_terms(unknowns._replace(local=own))
         if trial is None:
             damping *= 10.0
             continue
         better = np.array([there.cost < piece.cost for there, piece in zip(trial, here, strict=True)])
-        unknowns = unknowns._replace(own=np.where(better[:, None], own, unknowns.own))
+        unknowns = unknowns._replace(local=np.where(better[:, None], own, unknowns.local))
         before = sum(piece.cost for piece in here)
         here = [there if took else piece for there, piece, took in zip(trial, here, better, strict=True)]
         damping = np.where(better, damping / 5.0, damping * 5.0)
@@ -156,7 +156,7 @@ def _close_gaps(
     """Continuity ever stricter, as long as the residual does not grow."""
     low, high = cost.sensitivity.bounds
     sigma = compute_weights(cost, found)
-    cost = cost.at(sigma=sigma)
+    cost = cost.with_changes(sigma=sigma)
     equations = cost.equations(found.unknowns)
     if equations is None or not any(segment.joined for segment in cost.segments):
         return cost, found

@@ -84,7 +84,7 @@ def fit_output_error(
 
         span_s = options.screening_periods * 2.0 * np.pi / scales.rate
         shown = [cut_liveliest(one, span_s) for one in records] if options.free_start else records
-        tried = starts or [sensitivity.own_values]
+        tried = starts or [sensitivity.current_values]
         screened = _screen_starts(cost_over(shown), tried, options, report)
         untouched = [_scale_start(sensitivity, start) for start in tried]
         cost, found = _find_first_bounded(cost_over(records), [*screened, *untouched], options)
@@ -102,7 +102,7 @@ def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
         return record
     peak = record.first + int(np.abs(record.measured["displacement"][record.first :]).argmax())
     end = min(max(peak + length // 4, record.first + length), record.samples)
-    return record.piece(end - length, end)
+    return record.cut(end - length, end)
 
 
 @contextmanager
@@ -135,7 +135,7 @@ def polish(
     stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
     for number, (steps, most) in enumerate(stages):
         report("fitting", 0.6 + 0.2 * number)
-        cost = cost.at(steps_per_period=steps, sigma=compute_weights(cost, found))
+        cost = cost.with_changes(steps_per_period=steps, sigma=compute_weights(cost, found))
         reached = minimise(cost.equations, found.unknowns, low, high, iterations=most)
         if reached is None:
             break
@@ -146,7 +146,7 @@ def polish(
 
 def compute_weights(cost: SegmentCost, found: Minimum) -> FloatArray:
     """RMS residual (outputs,); an output that fits exactly keeps a floor."""
-    pieces = cost.pieces(found.unknowns)
+    pieces = cost.compute_terms(found.unknowns)
     if pieces is None:
         return cost.sigma
     scored = sum(

@@ -36,7 +36,7 @@ class Linearisation(NamedTuple):
     """(outputs, n) from the first scored sample on."""
     shared: FloatArray
     """(p, outputs, n)"""
-    own: FloatArray
+    local: FloatArray
     """(states or 0, outputs, n)"""
     begin: FloatArray
     """(1 + p + states or 0, all outputs of the simulation) at the first sample: the run and its derivatives."""
@@ -56,7 +56,7 @@ class Sensitivity:
     """Of each initial state; (0,) where they are given."""
     outputs: tuple[str, ...]
     """That are compared."""
-    of_record: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
+    record_parameters: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
     """Indices of parameters that each record has for itself; they follow the initial state among its own unknowns."""
 
     @classmethod
@@ -68,13 +68,13 @@ class Sensitivity:
         *,
         free_start: bool = True,
         scales: Scales | None = None,
-        of_record: Sequence[int] = (),
+        record_parameters: Sequence[int] = (),
     ) -> Sensitivity:
-        """`free`: indices of parameters; None: those that are not fixed. `of_record`: of those, each record's own."""
+        """Build from indices of parameters: `free` (None: all that are not fixed) and `record_parameters`."""
         scales = scales or estimate_scales(records)
         moving = [k for k, one in enumerate(simulation.parameters) if not one.fixed] if free is None else free
-        moving = [k for k in moving if k not in of_record]
-        apart = compute_parameter_scales([simulation.parameters[k] for k in of_record], scales)
+        moving = [k for k in moving if k not in record_parameters]
+        apart = compute_parameter_scales([simulation.parameters[k] for k in record_parameters], scales)
         sizes = compute_parameter_scales([simulation.parameters[k] for k in moving], scales)
         by_name = {"displacement": scales.displacement, "velocity": scales.velocity}
         states = [by_name.get(name, 1.0) or 1.0 for name in simulation.state] if free_start else []
@@ -85,11 +85,11 @@ class Sensitivity:
             scale=sizes,
             state_scale=np.append(states, apart),
             outputs=tuple(name for name in simulation.outputs if name in measured),
-            of_record=np.array(of_record, dtype=np.intp),
+            record_parameters=np.array(record_parameters, dtype=np.intp),
         )
 
     @property
-    def own_values(self) -> FloatArray:
+    def current_values(self) -> FloatArray:
         """Of the simulation, all (parameters,)."""
         return np.array([parameter.value for parameter in self.simulation.parameters])
 
@@ -102,7 +102,7 @@ class Sensitivity:
 
     def values(self, shared: FloatArray) -> FloatArray:
         """All parameters (parameters,) with the free ones at `shared` (p,), scaled."""
-        values = self.own_values
+        values = self.current_values
         values[self.free] = shared * self.scale
         return values
 
@@ -169,11 +169,11 @@ class Sensitivity:
 
         None: one diverges, or no sensible step of the integrator resolves the values.
         """
-        p, states = len(self.free), len(start) - len(self.of_record)
+        p, states = len(self.free), len(start) - len(self.record_parameters)
         values = np.tile(self.values(shared), (len(moves), 1))
-        values[:, self.of_record] = start[states:]
+        values[:, self.record_parameters] = start[states:]
         values[:, self.free] += moves[:, :p]
-        values[:, self.of_record] += moves[:, p + states :]
+        values[:, self.record_parameters] += moves[:, p + states :]
         initial = np.tile(start[:states], (len(moves), 1))
         initial[:, : moves.shape[1] - p] += moves[:, p : p + states]
         try:

@@ -31,7 +31,7 @@ class TrajectoryDivergence(NamedTuple):
     """Mean exponential rate [1/s] until then: the largest Lyapunov exponent, roughly."""
 
     @property
-    def chaotic(self) -> bool:
+    def is_chaotic(self) -> bool:
         """Whether the runs part exponentially."""
         return self.growth > CHAOTIC_GROWTH
 

@@ -117,7 +117,7 @@ def find_coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolu
 
 
 def collect_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution]:
-    """By output, to be `refit_loop` where something else than the staircases shows that they are off; none is coarse."""
+    """Return the identified loops by output, for `refit_loop` where other records show that they are off."""
     ends = _find_steady_states(dataset)
     if ends is None:
         return {}
