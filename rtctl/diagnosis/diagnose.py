@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.experiment_design.isolability import Isolability, isolability
-from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, next_experiment
+from rtctl.diagnosis.experiment_design.isolability import isolability
+from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
 from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
 from rtctl.diagnosis.report.answer import (
-    Cause,
     apart_from_identification,
-    as_json,
     causes_of,
+    loops_cause,
     wrong_value_cause,
 )
 from rtctl.diagnosis.residual.bursts import bursts, leftovers
-from rtctl.diagnosis.residual.localization import Place, places
-from rtctl.diagnosis.residual.missing_force import Shape, residual_shape
+from rtctl.diagnosis.residual.localization import places
+from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
 from rtctl.diagnosis.search.catalogue_search import (
@@ -38,12 +38,12 @@ from rtctl.diagnosis.search.catalogue_search import (
     StoppedByUser,
     find_causes,
 )
+from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
-from rtctl.diagnosis.search.hysteresis_refit import loops_cause
-from rtctl.diagnosis.search.stepwise import SearchResult, level_of
-from rtctl.diagnosis.verification.holdout_error import Gain, gain
-from rtctl.diagnosis.verification.nonparametric import explaining_more, explaining_the_past
-from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
+from rtctl.diagnosis.search.nonparametric import explaining_more, explaining_the_past
+from rtctl.diagnosis.search.outcome import SearchResult, verdict_of
+from rtctl.diagnosis.search.stepwise import level_of
+from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 from rtctl.diagnosis.verification.verdict_checks import held
 from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord
@@ -92,67 +92,6 @@ NO_GAIN = (
     "the fitted records only; do not use the extended model before that is understood"
 )
 SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g})'
-
-
-class Fits(NamedTuple):
-    """The nominal model re-fitted, and with the causes; the same twice where there are none."""
-
-    before: TestedHypothesis
-    after: TestedHypothesis
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis:
-    """The answer and all that its page shows."""
-
-    verdict: str
-    causes: tuple[Cause, ...]
-    gain: Gain | None
-    where: tuple[Place, ...]
-    search: SearchResult
-    problem: Problem
-    tests: tuple[FitRecord, ...]
-    fits: Fits
-    """Over whole records: what gain, extended model and pictures are of."""
-    before: Simulation
-    """As the model's file has it."""
-    model: Any
-    """Extended, of the subject's kind; without provenance."""
-    units: Mapping[str, str]
-    isolability: Isolability
-    noise_rms: float
-    """Of the subject's output, in its unit."""
-    next_experiment: NextExperiment | None = None
-    shape: Shape | None = None
-    """Of the missing force, where nothing explains it."""
-    warnings: tuple[str, ...] = field(default=())
-    stopped: bool = False
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the search ended before it was through, and what it had found explains nothing."""
-        return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
-
-    @property
-    def json(self) -> dict[str, Any]:
-        """The content of `diagnosis.json`."""
-        where = [{"coordinate": place.coordinate, "share": place.share} for place in self.where]
-        chosen = self.search.chosen
-        extra = {
-            "warnings": list(self.warnings),
-            "stopped": self.stopped,
-            "tests": [test._asdict() for test in chosen.tests],
-            "p_value": chosen.p_value,
-            "left_over_noise": left_over_noise(chosen),
-            "out_of_time": self.search.out_of_time,
-            "isolability": {
-                "ids": list(self.isolability.ids),
-                "visible": self.isolability.visible.tolist(),
-                "cosine": self.isolability.cosine.tolist(),
-            },
-        }
-        proposed = self.next_experiment.json if self.next_experiment else None
-        return as_json(self.verdict, self.causes, self.gain, where, proposed, extra)
 
 
 def diagnose(

@@ -16,7 +16,8 @@ from judge import judged
 from least_bic import least_bic
 from sindy import sindy
 
-from rtctl.diagnosis.diagnose import Diagnosis, diagnose
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.directions import acting_together
 from rtctl.diagnosis.residual.projection import leftover
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.model_selection import unknowns
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
-from rtctl.diagnosis.verification.holdout_error import free_run
+from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.search.holdout_error import free_run
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.vo2.adapted_grid import compute_switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure

@@ -8,9 +8,9 @@ from html import escape
 from typing import Any
 
 from rtctl.border.mechanisms import plain_unit
-from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.report.answer import Estimate, estimates_of
 from rtctl.diagnosis.report.pictures import ranking_of
+from rtctl.diagnosis.residual.parameter_estimates import Estimate, estimates_of
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.output.html_page import significant, table
 
 MOST_ROWS = 8

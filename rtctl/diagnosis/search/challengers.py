@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
@@ -11,10 +10,8 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.search.backward_elimination import fitted_without
 from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.diagnosis.search.model_selection import ranked, whitened_bic
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.search.stepwise import SearchResult
 
 ALONE = 0.1
 """Times the cost of another: a first below it is right, or the other is stuck."""

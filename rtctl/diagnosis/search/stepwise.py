@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,10 +22,8 @@ from rtctl.diagnosis.search.backward_elimination import fitted_without, pruned, 
 from rtctl.diagnosis.search.candidates import GROWN, candidates_of, in_turn, pairs_of
 from rtctl.diagnosis.search.challengers import NEAR, refit_challengers, refit_rivals, unfinished
 from rtctl.diagnosis.search.model_selection import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
+from rtctl.diagnosis.search.outcome import NEARLY, SearchResult
 from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.search.hysteresis_refit import HysteresisRefit
 
 LARGEST_SET = 6
 BEAM = 3
@@ -53,42 +50,12 @@ EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
 LEVEL = 0.2
 """Of the rate of false claims, that of the gate: noise that is no autoregression makes its p-values a little small."""
-NEARLY = 1e-6
-"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
 STUCK = 0.5
 """Times the cost of the nominal model: one that ends so low from elsewhere had not ended where it should."""
 MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
-
-
-class SearchResult(NamedTuple):
-    """What came of it."""
-
-    nominal: TestedHypothesis
-    chosen: TestedHypothesis
-    """The smallest set that passes, else the best of the largest size."""
-    passes: bool
-    equivalent: tuple[Hypothesis, ...]
-    """Others of its size that these data explain as well."""
-    tried: tuple[tuple[Ranked, ...], ...]
-    """By size, best first."""
-    without: tuple[Hypothesis, ...] = ()
-    """The chosen set less each one of its causes, fitted again."""
-    out_of_time: bool = False
-    """Larger sets, or some of this size, were not looked at."""
-    learned: HysteresisRefit | None = None
-    """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
-    outdone: str | None = None
-    """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
-    finer: Problem | None = None
-    """What was searched with steps as fine as the causes need; None: as asked."""
-
-    @property
-    def hypotheses(self) -> list[Hypothesis]:
-        """Every set that was."""
-        return [one.hypothesis for ranking in self.tried for one in ranking]
 
 
 def as_it_is(found: SearchResult) -> SearchResult:

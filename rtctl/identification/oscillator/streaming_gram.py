@@ -6,8 +6,8 @@ Columns of a row (`COLUMNS`), of a mass-normalised oscillator on a frame whose v
 
 `compute_filtered_gram` takes them by the bistable beam paper's mean filter and central differences, at every sample;
 `compute_weak_gram` integrates them over bumps (`weak_form`), which differentiates no noisy signal. Either way a model
-is a vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation and
-constraints are arithmetic on an 11 x 11 matrix a record.
+is a vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation
+and constraints are arithmetic on an 11 x 11 matrix a record.
 
 Reference: the bistable beam paper, sections 2.3, 3.2; Messenger, Bortz, Multiscale Model. Simul. 19 (2021) 1474.
 """

@@ -128,7 +128,7 @@ def _quickly_held(stimulus: Stimulus) -> Stimulus:
 
 def extended_model(start: ModelFile, examined: TestedHypothesis) -> ModelFile:
     """`start` with the values and mechanisms of `examined`; a parameter that was not fitted stays as it was."""
-    from rtctl.diagnosis.report.answer import Estimate, estimates_of
+    from rtctl.diagnosis.residual.parameter_estimates import Estimate, estimates_of
 
     def value(estimate: Estimate) -> Value:
         return Value(value=estimate.value, unit=estimate.unit, low=estimate.low, high=estimate.high)

@@ -185,7 +185,7 @@ def _branch(temperature: FloatArray) -> FloatArray:
 
 def extended_model(start: Vo2Model, examined: TestedHypothesis) -> Vo2Model:
     """`start` with the values and mechanisms of `examined`, with 95 % intervals."""
-    from rtctl.diagnosis.report.answer import estimates_of
+    from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 
     simulation = VO2.inner(examined.hypothesis.simulation)
     intervals = {}
