@@ -142,7 +142,7 @@ def test_derivatives_are_kept_while_steps_from_there_are_rejected(
 ) -> None:
     here = cost.start(1.01 * cost.sensitivity.current_values / cost.sensitivity.scale)
     by = Unknowns(1e-3 * here.shared, here.local)
-    expected, keeping = cost.compute_second_derivative(here, by), cost.with_changes(kept=2)
+    expected, keeping = cost.compute_second_derivative(here, by), cost.with_changes(cache_size=2)
     assert expected is not None
     points, linearise = [], Sensitivity.linearise
 
@@ -169,7 +169,7 @@ def test_no_bend_is_looked_for_beyond_a_bound(cost: SegmentCost) -> None:
 
 def test_a_start_that_is_near_some_state_is_held_there_by_so_much_of_a_reading(cost: SegmentCost) -> None:
     scale, near = cost.sensitivity.state_scale, np.array([0.3, -2.0])
-    segments = [segment._replace(near=near) for segment in cost.segments]
+    segments = [segment._replace(prior=near) for segment in cost.segments]
     at = cost.start(cost.sensitivity.current_values / cost.sensitivity.scale)
     free, held = cost.equations(at), cost.with_changes(segments=segments).equations(at)
     assert free is not None
