@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.localization import Place
 from rtctl.diagnosis.residual.missing_force import Shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
-from rtctl.diagnosis.residual.parameter_estimates import Estimate
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
@@ -86,6 +86,8 @@ class Diagnosis:
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
     """Whether the user stopped it."""
+    cut_by_clock: bool = False
+    """Whether the wall-clock guard ended the search: then the answer depends on the machine."""
 
     @property
     def undecided(self) -> bool:
@@ -107,6 +109,7 @@ class Diagnosis:
         return content | {
             "warnings": list(self.warnings),
             "stopped": self.stopped,
+            "cut_by_clock": self.cut_by_clock,
             "tests": [test._asdict() for test in chosen.tests],
             "p_value": chosen.p_value,
             "left_over_noise": left_over_noise(chosen),

@@ -31,8 +31,9 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.scenario.bundled import find_scenario
     from rtctl.scenario.command_sequence import steps_of
     from rtctl.scenario.schema import load_scenario
-    from rtctl.session.closed_loop import track, write_run
+    from rtctl.session.closed_loop import track
     from rtctl.session.control_socket import listening
+    from rtctl.session.run_files import write_run
     from rtctl.session.run_folder import RunFolder, run_metadata
     from rtctl.wiring import build_driver, model_of, model_path, unused_extensions
 

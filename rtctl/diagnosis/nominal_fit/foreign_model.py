@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 
 FOREIGN_SHARE = 0.6
 """Of the signal's RMS that a re-fitted model of the same device would not leave."""

@@ -9,13 +9,14 @@ import numpy as np
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.report.joint_statements import joint_statements
-from rtctl.diagnosis.residual.parameter_estimates import Estimate, estimates_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Cause
 from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
-from rtctl.diagnosis.search.model_selection import Ranked
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.wald_test import WrongValue
 from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
@@ -57,16 +58,16 @@ def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothes
 
 def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
     """The loops as a cause; None where they were not learned anew, or only put right."""
-    if found.learned is None or not found.learned.is_cause:
+    if found.hysteresis_refit is None or not found.hysteresis_refit.is_cause:
         return None
     removable = found.nominal.hypothesis.cost - noise_cost
-    removed = found.learned.before.cost - found.chosen.hypothesis.cost
+    removed = found.hysteresis_refit.before.cost - found.chosen.hypothesis.cost
     parameters = {}
-    for output, one in found.learned.coarse.items():
+    for output, one in found.hysteresis_refit.coarse.items():
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(describe_improvement(found.learned.coarse)),
+        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(describe_improvement(found.hysteresis_refit.coarse)),
         kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
@@ -115,11 +116,11 @@ def _probabilities(search: SearchResult) -> dict[str, float]:
 
     Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much.
     """
-    ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
+    ranking: Sequence[RankedHypothesis] = search.rankings[-1] if search.rankings else ()
     if not ranking:
         return {}
     size = len(search.chosen.hypothesis.mechanisms)
-    ranking = next((one for one in search.tried if len(one[0].hypothesis.mechanisms) == size), ranking)
+    ranking = next((one for one in search.rankings if len(one[0].hypothesis.mechanisms) == size), ranking)
     mine = frozenset(search.chosen.hypothesis.mechanisms)
     first = next((one.bic for one in ranking if frozenset(one.hypothesis.mechanisms) == mine), ranking[0].bic)
     weights = [math.exp(-0.5 * min(max(one.bic - first, 0.0), 1400.0)) for one in ranking]
@@ -136,7 +137,7 @@ def _share(search: SearchResult, identity: str, noise_cost: float) -> float:
     chosen = search.chosen.hypothesis
     rest = frozenset(chosen.mechanisms) - {identity}
     without = search.nominal.hypothesis.cost
-    for one in search.without:
+    for one in search.leave_one_out:
         if frozenset(one.mechanisms) == rest:
             without = one.cost
     removable = search.nominal.hypothesis.cost - noise_cost

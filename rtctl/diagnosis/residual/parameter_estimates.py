@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from rtctl.border.simulation import FreeParameter
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 NORMAL_95 = 1.96
 
 
-class Estimate(NamedTuple):
-    """A parameter of a cause with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
+def estimates_by_mechanism(tested: TestedHypothesis) -> dict[str, dict[str, Estimate]]:
+    """Return the estimates of all parameters by mechanism ("": the nominal model) and name."""
+    mechanisms = ("", *(mechanism.id for mechanism in tested.hypothesis.simulation.mechanisms))
+    return {mechanism: estimates_of(tested, mechanism) for mechanism in mechanisms}
 
 
 def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:

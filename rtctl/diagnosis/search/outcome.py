@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.diagnosis.search.model_selection import Ranked
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
 
 NEARLY = 1e-6
 """Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
@@ -43,26 +44,26 @@ class SearchResult(NamedTuple):
     passes: bool
     equivalent: tuple[Hypothesis, ...]
     """Others of its size that these data explain as well."""
-    tried: tuple[tuple[Ranked, ...], ...]
+    rankings: tuple[tuple[RankedHypothesis, ...], ...]
     """By size, best first."""
-    without: tuple[Hypothesis, ...] = ()
+    leave_one_out: tuple[Hypothesis, ...] = ()
     """The chosen set less each one of its causes, fitted again."""
     out_of_time: bool = False
     """Larger sets, or some of this size, were not looked at."""
-    learned: HysteresisRefit | None = None
+    hysteresis_refit: HysteresisRefit | None = None
     """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
-    outdone: str | None = None
+    better_alternative: str | None = None
     """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
-    finer: Problem | None = None
+    refined_problem: Problem | None = None
     """What was searched with steps as fine as the causes need; None: as asked."""
 
     @property
     def hypotheses(self) -> list[Hypothesis]:
         """Every set that was."""
-        return [one.hypothesis for ranking in self.tried for one in ranking]
+        return [one.hypothesis for ranking in self.rankings for one in ranking]
 
 
-def verdict_of(search: SearchResult, least_removed: float) -> str:
+def classify_outcome(search: SearchResult, least_removed: float) -> str:
     """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit, or
     more than half of it and all but passes: noise is never quite the one that the gate assumes.
     """
