@@ -1,3 +1,7 @@
 """Feedback control of actuators that sense themselves."""
 
+from rtctl.registry import register
+
 __version__ = "0.1.0"
+
+__all__ = ["__version__", "register"]
