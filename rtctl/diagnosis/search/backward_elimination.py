@@ -106,12 +106,12 @@ def _values_of(simulation: Simulation, values: dict[str, float]) -> FloatArray:
 def _remaining_starts(chosen: Hypothesis, simulation: Simulation) -> FloatArray:
     """Return initial states and those record parameters of `chosen` that `simulation` has: (records, ...), in units."""
     starts = chosen.starts[:, : chosen.states]
-    if not any(one.declared.of_record and not one.fixed for one in simulation.parameters):
+    if not any(one.declared.per_record and not one.fixed for one in simulation.parameters):
         return starts
     names = {one.name for one in simulation.parameters}
     kept = [
         chosen.states + position
-        for position, k in enumerate(chosen.sensitivity.of_record.tolist())
+        for position, k in enumerate(chosen.sensitivity.record_parameters.tolist())
         if chosen.simulation.parameters[k].name in names
     ]
     return np.column_stack((starts, chosen.starts[:, kept]))
@@ -129,7 +129,12 @@ def _compensate(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> di
     if not removed or not kept:
         return {}
     rows = [
-        Rows(residual=line.residual, shared=line.shared[kept], own=line.own, directions=line.shared[removed])
+        Rows(
+            residual=line.residual,
+            shared=line.shared[kept],
+            local=line.local,
+            directions=line.shared[removed],
+        )
         for line in lines
     ]
     projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
@@ -184,7 +189,7 @@ def drop_inactive_causes(problem: Problem, result: SearchResult, ids: Sequence[s
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
     amplitudes = [one for one in chosen.simulation.parameters if one.declared.neutral is not None]
     active = {
-        one.mechanism for one in amplitudes if one.declared.of_record or one.value != one.declared.neutral
+        one.mechanism for one in amplitudes if one.declared.per_record or one.value != one.declared.neutral
     }
     rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in active)
     if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):

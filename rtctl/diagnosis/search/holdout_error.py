@@ -17,7 +17,7 @@ from rtctl.border.simulation import Prediction, Simulation
 from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -127,7 +127,7 @@ def simulate_free_run(
         A prediction of one lane; of NaN where no sensible step resolves the model at the record's amplitude.
     """
     values = np.array([parameter.value for parameter in simulation.parameters])
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     start = None
     if simulation.state or own:
         unknowns = _fit_own_unknowns(simulation, record, _cut_record(record, output, within), limits)
@@ -145,7 +145,7 @@ def simulate_free_run(
 def _cut_record(record: FitRecord, output: str, within: float) -> FitRecord:
     """Return the initial share `within` of the scored samples, of one output."""
     alone = replace(record, measured={output: record.measured[output]})
-    return alone.beginning(record.first + round(within * (record.samples - record.first)))
+    return alone.truncate(record.first + round(within * (record.samples - record.first)))
 
 
 def _fit_own_unknowns(
@@ -153,12 +153,12 @@ def _fit_own_unknowns(
 ) -> FloatArray:
     """Fit the initial state and the record's own parameters (states + parameters,), in units, to `seen`."""
     values = np.array([parameter.value for parameter in simulation.parameters])
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     start = simulation.starting(record.stimulus, values)
-    scales, (output,) = scales_of([record], next(iter(record.measured))), seen.measured
+    scales, (output,) = estimate_scales([record], next(iter(record.measured))), seen.measured
     unknowns = np.append(start, values[own])
     cost = SegmentCost(
-        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales, of_record=own),
+        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales, record_parameters=own),
         segments=[Segment(seen, unknowns, False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),
     )

@@ -48,7 +48,7 @@ def drop_unsupported(
         reduced = _list_reduced(result, chosen, problem)
         if not reduced:
             break
-        of_record = any(parameter.declared.of_record for parameter in chosen.simulation.parameters)
+        of_record = any(parameter.declared.per_record for parameter in chosen.simulation.parameters)
         shown = problem.thresholds.search.shown_share if of_record else 0.0
         error = _sum_squares(chosen, problem, tests, shown)
         rest, fewer = min(
