@@ -34,9 +34,9 @@ from rtctl.diagnosis.verification.whole_record_fits import (
     fit_whole_records,
     noise_rms_of,
 )
-from rtctl.identification.simulation_error.output_error import threads
+from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
-from rtctl.plants.subjects import SUBJECTS, subject_for
+from rtctl.plants.subjects import subject_for, subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 
@@ -65,10 +65,10 @@ def diagnose(
     """
     options = options or DiagnosisOptions()
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
-    subject, usual = subject_for(simulation.kind, dataset), SUBJECTS[simulation.kind]
+    subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
     data = screen_dataset(dataset, simulation, subject, usual.signal, options.thresholds.screening)
     fit, tests, notes = data.records
-    with threads(options.threads) as executor:
+    with open_thread_pool(options.threads) as executor:
         problem = Problem(
             subject=subject, records=fit, scales=data.scales, executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period, thresholds=options.thresholds,

@@ -25,9 +25,9 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
@@ -97,12 +97,12 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Problem]:
     """The nominal model re-fitted to the files in `folder`."""
     manifest, model = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(model, open_dataset(manifest))
-    subject = SUBJECTS[simulation.kind]
+    subject = subject_of(simulation.kind)
     fit, _, _ = split_records(read_dataset(manifest), subject)
     data = Problem(
         subject=subject,
         records=fit,
-        scales=scales_of(fit, subject.output, subject.drive),
+        scales=estimate_scales(fit, subject.output, subject.drive),
         steps_per_period=subject.steps_per_period,
     )
     nominal = fit_from_starts(data, simulation, ())

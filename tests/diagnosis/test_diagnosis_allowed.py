@@ -14,13 +14,13 @@ from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
-SUBJECT = SUBJECTS["vo2"]
+SUBJECT = subject_of("vo2")
 
 
 def problem() -> Problem:
@@ -31,7 +31,7 @@ def problem() -> Problem:
     return Problem(
         subject=SUBJECT,
         records=records,
-        scales=scales_of(records, "deflection", "current"),
+        scales=estimate_scales(records, "deflection", "current"),
         steps_per_period=8.0,
     )
 
@@ -78,5 +78,5 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
 
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:
-    seen = replace(problem(), subject=SUBJECTS["oscillator"])
+    seen = replace(problem(), subject=subject_of("oscillator"))
     assert allow_misfit(seen, {}) is seen

@@ -18,9 +18,10 @@ from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import OSCILLATOR, VO2
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
+from rtctl.plants.vo2.diagnosis import VO2
 
 PLANT = device()
 
@@ -159,7 +160,7 @@ def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
 def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
-    problem = Problem(subject=OSCILLATOR, records=(one,), scales=scales_of([one]))
+    problem = Problem(subject=OSCILLATOR, records=(one,), scales=estimate_scales([one]))
     whole = power / problem.size("displacement") ** 2
     assert note_foreign_model(problem, ("displacement",), 0.5 * 0.5**2 * whole) == []
     (warning,) = note_foreign_model(problem, ("displacement",), 0.5 * 0.8**2 * whole)

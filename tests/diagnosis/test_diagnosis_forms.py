@@ -14,9 +14,9 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 
 
@@ -54,7 +54,7 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
     path = case(tmp_path, hidden)
     model = tmp_path / "model.toml"
     found = diagnose(
-        read_dataset(path), SUBJECTS["oscillator"].read_model(model), simulation_for(model, open_dataset(path)),
+        read_dataset(path), subject_of("oscillator").read_model(model), simulation_for(model, open_dataset(path)),
         ("stiffness.cubic", "mode.second", "drive.lag"),
     )  # fmt: skip
     (cause,) = found.causes
@@ -69,20 +69,25 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 
 
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
-    records, _, _ = split_records(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
-    assert {runner.form for runner in made} == {"gain", "mass_ratio"}
-    for runner in made:
-        (other,) = {"gain", "mass_ratio"} - {runner.form}
-        values = {one.name: one.value for one in runner.simulation.parameters}
+    made = propose_candidates(
+        run_residual_tests(nominal, problem, ("mode.second",)), problem.thresholds.search
+    )
+    assert {candidate.form for candidate in made} == {"gain", "mass_ratio"}
+    for candidate in made:
+        (other,) = {"gain", "mass_ratio"} - {candidate.form}
+        values = {one.name: one.value for one in candidate.simulation.parameters}
         assert values[f"mode.second.{other}"] == 0.0
-        assert f"mode.second.{other}" in runner.still
-        assert f"mode.second.{runner.form}" not in runner.still
+        assert f"mode.second.{other}" in candidate.still
+        assert f"mode.second.{candidate.form}" not in candidate.still
 
 
 def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> None:
@@ -95,9 +100,12 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
-    records, _, _ = split_records(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
@@ -122,9 +130,12 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
-    records, _, _ = split_records(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split_records(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)

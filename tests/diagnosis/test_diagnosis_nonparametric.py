@@ -20,7 +20,6 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.nonparametric import (
-    SUSPECT,
     compute_memory_p_value,
     find_better_alternative,
     find_memory_alternative,
@@ -30,8 +29,8 @@ from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.diagnosis.verification.holdout_gain import judge_search
 from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.identification.scales import estimate_scales
+from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
 DEADBAND = "actuation.deadband"
@@ -50,7 +49,9 @@ def named_by(
     nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
     named = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+        problem,
+        propose_candidates(run_residual_tests(nominal, problem, (identity,)), problem.thresholds.search),
+        lambda text: None,
     )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
@@ -61,7 +62,7 @@ def named_by(
 def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of a device, its model re-fitted to them, and the same with a dead band."""
     made = cooling_slowly() if device == "cools slowly" else simulation(actuation__deadband={"zone": 2.0})
-    subject, records = SUBJECTS["vo2"], []
+    subject, records = subject_of("vo2"), []
     for seed in (1, 2):
         stimulus = Stimulus(
             inputs={"current": telegraph(1200, seed)}, holds={"current": "zero"}, period_s=PERIOD_S
@@ -74,7 +75,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
     problem = allow_misfit(
         Problem(
-            subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
+            subject=subject, records=compared, scales=estimate_scales(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
         ),
         {},
@@ -115,7 +116,7 @@ def of(made: Simulation) -> Problem:
             )
         )
     return Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
 
@@ -174,13 +175,14 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     problem = late_by(9.0, 0.03)
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    suspect = problem.thresholds.search.memory_p
+    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < suspect
     assert find_memory_alternative(
         problem, nominal, run_residual_tests(nominal, problem, ()), WorkBudget.of()
     ).startswith("A force follows")
     friction, nominal, named = braked("dry")
     report: list[str] = []
-    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > suspect
     assert not find_memory_alternative(
         friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )

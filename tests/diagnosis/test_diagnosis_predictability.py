@@ -28,9 +28,9 @@ from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
-from rtctl.identification.fit_record import ONWARD, FitRecord
-from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.identification.fit_record import CONTINUATION_SAMPLES, FitRecord
+from rtctl.identification.scales import estimate_scales
+from rtctl.plants.subjects import subject_of
 
 LIMITS = NominalFitThresholds()
 
@@ -57,7 +57,10 @@ def hopping() -> tuple[Problem, Hypothesis]:
     drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
     records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_from_starts(problem, device(**WELLS), ())
     assert nominal is not None
@@ -126,7 +129,7 @@ def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after
         whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
         known = np.concatenate((record.stimulus.inputs["drive"], record.stimulus.onward["drive"]))
         np.testing.assert_array_equal(known, whole[: len(known)])
-        assert len(known) == min(len(whole), record.samples + ONWARD)
+        assert len(known) == min(len(whole), record.samples + CONTINUATION_SAMPLES)
 
 
 @cache
@@ -138,7 +141,10 @@ def rocked_over() -> Problem:
     growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
     records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
     return Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
 
 

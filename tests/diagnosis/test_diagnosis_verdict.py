@@ -9,6 +9,7 @@ import pytest
 
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import classify_outcome
+from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.diagnosis.verification.holdout_gain import confirmed_claim, is_doubtful
 
 
@@ -72,7 +73,7 @@ def test_a_part_is_explained_by_what_is_removed_or_by_half_of_it_where_the_gate_
     left: float, p_value: float, said: str
 ) -> None:
     search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False)
-    assert classify_outcome(search, 0.9) == said
+    assert classify_outcome(search, 0.9, SearchThresholds()) == said
 
 
 @pytest.mark.parametrize(
@@ -84,7 +85,7 @@ def test_a_set_that_passes_and_leaves_half_is_doubted_where_a_misfit_is_allowed(
 ) -> None:
     """A reading whose gain walks at random passes as ageing: the rest is as slow as what a model may be off by."""
     search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, 0.9), passes=passes)
-    assert is_doubtful(search, allowed) == said
+    assert is_doubtful(search, allowed, SearchThresholds().removed_share) == said
 
 
 def test_what_is_doubted_must_hold_on_test_records() -> None:

@@ -12,8 +12,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.initial_state import local_state
-from rtctl.identification.oscillator.weak_form import half_width
+from rtctl.identification.oscillator.initial_state import estimate_initial_state
+from rtctl.identification.oscillator.weak_form import choose_half_width
 
 
 def improve_initial_states(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
@@ -40,8 +40,8 @@ def _candidate_states(problem: Problem, hypothesis: Hypothesis, index: int) -> F
     fitted, record = hypothesis.start(index), problem.records[index]
     states = [fitted, np.zeros_like(fitted)]
     if record.first == 0:
-        width_s = half_width(problem.records, problem.scales.rate)
-        states.append(local_state(record, 0, width_s, hypothesis.simulation.state))
+        width_s = choose_half_width(problem.records, problem.scales.rate)
+        states.append(estimate_initial_state(record, 0, width_s, hypothesis.simulation.state))
     moving = [name != "displacement" for name in hypothesis.simulation.state]
     resting = [np.where(moving, 0.0, state) for state in (states[0], *states[2:])]
     return np.array([*states, *resting])

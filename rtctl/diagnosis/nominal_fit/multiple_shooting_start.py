@@ -18,8 +18,9 @@ from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut, settled
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments as cut
+from rtctl.identification.simulation_error.multiple_shooting import fit_segment_states
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 
 
@@ -46,7 +47,7 @@ def fit_segments(
         most = limits.max_segments if settle else limits.max_judged_segments
         cost = _cost_of_segments(problem, simulation, still, periods, most)
         sensitivity = cost.sensitivity
-        shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+        shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
         cost = _without_diverging(cost, shared)
         cost, unknowns = _without_stray(cost, shared, limits) if settle else (cost, cost.start(shared))
         low, high = bounds(sensitivity, problem.scales)
@@ -57,7 +58,7 @@ def fit_segments(
             high,
             iterations=limits.segment_iterations,
             tolerance=1e-4,
-            enough=problem.enough,
+            should_stop=problem.enough,
         )
         if minimum is not None:
             simulation = simulation.with_values(sensitivity.values(minimum.unknowns.shared))
@@ -78,7 +79,7 @@ def cut_segments(
         most: Largest number of segments; they are spread evenly over all records.
     """
     length_s = periods * 2.0 * np.pi / problem.scales.rate
-    width_s = half_width(problem.records, problem.scales.rate)
+    width_s = choose_half_width(problem.records, problem.scales.rate)
     pieces = [piece for record in problem.records for piece in cut(record, simulation, length_s, width_s)]
     chosen = np.linspace(0, len(pieces) - 1, min(most, len(pieces))).round().astype(int)
     return [pieces[k]._replace(joined=False, start=np.append(pieces[k].start, own)) for k in chosen]
@@ -89,7 +90,7 @@ def _cost_of_segments(
 ) -> SegmentCost:
     """Return the cost over segments of so many periods."""
     sensitivity = sensitivity_of(problem, simulation, still)
-    own = [simulation.parameters[k].value for k in sensitivity.of_record]
+    own = [simulation.parameters[k].value for k in sensitivity.record_parameters]
     return SegmentCost(
         sensitivity=sensitivity,
         segments=cut_segments(problem, simulation, periods, own, most),
@@ -103,18 +104,18 @@ def _without_diverging(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
     """Drop the segments that diverge at once: beyond its barrier a softening spring has no motion to fit."""
     unknowns = cost.start(shared)
     kept = [segment for k, segment in enumerate(cost.segments) if cost.linearise(k, unknowns) is not None]
-    return cost.at(segments=kept) if kept else cost
+    return cost.with_changes(segments=kept) if kept else cost
 
 
 def _without_stray(
     cost: SegmentCost, shared: FloatArray, limits: NominalFitThresholds
 ) -> tuple[SegmentCost, Unknowns]:
     """Fit the states alone, and drop the segments whose cost stays far above the others'."""
-    unknowns = settled(cost, cost.start(shared), limits.segment_state_tolerance)
-    pieces = cost.pieces(unknowns)
+    unknowns = fit_segment_states(cost, cost.start(shared), limits.segment_state_tolerance)
+    pieces = cost.compute_terms(unknowns)
     if pieces is None:
         return cost, unknowns
     costs = np.array([piece.cost for piece in pieces]) / [one.record.samples for one in cost.segments]
     kept = np.flatnonzero(costs <= limits.stray_segment_ratio * np.median(costs)).tolist()
-    cost = cost.at(segments=[cost.segments[k] for k in kept])
-    return cost, unknowns._replace(own=unknowns.own[kept])
+    cost = cost.with_changes(segments=[cost.segments[k] for k in kept])
+    return cost, unknowns._replace(local=unknowns.local[kept])

@@ -158,7 +158,7 @@ def period_of(problem: Problem, record: FitRecord) -> int:
 
 def _initial_parts(records: Sequence[FitRecord], kept: Sequence[int]) -> tuple[FitRecord, ...]:
     """Return so many first samples of each record; those of 0 samples are left out."""
-    return tuple(record.beginning(count) for record, count in zip(records, kept, strict=True) if count)
+    return tuple(record.truncate(count) for record, count in zip(records, kept, strict=True) if count)
 
 
 def _fit_parts(

@@ -67,7 +67,7 @@ def _fit_outlier(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypo
 def _with_part(problem: Problem, outlier: int, part: float) -> Problem:
     """Return the problem with an initial part [fraction of what is scored] of one record."""
     records = tuple(
-        record.beginning(record.first + max(1, round(part * (record.samples - record.first))))
+        record.truncate(record.first + max(1, round(part * (record.samples - record.first))))
         if k == outlier
         else record
         for k, record in enumerate(problem.records)

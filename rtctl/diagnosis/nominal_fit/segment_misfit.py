@@ -31,8 +31,10 @@ def segment_rms(problem: Problem, hypothesis: Hypothesis) -> float:
 def _judge(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
     """Return the cost over segments, infinite where one diverges, and the number of samples that they hold."""
     limits, simulation = problem.thresholds.nominal_fit, hypothesis.simulation
-    apart = hypothesis.sensitivity.of_record.tolist()
-    sensitivity = Sensitivity.of(simulation, problem.records, apart, scales=problem.scales, of_record=apart)
+    apart = hypothesis.sensitivity.record_parameters.tolist()
+    sensitivity = Sensitivity.of(
+        simulation, problem.records, apart, scales=problem.scales, record_parameters=apart
+    )
     own = [simulation.parameters[k].value for k in apart]
     cost = SegmentCost(
         sensitivity=sensitivity,

@@ -14,8 +14,8 @@ import numpy as np
 from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 
 def drifts(problem: Problem, nominal: Hypothesis) -> bool:
@@ -33,9 +33,9 @@ def drifts(problem: Problem, nominal: Hypothesis) -> bool:
         return False
     lasting, same_side = [], []
     for line in lines:
-        displaced = line.own[0].sum(axis=0)
+        displaced = line.local[0].sum(axis=0)
         same_side.append(np.mean(displaced * displaced[0] > 0.0))
-        influence = np.abs(line.own[: nominal.states]).max(axis=(0, 1))
+        influence = np.abs(line.local[: nominal.states]).max(axis=(0, 1))
         tenth = max(1, len(influence) // 10)
         lasting.append(influence[-tenth:].max() / max(float(influence[:tenth].max()), 1e-300))
     remembered = limits.lasting_influence < np.median(lasting) < limits.diverging_influence
@@ -47,11 +47,11 @@ def cut_strokes(problem: Problem, nominal: Hypothesis) -> Problem:
     limits, scales = problem.thresholds.nominal_fit, problem.scales
     stroke_s = limits.stroke_periods * 2.0 * np.pi / scales.rate
     length_s = max(stroke_s, limits.min_stroke_samples * scales.period)
-    width_s = half_width(problem.records, scales.rate)
+    width_s = choose_half_width(problem.records, scales.rate)
     pieces = [
         segment.record
         for record in problem.records
-        for segment in cut(record, nominal.simulation, length_s, width_s)
+        for segment in cut_segments(record, nominal.simulation, length_s, width_s)
     ]
     count = min(limits.max_stroke_segments, len(pieces))
     kept = np.linspace(0, len(pieces) - 1, count).round().astype(int)

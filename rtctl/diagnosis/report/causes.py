@@ -22,7 +22,7 @@ from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.diagnosis.verification.wald_test import WrongValue
-from rtctl.identification.vo2.coarse_loops import UNITS, left_by
+from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
 
 HYSTERESIS_STATEMENT = (
     "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
@@ -108,7 +108,7 @@ def hysteresis_cause(search: SearchResult, thresholds: ReportThresholds) -> Caus
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
         id=HYSTERESIS_SHAPE,
-        statement=HYSTERESIS_STATEMENT.format(left_by(refit.coarse)),
+        statement=HYSTERESIS_STATEMENT.format(describe_improvement(refit.coarse)),
         kind="mechanism",
         probability=thresholds.max_probability,
         parameters=parameters,

@@ -48,7 +48,7 @@ def remark(
         residuals = leftovers(search.chosen if verdict.names_causes else search.nominal, problem)
         return [*notes, *bursts(residuals, problem), *tones(residuals, problem, units)]
     finished = not (stopped or search.out_of_time)
-    if finished and not search.chosen.p_value > significance_level(false_claim_rate):
+    if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
         notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, sharpest.p_value))
     return notes

@@ -17,7 +17,7 @@ from rtctl.diagnosis.screening.record_checks import (
 from rtctl.diagnosis.screening.screened import RecordCheck, Screened, apply_checks
 from rtctl.diagnosis.screening.spikes import replace_spikes
 from rtctl.diagnosis.thresholds import ScreeningThresholds
-from rtctl.identification.fit_record import fit_record
+from rtctl.identification.fit_record import make_fit_record
 from rtctl.measured.dataset import Dataset, Record
 
 NO_TESTS = 'no record has use = "test": {} was held out of the fit to measure the gain'
@@ -61,7 +61,7 @@ def split_records(
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
     said += note_constant_drive(fit, subject.drive)
     said += note_single_tone(fit, subject.drive, thresholds)
-    to_fit, to_test = (tuple(fit_record(one, dataset.holds) for one in ones) for ones in (fit, tests))
+    to_fit, to_test = (tuple(make_fit_record(one, dataset.holds) for one in ones) for ones in (fit, tests))
     return Screened(to_fit, to_test, tuple(said))
 
 

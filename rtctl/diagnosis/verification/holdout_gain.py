@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.holdout_error import Gain
-from rtctl.diagnosis.search.outcome import HALF, LEAST_GAIN, SearchResult, classify_outcome
-from rtctl.diagnosis.thresholds import VerificationThresholds
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.thresholds import Thresholds, VerificationThresholds
 from rtctl.diagnosis.verification.verdict import Verdict
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
@@ -31,7 +31,7 @@ def judge_search(search: SearchResult, problem: Problem) -> Verdict:
     """Return the verdict that the search alone supports."""
     if search.hysteresis_refit is not None:  # a refit is only kept where it reduces the error on test records
         return Verdict(claim="explained" if search.passes else "partly_explained")
-    return Verdict(claim=classify_outcome(search, problem.subject.least_removed))
+    return Verdict(claim=classify_outcome(search, problem.subject.least_removed, problem.thresholds.search))
 
 
 def require_holdout_gain(
@@ -48,11 +48,13 @@ def require_holdout_gain(
     if search.hysteresis_refit is not None:
         return verdict
     added = added_mechanisms(search)
-    doubted = bool(added) and is_doubtful(search, bool(problem.allowed))
+    doubted = bool(added) and is_doubtful(
+        search, bool(problem.allowed), problem.thresholds.search.removed_share
+    )
     mechanisms = {one.id: one for one in search.chosen.hypothesis.simulation.mechanisms}
     correction = all(mechanisms[name].of_identification for name in added)
     claim = confirmed_claim(
-        verdict.claim, added, gains, problem.thresholds.verification,
+        verdict.claim, added, gains, problem.thresholds,
         doubted=doubted, correction=correction, allowed=problem.allowed,
     )  # fmt: skip
     if claim == verdict.claim:
@@ -60,23 +62,25 @@ def require_holdout_gain(
     names = ", ".join(added)
     if claim == "adequate" and correction:
         return verdict.changed_to(claim, IDENTIFICATION_RESIDUAL.format(names))
-    return verdict.changed_to(claim, NOT_CONFIRMED.format(names, LEAST_GAIN))
+    return verdict.changed_to(
+        claim, NOT_CONFIRMED.format(names, problem.thresholds.search.least_holdout_gain)
+    )
 
 
-def is_doubtful(search: SearchResult, allowed: bool) -> bool:
-    """Return whether a set passes the residual tests although it leaves half of the squares.
+def is_doubtful(search: SearchResult, allowed: bool, removed_share: float) -> bool:
+    """Return whether a set passes the residual tests although it does not remove `removed_share` of the squares.
 
     Where a misfit is `allowed`, and noise may be as slow as that misfit, passing says little of what was removed.
     """
     remaining = search.chosen.hypothesis.cost / search.nominal.hypothesis.cost
-    return allowed and search.passes and remaining > 1.0 - HALF
+    return allowed and search.passes and remaining > 1.0 - removed_share
 
 
 def confirmed_claim(
     claim: str,
     causes: Sequence[str],
     gains: Sequence[Gain | None],
-    thresholds: VerificationThresholds | None = None,
+    thresholds: Thresholds | None = None,
     *,
     doubted: bool = False,
     correction: bool = False,
@@ -93,20 +97,21 @@ def confirmed_claim(
         claim: What the search alone supports.
         causes: Ids of the mechanisms that were added.
         gains: Of each output that all test records have; None without test records.
-        thresholds: Thresholds of the verification.
+        thresholds: Thresholds of search and verification.
         doubted: Whether a set that passes is in doubt.
         correction: Whether the set only corrects what was identified of the model.
         allowed: Mean square of the allowed misfit, by output.
     """
     if claim != "partly_explained" and not (claim == "explained" and doubted):
         return claim
+    limits = thresholds or Thresholds()
     measured = [one for one in gains if one is not None]
-    confirmed = not measured or any(one.ratio > LEAST_GAIN and one.ratio_low > 1.0 for one in measured)
+    least = limits.search.least_holdout_gain
+    confirmed = not measured or any(one.ratio > least and one.ratio_low > 1.0 for one in measured)
     imitation = claim == "partly_explained" and len(DISSIPATION & set(causes)) > 1
     if confirmed and not imitation:
         return claim
-    limits = thresholds or VerificationThresholds()
-    misses_nothing = correction or all(_is_quiet(one, allowed or {}, limits) for one in measured)
+    misses_nothing = correction or all(_is_quiet(one, allowed or {}, limits.verification) for one in measured)
     return "adequate" if doubted and misses_nothing else "unexplained"
 
 
