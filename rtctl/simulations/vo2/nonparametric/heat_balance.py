@@ -15,7 +15,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def slowed(balance: Balance, p: Values) -> Balance:
-    """Slower while the phase changes, and while it cools."""
+    """Slow down the temperature while the phase changes, and while it cools."""
     return balance._replace(
         latent=balance.latent + p["heat"], film_heat=p["film"], sharpness=p["sharpness"], cooling=p["cooling"]
     )
