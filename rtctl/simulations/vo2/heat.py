@@ -202,8 +202,9 @@ def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r
     return T
 
 
+# many parameters because a compiled kernel takes plain arrays and NamedTuples, not an object
 @kernel
-def advance(
+def advance(  # noqa: PLR0913
     step: Step, power: Powers, drift: float, h: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> Step:  # fmt: skip
@@ -241,8 +242,9 @@ def advance(
     return Step(main, second, T, half, capacity, heat, phase)
 
 
+# many parameters because a compiled kernel takes plain arrays and NamedTuples, not an object
 @background_kernel
-def balance_pieces(
+def balance_pieces(  # noqa: PLR0913
     nodes: FloatArray, durations: FloatArray, substeps: int, memory: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
