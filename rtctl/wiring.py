@@ -16,7 +16,8 @@ from rtctl.interfaces import Clock, Estimator
 from rtctl.models.vo2 import Vo2Model
 from rtctl.orbits.forced import Forced
 from rtctl.safety.guards import ReadingGuard
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 from rtctl.scenario.schema import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
 from rtctl.timing.clock import SimulatedClock
 

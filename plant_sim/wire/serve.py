@@ -44,9 +44,17 @@ class Wires:
 
 
 def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
-    """Serve `plant` until SIGINT or SIGTERM; prints one line `ready ...` when clients may connect.
+    """Serve `plant` until SIGINT, SIGTERM or SIGHUP; print one line `ready ...` once clients may connect.
 
-    SIGUSR1 restarts the device. `journal`: where it writes at the end what it did. Raises InputError.
+    SIGUSR1 restarts the device.
+
+    Args:
+        plant: the plant inside the device.
+        wires: where to serve it.
+        journal: file to which the device writes, at the end, what it did; None: none.
+
+    Raises:
+        InputError: an address cannot be served.
     """
     plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
     plant.reset()
@@ -62,7 +70,7 @@ def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
 
 @asynccontextmanager
 async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
-    """Serve while the block runs; yields what is served where, for the `ready` line. Raises InputError."""
+    """Serve while the block runs; yield what is served where, for the `ready` line. Raises InputError."""
     registers = RegisterFile(device)
     restart_on_signal(registers)
     ends: list[str] = []
@@ -89,13 +97,13 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
 
 
 def restart_on_signal(registers: RegisterFile) -> None:
-    """SIGUSR1 is the device's power switch, where this is the main thread."""
+    """Let SIGUSR1 power-cycle the device, if this is the main thread."""
     with suppress(ValueError, RuntimeError):
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, registers.power_cycle)
 
 
 def parse_address(address: str) -> tuple[str, int]:
-    """HOST:PORT, an IPv6 host in brackets. Raises InputError."""
+    """Return host and port of HOST:PORT, an IPv6 host in brackets. Raises InputError."""
     host, colon, port = address.rpartition(":")
     if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
         raise InputError(f'"{address}": an address is HOST:PORT, such as 127.0.0.1:5020')
@@ -105,8 +113,9 @@ def parse_address(address: str) -> tuple[str, int]:
 async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop.set)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # under nohup SIGHUP stays ignored
+            loop.add_signal_handler(number, stop.set)
     async with served(device, wires) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds
         print(f"ready {ends}", flush=True)

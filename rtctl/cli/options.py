@@ -48,16 +48,22 @@ def watched_run(title: str, steps: int, *, quiet: bool) -> Iterator[Callable[[],
 
 @contextmanager
 def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C and SIGTERM ask the loop to end after the exchange under way; the second one is immediate."""
+    """End the loop after the exchange under way on Ctrl-C, SIGTERM and SIGHUP; a second Ctrl-C or SIGTERM is immediate.
+
+    A terminal that is closed sends SIGHUP, often twice. Under `nohup` it stays ignored.
+    """
     asked = False
 
     def ask(number: int, frame: FrameType | None) -> None:
         nonlocal asked
-        if asked:
+        if asked and number != signal.SIGHUP:
             raise KeyboardInterrupt
         asked = True
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, ask) for number in numbers}
     try:
         yield lambda: asked
     finally:

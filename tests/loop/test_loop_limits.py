@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 
 LIMITS = CommandLimits(low=4.0, high=8.0, safe=0.5, slew_per_s=100.0)
 levels = st.floats(-1e6, 1e6)

@@ -48,7 +48,7 @@ def serving(path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
             process.kill()
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_serves_until_a_signal_and_leaves_nothing_behind(tmp_path: Path, end: signal.Signals) -> None:
     path = tmp_path / "port"
     with serving(path) as (process, ready):

@@ -28,8 +28,7 @@ from plant_sim.oscillator.equation.terms import (
 )
 from plant_sim.oscillator.integration.binding import bind
 from plant_sim.oscillator.integration.friction import note, resistance, settle
-from plant_sim.oscillator.integration.rk4 import rk4
-from plant_sim.oscillator.integration.rk4_memory import rk4_memory
+from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting
 from plant_sim.oscillator.integration.steps import Plan, plan
 from plant_sim.oscillator.mechanism import Driven, Memory, OscillatorMechanism
@@ -203,8 +202,8 @@ class Equation:
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
-        memory = [self.own_start(z, v) if own is None else own] if layout else []
-        integrator(z, v, *memory, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+        states = self.own_start(z, v) if own is None else own
+        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 
 
 @lru_cache(maxsize=256)
@@ -213,13 +212,12 @@ def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...
     memoryless = law_for(terms - {"friction"}, memory=bool(memories))
     rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
     if not memories:
-        return bind(rk4, acceleration=memoryless, **rubbing)
+        return bind_rk4(memoryless, 0, **rubbing)
     row, laws = len(TERMS), []
     for law, states, constants in memories:
         laws.append((law, row, states))
         row += constants
-    zeros = (0.0,) * sum(states for _, states, _ in memories)
-    return bind(rk4_memory, acceleration=combined(memoryless, laws), **rubbing, ZEROS=zeros)
+    return bind_rk4(combined(memoryless, laws), sum(states for _, states, _ in memories), **rubbing)
 
 
 @lru_cache
