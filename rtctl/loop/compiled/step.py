@@ -146,7 +146,7 @@ class CompiledStep:
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """Return the three memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""
+        """Return the memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""
         return self._memory, self._control, self._forward, self._estimator.fit_error
 
     def parameters(self) -> Mapping[str, float]:
