@@ -15,7 +15,7 @@ from rtctl.output.atomic_write import replacing
 
 
 class ErrorScore(NamedTuple):
-    """Absolute errors [um] and the same in percent of a range; None where there was nothing to score."""
+    """Absolute errors [um], and in percent of a range; None if there was nothing to score."""
 
     mean_abs_um: float | None
     max_abs_um: float | None
@@ -29,10 +29,18 @@ NOT_SCORED = ErrorScore(None, None, None, None, None, None)
 
 
 def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorScore:
-    """Errors of `wanted` (n,) against `reference` (n,) [um] where the instrument gave a number.
+    """Return the errors of `wanted` (n,) against `reference` (n,) [um] where the instrument gave a number.
 
-    Samples without a reference are not scored; a value of `wanted` that is no number is an infinite error, so
-    that a broken estimate fails its checks. Raises ValueError for a range that is not > 0 um.
+    Samples without a reference are not scored; a value of `wanted` that is not finite is an infinite error, so that a
+    broken estimate fails its checks.
+
+    Args:
+        wanted: setpoint or estimate (n,) [um].
+        reference: reading of the reference instrument (n,) [um]; NaN: none.
+        range_um: the range that percentages are of [um], > 0.
+
+    Raises:
+        ValueError: `range_um` is not > 0 um.
     """
     if not range_um > 0.0:
         raise ValueError(f"range_um must be > 0 um, got {range_um!r}")
@@ -46,14 +54,14 @@ def score(wanted: FloatArray, reference: FloatArray, range_um: float) -> ErrorSc
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """A JSON file, whole or not at all; numbers that are not finite become null."""
+    """Write a JSON file, whole or not at all; numbers that are not finite become null."""
     text = json.dumps(finite(content), indent=2, allow_nan=False, ensure_ascii=False)
     with replacing(path) as partial:
         partial.write_text(text + "\n", encoding="utf-8")
 
 
 def finite(value: Any) -> Any:
-    """The same without NaN and infinity, which JSON does not have, and with Python's own numbers."""
+    """Return `value` without NaN and infinity, which JSON does not have, and with Python's own numbers."""
     if isinstance(value, Mapping):
         return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple | np.ndarray):

@@ -61,7 +61,7 @@ class Tick(NamedTuple):
     """A deadline that the loop has reached."""
 
     step: int
-    """Whole periods since the start; jumps where deadlines were missed."""
+    """Whole periods since the start; it jumps if deadlines were missed."""
     lateness_s: float
     """How long after its deadline the loop woke up [s]; 0 on a simulated clock."""
 

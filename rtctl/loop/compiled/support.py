@@ -32,21 +32,21 @@ from rtctl.timing.step_timing import StepTiming
 BLOCKS = "compiled blocks, without the interpreter's lock"
 
 
-def compiled_sampler(sampling: Sampler) -> tuple[CompiledSampler | None, str]:
+def compiled_sampler(sampler: Sampler) -> tuple[CompiledSampler | None, str]:
     """Return a sampler in compiled blocks, or None; and how the samples are taken, in words."""
-    reason = why_not(sampling.parts, sampling.plan.reading_delay)
-    driver = sampling.parts.driver
+    reason = why_not(sampler.parts, sampler.plan.reading_delay)
+    driver = sampler.parts.driver
     exchange = None if reason else compiled_exchange(driver)
     if exchange is None:
         return None, f"Python: {reason or 'this line is exchanged over in Python'}"
-    return CompiledSampler(sampling, exchange, lambda: compiled_exchange(driver)), BLOCKS
+    return CompiledSampler(sampler, exchange, lambda: compiled_exchange(driver)), BLOCKS
 
 
 def compiled_exchange(driver: Driver) -> CompiledExchange | None:
     """Return the driver's compiled exchange, or None; compiling takes seconds, so call it before a device is armed."""
     find = getattr(driver, "compiled_exchange", None)
-    found: CompiledExchange | None = None if find is None or not AVAILABLE else find()
-    return found
+    exchange: CompiledExchange | None = None if find is None or not AVAILABLE else find()
+    return exchange
 
 
 def compile_kernels() -> None:
