@@ -73,10 +73,10 @@ class ModbusDriver:
         """Make a driver that is closed.
 
         Args:
-            profile: names and units of the device's channels.
+            make_client: returns the client for a timeout [s].
             name: port or address, for messages.
             unit: Modbus unit.
-            make_client: returns the client for a timeout [s].
+            profile: names and units of the device's channels.
             kernel: the compiled exchange; None: the exchange is taken in Python.
         """
         check_layout(profile)
@@ -272,10 +272,10 @@ class ModbusRtuDriver(ModbusDriver):
         """Make a driver that is closed.
 
         Args:
-            profile: names and units of the device's channels.
             port: path of the serial port.
             baud: baud rate [bit/s].
             unit: Modbus unit.
+            profile: names and units of the device's channels.
             compiled: whether the exchange is compiled.
         """
         super().__init__(

@@ -83,9 +83,9 @@ class SerialDriver:
         """Make a driver that is closed.
 
         Args:
-            profile: names and units of the device's channels.
             port: path of the serial port, 8N1.
             baud: baud rate [bit/s].
+            profile: names and units of the device's channels.
             pipeline: how many answers may be under way when a command is sent.
             first_tag: number of the first request; None: any, so that no answer to an earlier program fits.
             compiled: whether the exchange is compiled; never so if pipelined.

@@ -1,4 +1,4 @@
-"""Simulated hardware for whoever connects: a plant on a pty, a TCP port or several, until a signal ends it."""
+"""Simulated hardware on a wire: a plant on a pty, a TCP port or several, until a signal ends it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from rtctl.border.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wires:
-    """Where a device is served; at least one is given."""
+    """The wires on which a device is served; at least one is given."""
 
     rtu_path: Path | None = None
-    """Where a serial port with Modbus RTU appears."""
+    """Path at which a serial port with Modbus RTU appears."""
     serial_path: Path | None = None
-    """Where a serial port with the plain serial protocol appears."""
+    """Path at which a serial port with the plain serial protocol appears."""
     tcp: str | None = None
     """HOST:PORT of Modbus TCP, port 0 for a free one."""
     baud: int | None = None
-    """Of the serial ports: bytes take the time of a line of so many bit/s; None: none, as ptys do by themselves."""
+    """Baud rate of the serial ports [bit/s]: bytes take their time on the line; None: none, as ptys do."""
 
     def __post_init__(self) -> None:
         if self.rtu_path is None and self.serial_path is None and self.tcp is None:

@@ -1,4 +1,18 @@
-"""Control of a resonator: the coil's current holds the amplitude (AGC), the frequency holds the phase (PLL)."""
+"""Control of a resonator: the coil's current holds the amplitude (AGC), the frequency holds the phase (PLL).
+
+Near resonance, with sigma = omega0 / 2Q, the growth g = drive_gain / 2 omega0 and a phase phi behind the current,
+
+    a' = -sigma a - g i sin phi,      phi' = omega_b(a) - omega - (g i / a) cos phi
+
+so at phi = -90 deg both are first-order lags with the pole sigma, g/(s + sigma) and -1/(s + sigma). Each PI has its
+zero there (Ki = sigma Kp): the open loops are integrators, of bandwidth g Kp_a and Kp_phi.
+
+The AGC starts from a kick: a share of the current that the model holds the setpoint with. It takes over when the
+response stands out of the noise and the phase is within `ENGAGED_DEG` of its setpoint, and gives the current back
+when the response is lost: a resonator that does not answer is never driven harder. The PLL holds its frequency until
+there is a response. Where limits hold the current back, the integral is what holds the present amplitude: then the
+cancelled pole is not excited when the limit lets go, and nothing has wound up.
+"""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ from rtctl.models.vo2_dynamics import Vo2Dynamics
 MOST_PERIODS = 8
 SECANTS = 3
 APART_MA2 = 1.0
-"""Relative distance of the two powers from which a secant starts."""
+"""Distance of the two powers from which a secant starts [mA^2]."""
 NO_HEAT = 0.0
-"""Tolerance of a power [mA^2]."""
+"""Heat besides the current's [mA^2]: none."""
 
 
 class ExtendedFeedforward:

@@ -1,4 +1,11 @@
-"""An extended model as the sampled plant that a PI controls: heating, lagging relays, swinging beam, dead time."""
+"""An extended model as the sampled plant that a PI controls: heating, lagging relays, swinging beam, dead time.
+
+    G = K [(1 - c)/(tau_1 s + 1) + c/(tau_2 s + 1)] [1 - m + m w^2/(s^2 + 2 zeta w s + w^2)] / (tau_d s + 1) e^(-d s)
+
+Each residue r of a pole p of G without its dead time is sampled exactly behind a zero-order hold; of a dead time of l
+whole periods and f of one, (r/p) [e^(p(1-f)h) - 1 + (e^(ph) - e^(p(1-f)h)) z^-1] / (z - e^(ph)) z^-l
+(K. J. Astrom, B. Wittenmark, Computer-Controlled Systems, section 2.3).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""Estimators that have resistance alone, behind a sensor of an extended model."""
+"""Estimators that have resistance alone, behind a sensor of an extended model.
+
+    R = Y + tau_r Y'           exact where R is constant over a sample: (Y_k - a Y_(k-1)) / (1 - a), a = exp(-h / tau_r)
+    R_film = (R - leak (i - known v)) / exp(ageing t + bend t^2)
+
+and -ln R by its correction back to what the loops were identified on; v is the estimate's own last surrogate. Taking a
+lag back costs noise, (1 + a^2)^(1/2) / (1 - a) of it. The deflection is the loops' corrected forward; a beam that
+swings is not followed, for that takes the temperature between the readings.
+"""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from rtctl.models.resonator import ResonatorModel
 
 MEMORY = 100
 LEAST_KNOWN = 4
-"""Second differences before they estimate the noise: the first readings may be of a ringing resonator."""
+"""Second differences from which on they tell the noise better than the first reading, maybe of a ringing resonator."""
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
 
 

@@ -1,4 +1,10 @@
-"""An extended model, one held current after the other: heat, film, beam and their readings."""
+"""An extended model, one held current after the other: heat, film, beam and their readings.
+
+The heat balance, the relays and their order are those of `rtctl.simulations.vo2`; here they keep their state from one
+sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; the film's T in a room that drifts, what the
+relays see of it [mA^2]; R as it reaches the sensor, R as it is read [ohm]; D of the beam without mass, q [um],
+q' [um/s]; where the loops turned last [mA], and which way they go. Beside it the stacks of -ln R and of deflection.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""The file of a recording under way: a header, then numbered rows of fixed size; readable at any moment."""
+"""The file of a recording under way: a header, then numbered rows of fixed size; readable at any moment.
+
+    0      magic "RTCTLREC", uint32 length of the header, the header as JSON (columns, units, metadata)
+    begin  rows: the columns as float64, then the row's number as uint64, from 1 on; little-endian
+
+`begin` is the next multiple of 4096. A row's number is written after its values, so a row that has its number is whole
+whenever the writer was killed; what comes after the last one is zero.
+"""
 
 from __future__ import annotations
 

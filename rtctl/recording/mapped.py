@@ -1,4 +1,8 @@
-"""A recorder into a mapped file: a row is one pack into memory that the kernel owns, so it outlives the process."""
+"""A recorder into a mapped file: a row is one pack into memory that the kernel owns, so it outlives the process.
+
+The file is mapped in windows. The next one is allocated, mapped and written to once by a helper thread while the loop
+fills the present one, so the loop meets neither a page fault of a new page nor the file system's search for room.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Open-loop excitations of the first command, in its unit, as one value per sample."""
+"""Open-loop excitations of the first command, in its unit, as one value per sample.
+
+`damped_oscillation` is the paper's figure 4(a); `reversal_curves` visits the minor loops that a damped
+oscillation leaves out (first-order reversal curves); both are staircases whose holds end in steady state.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Levels in a scenario: absolute with a unit, or in percent of a range that is known only later."""
+"""Levels in a scenario: absolute with a unit, or in percent of a range that is known only later.
+
+Which unit a level has is the device's: the profile comes with the validation's context, a VO2 actuator's without.
+"""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ settle: Any = as_it_is
 
 
 # 9 parameters because a compiled template takes its arrays one by one
-def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:
+def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:  # noqa: PLR0913
     """March all lanes through the record; row 0 of the outputs is the start.
 
     Args:
