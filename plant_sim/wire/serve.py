@@ -113,9 +113,11 @@ def parse_address(address: str) -> tuple[str, int]:
 async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) is not signal.SIG_IGN:  # under nohup SIGHUP stays ignored
-            loop.add_signal_handler(number, stop.set)
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # under nohup it stays ignored
+        numbers.append(signal.SIGHUP)
+    for number in numbers:
+        loop.add_signal_handler(number, stop.set)
     async with served(device, wires) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds
         print(f"ready {ends}", flush=True)

@@ -47,10 +47,11 @@ def watched_run(title: str, steps: int, *, quiet: bool) -> Iterator[Callable[[],
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """End the loop after the exchange under way on Ctrl-C, SIGTERM and SIGHUP; a second Ctrl-C or SIGTERM is immediate.
+def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
+    """Let Ctrl-C, SIGTERM and SIGHUP ask for an end after the step under way, and call `cancel`.
 
-    A terminal that is closed sends SIGHUP, often twice. Under `nohup` it stays ignored.
+    A second Ctrl-C or SIGTERM is immediate. A terminal that is closed sends SIGHUP, often twice; under `nohup` it stays
+    ignored.
     """
     asked = False
 
@@ -59,6 +60,7 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
         if asked and number != signal.SIGHUP:
             raise KeyboardInterrupt
         asked = True
+        cancel()
 
     numbers = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:

@@ -8,10 +8,12 @@ from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, SAMPLES, device
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 LEVEL = 450.0
 
@@ -29,14 +31,14 @@ def ring_downs() -> Problem:
         reading = run + NOISE_MM * np.random.default_rng(k).standard_normal(SAMPLES)
         records.append(FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": reading}))
     return Problem(
-        subject=SUBJECTS["oscillator"],
+        subject=subject_of("oscillator"),
         records=tuple(records),
         scales=scales_of(records),
         steps_per_period=64.0,
     )
 
 
-def fit_nominal(problem: Problem, factor: float) -> Hypothesis:
+def begun(problem: Problem, factor: float) -> Hypothesis:
     """From `factor` times the level."""
     plant = device(FRICTION)
     values = [p.value * (factor if p.mechanism else 1.0) for p in plant.parameters]
@@ -48,7 +50,7 @@ def fit_nominal(problem: Problem, factor: float) -> Hypothesis:
 @pytest.mark.parametrize("factor", [0.75, 0.85, 1.2])
 def test_the_deepest_valley_is_found_from_its_neighbours(factor: float) -> None:
     problem = ring_downs()
-    stuck, right = fit_nominal(problem, factor), fit_nominal(problem, 1.0)
+    stuck, right = begun(problem, factor), begun(problem, 1.0)
     found = past_kinks(problem, stuck)
     assert stuck.cost > 5.0 * right.cost
     assert found.cost < 1.05 * right.cost

@@ -9,13 +9,14 @@ import pytest
 from diagnosis_cases import device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 
 
@@ -53,7 +54,7 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
     path = case(tmp_path, hidden)
     model = tmp_path / "model.toml"
     found = diagnose(
-        read_dataset(path), SUBJECTS["oscillator"].read_model(model), simulation_for(model, open_dataset(path)),
+        read_dataset(path), subject_of("oscillator").read_model(model), simulation_for(model, open_dataset(path)),
         ("stiffness.cubic", "mode.second", "drive.lag"),
     )  # fmt: skip
     (cause,) = found.causes
@@ -68,13 +69,13 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 
 
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
-    records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), SUBJECTS["oscillator"])
+    records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = candidates_of(run_residual_tests(nominal, problem, ("mode.second",)))
+    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
     assert {runner.form for runner in made} == {"gain", "mass_ratio"}
     for runner in made:
         (other,) = {"gain", "mass_ratio"} - {runner.form}
@@ -94,17 +95,17 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
     near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
-    fit_nominal = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
-    assert fit_nominal is not None
-    end = polish(problem, fit_nominal)
+    begun = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    assert begun is not None
+    end = polish(problem, begun)
     assert end is not None
     assert end.still == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
@@ -121,19 +122,17 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), SUBJECTS["oscillator"])
+    records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    fit_nominal = fit_hypothesis(
-        problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2
-    )
-    assert fit_nominal is not None
+    begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
+    assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
-        end = polish(problem, fit_nominal)
+        patch.setattr("rtctl.diagnosis.problem.fit._determined", lambda *of: True)
+        end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}
     found = {one.name: one.value for one in end.simulation.parameters}

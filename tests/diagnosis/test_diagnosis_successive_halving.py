@@ -13,11 +13,13 @@ from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.stepwise import _unstuck
 from rtctl.diagnosis.search.successive_halving import (
@@ -32,7 +34,7 @@ from rtctl.diagnosis.search.successive_halving import (
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 DRIFT = "thermal.ambient_drift"
@@ -41,9 +43,9 @@ DRIFT = "thermal.ambient_drift"
 @pytest.fixture(scope="module")
 def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypothesis]:
     folder: Path = tmp_path_factory.mktemp("race")
-    records, _, _ = split(read_dataset(friction_case(folder)), SUBJECTS["oscillator"])
+    records, _, _ = split(read_dataset(friction_case(folder)), subject_of("oscillator"))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -72,13 +74,11 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Prob
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    fit_nominal = fit_hypothesis(
-        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
-    )
+    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
     assert whole is not None
-    assert fit_nominal is not None
+    assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
-    assert fit_nominal.promised < fit_nominal.cost - 0.9 * (fit_nominal.cost - whole.cost)
+    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
 
 
 def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
@@ -107,13 +107,13 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
         reading = {"displacement": measured(late, drive)}
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=reading, first=1))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     found = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
     )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
@@ -126,14 +126,14 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[P
     """However little they have gained so far; a few of them, each by its most promising start."""
     _, nominal = fitted_case
     promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
-    fit_nominal = {
+    begun = {
         (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
         for name, those in promises.items()
     }
-    going = _promising(fit_nominal, 0.9)
+    going = _promising(begun, 0.9)
     assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
-    assert not _promising(fit_nominal, 0.4)
+    assert not _promising(begun, 0.4)
 
 
 def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
@@ -150,7 +150,7 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
     field = _to_the_end(
-        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, WorkBudget.of(99.0)
     )
     assert len(entered) == 1
     assert len(field) == 1
@@ -191,7 +191,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         FitRecord(name="r", stimulus=stimulus, measured={"displacement": measured(device(late), drive)}),
     )
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -208,7 +208,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         [found, stuck],
         ids,
         lambda text: None,
-        Budget.of(60.0),
+        WorkBudget.of(60.0),
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
@@ -229,7 +229,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         }
         records.append(FitRecord(name=f"r{seed}", stimulus=along, measured=readings))
     problem = Problem(
-        subject=SUBJECTS["vo2"], records=tuple(records), scales=scales_of(records, "deflection", "current"),
+        subject=subject_of("vo2"), records=tuple(records), scales=scales_of(records, "deflection", "current"),
         steps_per_period=8.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, simulation(), ())
@@ -243,7 +243,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         DRIFT,
     )
     field = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ids)), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ids)), lambda text: None
     )
     assert (DRIFT,) in [one.mechanisms for one in field]
 

@@ -7,7 +7,12 @@ import json
 import shlex
 from pathlib import Path
 
-from rtctl.diagnosis.problem.budget import SECONDS
+from rtctl.diagnosis.thresholds.budget import BudgetThresholds
+
+WORK = 1e-6 * BudgetThresholds().search
+"""Million simulated steps."""
+SECONDS = 1800.0
+"""Wall-clock guard [s]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,8 +28,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--mechanisms", metavar="ID[,ID...]", help="try only these of the catalogue (default: all of them)"
     )
     parser.add_argument(
+        "--work", type=float, default=WORK, metavar="MILLION",
+        help=f"million simulated steps after which no further fit begins (default {WORK:g})",
+    )  # fmt: skip
+    parser.add_argument(
         "--seconds", type=float, default=SECONDS, metavar="S",
-        help=f"processor time after which no further fit is begun and the best so far is told (default {SECONDS:g})",
+        help="outer guard of wall-clock time; an answer that it cut depends on the machine and says so "
+        f"(default {SECONDS:g})",
     )  # fmt: skip
 
 
@@ -39,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
     from rtctl.evaluation.metrics import finite
     from rtctl.measured import open_dataset, read_dataset
-    from rtctl.plants.subjects import SUBJECTS
+    from rtctl.plants.subjects import subject_of
     from rtctl.session.model_validation import simulation_for
     from rtctl.wiring import mechanism_ids
 
@@ -47,12 +57,15 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--false-claims {args.false_claims:g} must be above 0 and below 0.5, such as 0.05")
     if not args.seconds >= 0.0:
         raise InputError(f"--seconds {args.seconds:g} must be 0 or more, such as {SECONDS:g}")
+    if not args.work >= 0.0:
+        raise InputError(f"--work {args.work:g} must be 0 or more million steps, such as {WORK:g}")
     folder = output_folder(args.out)
     simulation = simulation_for(args.model, open_dataset(args.dataset))
-    dataset, model = read_dataset(args.dataset), SUBJECTS[simulation.kind].read_model(args.model)
+    dataset, model = read_dataset(args.dataset), subject_of(simulation.kind).read_model(args.model)
     ids = _chosen(args.mechanisms, mechanism_ids(simulation.kind))
-    options = DiagnosisOptions(false_claim_rate=args.false_claims, seconds=args.seconds)
-    with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as report:
+    options = DiagnosisOptions(false_claim_rate=args.false_claims, work=1e6 * args.work, seconds=args.seconds)
+    title, quiet = f"diagnose {dataset.name}", args.quiet or args.json
+    with watched_search(title, options.cancellation, quiet=quiet) as report:
         found = diagnose(dataset, model, simulation, ids, options, report)
     provenance = provenance_of(found, dataset, args.model, _command(args))
     failure = ""
@@ -87,4 +100,5 @@ def _command(args: argparse.Namespace) -> str:
     words = ["rtctl", "diagnose", str(args.dataset), "--model", str(args.model), "--out", str(args.out)]
     words += ["--false-claims", f"{args.false_claims:g}"]
     words += ["--seconds", f"{args.seconds:g}"] if args.seconds != SECONDS else []
+    words += ["--work", f"{args.work:g}"] if args.work != WORK else []
     return shlex.join([*words, *(["--mechanisms", args.mechanisms] if args.mechanisms else [])])

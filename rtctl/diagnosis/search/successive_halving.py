@@ -11,8 +11,10 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 
 FIRST_LAP = 6
 SECOND_LAP = 12
@@ -77,16 +79,16 @@ def halve_successively(
     problem: Problem,
     runners: Sequence[Candidate],
     report: Callable[[str], None],
-    budget: Budget | None = None,
+    budget: WorkBudget | None = None,
 ) -> list[Hypothesis]:
     """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
     `budget` lasts.
     """
-    return each_once(_to_the_end(problem, runners, report, budget or Budget.of(np.inf)))
+    return best_of_each_set(_to_the_end(problem, runners, report, budget or WorkBudget.of(np.inf)))
 
 
 def _to_the_end(
-    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: Budget
+    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: WorkBudget
 ) -> list[Hypothesis]:
     """Of each form of each set its best fit."""
     problem = problem.until(budget)
@@ -97,6 +99,7 @@ def _to_the_end(
         if budget.spent:
             break
         report(" + ".join(runner.mechanisms))
+        problem.cancellation.raise_if_cancelled()
         parent = runner.parent
         if id(parent) not in parents:
             parents[id(parent)] = parent.cost if glance is problem else _cost_there(glance, parent)
@@ -180,14 +183,12 @@ def _slow_ones(
             slow.append((added[0].id, runner))
     least = min((runner.parent.cost for _, runner in slow), default=0.0)
     first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    fit_nominal = [
-        one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None
-    ]
-    least = min((one.cost for one in (*finished, *fit_nominal)), default=0.0)
-    near = [one.cost < IN_CONTENTION * least for one in fit_nominal]
+    begun = [one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None]
+    least = min((one.cost for one in (*finished, *begun)), default=0.0)
+    near = [one.cost < IN_CONTENTION * least for one in begun]
     return [
         _better(one, polish(problem, one, SECOND_LAP)) if on else one
-        for one, on in zip(fit_nominal, near, strict=True)
+        for one, on in zip(begun, near, strict=True)
     ]
 
 
@@ -208,9 +209,9 @@ def _in_another_form(field: Sequence[Hypothesis], last: Sequence[Hypothesis]) ->
     return [one for one in others if one.cost < OTHER_FORM * last[0].cost][:FORMS]
 
 
-def _promising(fit_nominal: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
+def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
     """The best starts by what a linear step promises, if that is below `least`."""
-    best = {key: min(ones, key=lambda one: one.promised) for key, ones in fit_nominal.items()}
+    best = {key: min(ones, key=lambda one: one.promised) for key, ones in begun.items()}
     promising = [key for key, one in best.items() if one.promised < least]
     return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[:PROMISING]}
 
@@ -230,7 +231,7 @@ def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
     return found if found is not None and found.cost <= one.cost else one
 
 
-def each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+def best_of_each_set(field: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Of each set the first."""
     found: dict[frozenset[str], Hypothesis] = {}
     for one in field:
