@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.extras import can_draw
-from rtctl.identification.vo2.staircase import steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import print_table
@@ -131,7 +131,7 @@ def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
         return
     from rtctl.plots import plot_identification
 
-    ends = steady_states(dataset)
+    ends = extract_steady_states(dataset)
     v = ends.current_mA
     second = np.flatnonzero(ends.reset)[1:2]  # the first staircase is drawn: random ones would be a scribble
     scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))
