@@ -22,6 +22,7 @@ from rtctl.registry import (
     load,
     mechanisms_of,
     names,
+    plant_kind,
     plant_kinds,
 )
 from rtctl.registry.building import build
@@ -220,6 +221,11 @@ def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | N
     """The file of `--model` or else of `scenario.model`, beside the scenario; None: neither."""
     named = scenario.scenario.model
     return given or (None if named is None else folder / named)
+
+
+def needs_model(scenario: Scenario) -> bool:
+    """Whether a run of `scenario` needs a model: not where only the user's parts control its kind of plant."""
+    return plant_kind(scenario.scenario.plant).control is not None
 
 
 def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:

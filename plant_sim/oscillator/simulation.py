@@ -139,7 +139,9 @@ class OscillatorSimulation:
                 break
             how, between = wanted, instants
             drive = self._drive(stimulus, active, values[0], how.substeps)
-            count_work(len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps))
+            count_work(
+                len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps * equation.step_cost)
+            )
             z, v = equation.integrate(drive, how._replace(substeps=how.substeps // between), start)
             if "displacement" in stimulus.peak or (_diverged(z) >= 0).any():
                 break

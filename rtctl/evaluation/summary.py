@@ -11,7 +11,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
-from rtctl.evaluation.metrics import NOT_SCORED, ErrorScore, finite, score
+from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plants.support import PlantSupport
@@ -44,12 +44,12 @@ def summarise(
         requests: what came of each real-time request.
     """
     output = scenario.profile.reference
-    to_um = convert(1.0, output.unit, "um")
-    span = to_um * plant.output_range(scenario, model).width
-    measured = to_um * signals[output.name]
-    sensing = score(to_um * signals["estimate"], measured, span)
+    unit, factor = _summary_unit(output.unit)
+    span = factor * plant.output_range(scenario, model).width
+    measured = factor * signals[output.name]
+    sensing = score(factor * signals["estimate"], measured, span)
     tracking = (
-        NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
+        NOT_SCORED if scenario.reference is None else score(factor * signals["setpoint"], measured, span)
     )
     faults = _faults(outcome)
     levels, held = _levels(scenario, plant, model, signals)
@@ -60,9 +60,9 @@ def summarise(
     summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
         "verdict": "fault" if outcome.fault is not None else "fail" if failed else "pass",
-        "tracking": tracking._asdict(),
-        "self_sensing": sensing._asdict(),
-        "range_um": span,
+        "tracking": tracking.to_dict(unit),
+        "self_sensing": sensing.to_dict(unit),
+        **({"range_um": span} if unit == LENGTH_UNIT else {"range": span, "range_unit": unit}),
         "estimator": scenario.estimator.kind,
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
@@ -84,6 +84,21 @@ def summarise(
     }
     cleaned: dict[str, Any] = finite(summary)  # what --json prints is what the file holds
     return cleaned
+
+
+def _summary_unit(unit: str) -> tuple[str, float]:
+    """Return the unit in which a summary has an output in `unit`, and the factor to it: lengths are in um."""
+    try:
+        return LENGTH_UNIT, convert(1.0, unit, LENGTH_UNIT)
+    except ValueError:
+        return unit, 1.0
+
+
+def range_of(summary: Mapping[str, Any], unit: str) -> float:
+    """Return the range that the percents of a summary refer to, in the output's `unit`."""
+    if "range_um" in summary:
+        return convert(float(summary["range_um"]), LENGTH_UNIT, unit)
+    return float(summary["range"])
 
 
 def _faults(outcome: LoopOutcome) -> list[dict[str, Any]]:
