@@ -15,7 +15,7 @@ from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
-from rtctl.diagnosis.report.causes import NamedCauses, name_causes
+from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.residual.localization import places
@@ -88,9 +88,8 @@ def diagnose(
         notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         notes += (*first.notes, *search_notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
-        if answer.verdict != "adequate" or whole is not None:
-            return answer
-        return explain_by_file_value(answer, request, data.simulation, holdout)
+        unfitted_whole = whole is None and answer.verdict == "adequate"
+        return explain_by_file_value(answer, request, data.simulation, holdout) if unfitted_whole else answer
 
 
 def _answer(
@@ -100,9 +99,7 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = (
-        name_causes(search, fits.after, problem.thresholds.report) if verdict.names_causes else NamedCauses()
-    )
+    named = name_causes(search, verified, problem.thresholds.report)
     where = places(search.nominal) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
