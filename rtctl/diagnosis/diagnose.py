@@ -38,7 +38,7 @@ from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
-from rtctl.diagnosis.search.holdout_error import Gain, measure_gain
+from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, measure_gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
 from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
@@ -300,7 +300,8 @@ def _gained(
     problem: Problem,
 ) -> Gain | None:
     before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
-    return measure_gain(before, after, tests, output, units.get(output, ""), noise_rms, problem.scales.rate)
+    scored = ScoredOutput(output, units.get(output, ""), noise_rms)
+    return measure_gain(before, after, tests, scored, problem.scales.rate, problem.thresholds.search)
 
 
 def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rate: float) -> Diagnosis:

@@ -19,7 +19,6 @@ CROWDED: set[str] = set()
 """Folders with too many files that are still being divided."""
 LONG: set[str] = {
     "rtctl/diagnosis/diagnose.py:_answer",
-    "rtctl/diagnosis/search/stepwise.py:_grown",
     "rtctl/identification/vo2/identify.py:_identify",
     "rtctl/loop/compiled/block.py:run_block",
     "rtctl/reproduce/bistable/steps/global_fit.py:globally",
@@ -47,8 +46,6 @@ WIDE: set[str] = {
     "plant_sim/vo2/effects_kernel.py:hold_domains_with_effects",
     "plant_sim/vo2/plant.py:hold_domains",
     "plant_sim/vo2/plant.py:step_domains",
-    "rtctl/diagnosis/search/stepwise.py:_grown",
-    "rtctl/diagnosis/search/stepwise.py:search",
     "rtctl/estimators/observer.py:observer_step",
     "rtctl/estimators/thermal_path.py:path_step",
     "rtctl/estimators/thermal_path.py:reached",
