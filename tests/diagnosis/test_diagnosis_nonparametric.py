@@ -35,7 +35,7 @@ DEADBAND = "actuation.deadband"
 
 
 def cooling_slowly() -> Vo2Simulation:
-    made = simulation().extended(("unnamed.heat_balance",))
+    made = simulation().extended(("nonparametric.heat_balance",))
     own = [1.0 if one.declared.name == "cooling" else one.value for one in made.parameters]
     return made.with_values(np.array(own))
 
@@ -92,7 +92,7 @@ def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, s
 @cache
 def braked(hidden: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
-    made = unnamed("unnamed.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
+    made = unnamed("nonparametric.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
     return named_by(of(made), device(), "friction.coulomb")
 
 
@@ -130,7 +130,7 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
     problem, nominal, named = named_by(
-        of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
+        of(unnamed("nonparametric.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
     assert find_better_alternative(problem, nominal, named, WorkBudget.of()).startswith(
         "The restoring force has a kink"
@@ -155,7 +155,7 @@ def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise
             "time_constant": {"value": 8e-3, "unit": "s"},
         },
     }
-    made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
+    made = unnamed("nonparametric.relaxations", **RELAXING) if hidden == "many" else device(single)
     problem, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
     found = find_better_alternative(problem, nominal, named, WorkBudget.of())
     assert found.startswith(said) if said else not found
@@ -165,7 +165,7 @@ def late_by(radians: float, share: float) -> Problem:
     """Two records of the device with a force that follows it late, as much of its stiffness as `share`."""
     rate = float(np.sqrt(1.6e4))
     time = radians / rate / 48.0
-    return of(unnamed("unnamed.feedback", late=share * 1.6e4, time=time))
+    return of(unnamed("nonparametric.feedback", late=share * 1.6e4, time=time))
 
 
 def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
