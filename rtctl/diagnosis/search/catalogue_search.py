@@ -27,8 +27,10 @@ STOPPED = (
     "stopped by the user after {} fits: no cause is claimed; residual, location and isolability are those of the "
     "refitted nominal model"
 )
-LOOPS_NOT_REFITTED = "stopped by the user before the static loops were refitted behind these causes: their values may absorb an error "
+LOOPS_NOT_REFITTED = (
+    "stopped by the user before the static loops were refitted behind these causes: their values may absorb an error "
     "of the loops"
+)
 LOOPS_NOT_CHECKED = (
     "stopped by the user before the static loops were checked: hysteresis.shape may act as well"
 )
