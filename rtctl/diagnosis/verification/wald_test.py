@@ -17,6 +17,7 @@ from scipy.stats import chi2
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
@@ -25,7 +26,6 @@ MATERIAL = 0.1
 """Of the noise: RMS of what the file's values leave beyond it, below which nobody need care."""
 APART = 5.0
 """Times as far off, relative to its value, as any other could be: else all of them are off."""
-NORMAL_95 = 1.96
 OTHERS_RIGHT = 1e-3
 """How often the others of a file with one wrong value may be taken for wrong too: it costs the claim, not a false one.
 """

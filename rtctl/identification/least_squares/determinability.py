@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.statistics import NORMAL_95
 
 CONFOUNDED_RELATIVE_ERROR = 0.05
 """A direction whose relative standard error is larger is open, if it is so because of the others."""
@@ -24,7 +25,6 @@ VARIANCE_INFLATION = 10.0
 LEAST_SHARE = 0.1
 """Of a direction: a parameter with less is not named in it."""
 INSENSITIVE_RATIO = 1e-9
-SIGNIFICANT_RATIO = 1.96
 
 
 class ConfoundedDirection(NamedTuple):
@@ -85,7 +85,7 @@ def assess_determinability(
     kept = np.flatnonzero(~silent)
     relative = np.abs(values[kept] / scale[kept])
     errors = np.sqrt(np.diag(covariance))[kept]
-    significant = relative > SIGNIFICANT_RATIO * errors
+    significant = relative > NORMAL_95 * errors
     size = np.where(significant, relative, np.maximum(relative, np.minimum(1.0, errors)))
     c = covariance[np.ix_(kept, kept)] / np.outer(size, size)
     own = _compute_conditional_errors(c)
