@@ -80,5 +80,5 @@ def law_for(terms: Set[str], *, memory: bool = False) -> Any:
     be compiled.
     """
     return next(
-        (found for known, found in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial
+        (law_ for known, law_ in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial
     )
