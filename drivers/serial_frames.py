@@ -177,7 +177,7 @@ class SerialDriver:
             at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
             body = memory.inbox[at : at + length].tobytes()
             raise self._refused(asked, body[3:]) if body[0] == ERROR else self._of_another_length()
-        self._payload(levels)  # says what is wrong
+        self._payload(levels)  # raises, with the reason
         raise AssertionError(f"an exchange ended as {ended}, which nothing explains")
 
     def _payload(self, levels: Sequence[float]) -> bytes:
