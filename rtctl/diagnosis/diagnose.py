@@ -50,7 +50,6 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
 from rtctl.plants.subjects import subject_for, subject_of
-from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 RIVALS = 5
 """Candidates that the next experiment has to tell apart, at most."""
@@ -169,7 +168,7 @@ def _answer(
 ) -> Diagnosis:  # fmt: skip
     """From the search to what is told. `uncut`: it was in whole records, and they show all that acts in them."""
     dataset, model, problem, tests = ask.dataset, ask.model, ask.problem, ask.tests
-    units, output = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units), problem.subject.output
+    units, output = dict(problem.subject.output_units) | dict(dataset.units), problem.subject.output
     noise_cost, noise_rms = noise_cost_of(found.chosen), _noise_rms(found.chosen, output)
     fits = whole or Fits(found.nominal, found.chosen)
 
@@ -192,7 +191,7 @@ def _answer(
     verdict, said = held(verdict, final, fits.after, problem, tests, uncut=uncut)
     warnings += said
     causes = causes_of(found, noise_cost, fits.after) if named else []
-    learned = loops_cause(found, noise_cost) if named else None
+    learned = loops_cause(found, noise_cost, problem.subject) if named else None
     causes += [learned] if learned else []
     warnings += [PUT_RIGHT] if named and found.hysteresis_refit and learned is None else []
     alike = [one.simulation for one in (fits.after.hypothesis, *found.equivalent)]

@@ -11,6 +11,7 @@ from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
+from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.report.joint_statements import joint_statements
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -19,7 +20,6 @@ from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.wald_test import WrongValue
-from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
 
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
@@ -56,18 +56,19 @@ def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothes
     return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
 
 
-def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
+def loops_cause(found: SearchResult, noise_cost: float, subject: Subject) -> Cause | None:
     """The loops as a cause; None where they were not learned anew, or only put right."""
-    if found.hysteresis_refit is None or not found.hysteresis_refit.is_cause:
+    describe = subject.describe_coarse
+    if describe is None or found.hysteresis_refit is None or not found.hysteresis_refit.is_cause:
         return None
     removable = found.nominal.hypothesis.cost - noise_cost
     removed = found.hysteresis_refit.before.cost - found.chosen.hypothesis.cost
     parameters = {}
     for output, one in found.hysteresis_refit.coarse.items():
         value, low, high = one.misfit
-        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, subject.coarse_units[output])
     return Cause(
-        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(describe_improvement(found.hysteresis_refit.coarse)),
+        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(describe(found.hysteresis_refit.coarse)),
         kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
