@@ -29,7 +29,8 @@ from rtctl.registry.building import build
 from rtctl.registry.guarding import guarded_controller, guarded_estimator
 from rtctl.registry.loading import resolved
 from rtctl.safety.guards import ReadingGuard
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario

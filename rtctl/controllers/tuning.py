@@ -1,4 +1,4 @@
-"""PI gains from the identified model, with the margins that they leave.
+"""PI gains from the identified model, with their margins.
 
 The loop sees the heating as `G(z)`, the zero-order-hold equivalent of `K / (tau s + 1)` behind a delay of whole
 periods. The controller's zero cancels the heating pole, so the open loop is `K kp (1 - a) / (a (z - 1)) z^-d` with
@@ -22,20 +22,20 @@ SLOWEST = 1e-3  # loop gain g a sample: a crossover of 0.16 Hz at 1 ms
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """Gains and what they leave at the steepest working point."""
+    """Gains, and their margins at the steepest working point."""
 
     gains: PiGains
     gain_margin: float
-    """Factor by which the loop gain may rise."""
+    """Gain margin: factor by which the loop gain may rise."""
     phase_margin_deg: float
     crossover_hz: float
     plant_gain: float
-    """Steepest slope used [um/mA]."""
+    """Steepest slope of the model in use [um/mA]."""
     notes: tuple[str, ...] = ()
-    """What of an extended model the loop uses."""
+    """Mechanisms of an extended model that the loop uses."""
 
     def describe(self) -> str:
-        """One sentence for a person."""
+        """Return a sentence for a person."""
         uses = f"; the loop uses {', '.join(self.notes)}" if self.notes else ""
         return (
             f"PI: kp = {self.gains.kp:.4g} mA/um, ki = {self.gains.ki:.4g} mA/(um s); at the steepest slope, "
@@ -60,7 +60,7 @@ def loop_transfer(
 def margins(
     gains: PiGains, *, plant_gain: float, time_constant_s: float, period_s: float, delay: int
 ) -> Tuning:
-    """Gain and phase margin of given gains at the steepest working point."""
+    """Return gain and phase margin of given gains at the steepest working point."""
     loop = loop_transfer(gains, plant_gain, time_constant_s, period_s, delay)
     angle = np.concatenate((np.geomspace(1e-4, 0.3, 600), np.linspace(0.3, math.pi, 2000)[1:]))
     response = np.asarray(loop(np.exp(1j * angle)))
@@ -75,7 +75,7 @@ def margins(
 
 
 def margins_of(response: NDArray[np.complex128], angle: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
+    """Return gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
 
     Read off the response itself: `control.margin` solves polynomials, which fails where a zero cancels a pole, and
     leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing; a loop whose
@@ -106,11 +106,12 @@ def tune(
     least_gain_margin: float,
     least_phase_margin_deg: float,
 ) -> Tuning:
-    """The fastest PI that keeps both margins. `plant_gain` [um/mA] > 0, times in s, `delay` in periods.
+    """Return the fastest PI that keeps both margins.
 
-    With the heating pole cancelled the loop is an integrator of gain g behind d + 1 samples: phase margin
-    `90 deg - (d + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both. Where no
-    gain keeps them (90 deg and more of phase) the answer is the slowest one, whose margins say so.
+    With the heating pole cancelled the loop is an integrator of gain g behind d + 1 samples: phase margin `90 deg - (d
+    + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both. If no gain keeps them (90 deg
+    and more of phase) the slowest one is returned, whose margins show it. `plant_gain` [um/mA] is > 0, times are in s,
+    `delay` in periods.
     """
     if not 0.0 < plant_gain < math.inf:
         raise ValueError(f"the steepest slope must be > 0 um/mA and finite to tune on, got {plant_gain!r}")

@@ -15,7 +15,7 @@ from rtctl.output.atomic_write import replacing
 
 
 class ErrorScore(NamedTuple):
-    """Absolute errors in the output's unit and in percent of a range; None where there was nothing to score."""
+    """Absolute errors in the output's unit, and in percent of a range; None if there was nothing to score."""
 
     mean_abs: float | None
     max_abs: float | None
@@ -66,14 +66,14 @@ def score(wanted: FloatArray, reference: FloatArray, output_range: float) -> Err
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """A JSON file, whole or not at all; numbers that are not finite become null."""
+    """Write a JSON file, whole or not at all; numbers that are not finite become null."""
     text = json.dumps(finite(content), indent=2, allow_nan=False, ensure_ascii=False)
     with replacing(path) as partial:
         partial.write_text(text + "\n", encoding="utf-8")
 
 
 def finite(value: Any) -> Any:
-    """The same without NaN and infinity, which JSON does not have, and with Python's own numbers."""
+    """Return `value` without NaN and infinity, which JSON does not have, and with Python's own numbers."""
     if isinstance(value, Mapping):
         return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple | np.ndarray):

@@ -28,7 +28,7 @@ LARGEST_DATAGRAM = 4096
 """Largest request and answer [bytes]."""
 ANSWER_WITHIN_S = 2.0
 PLAN = "plan"
-"""Set-point that gives the control back to the scenario's `[reference]`."""
+"""Value of the setpoint that goes back to the scenario's `[reference]`."""
 
 
 @contextmanager

@@ -20,7 +20,6 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.nonparametric import (
-    SUSPECT,
     compute_memory_p_value,
     find_better_alternative,
     find_memory_alternative,
@@ -48,7 +47,9 @@ def named_by(
     nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
     named = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+        problem,
+        propose_candidates(run_residual_tests(nominal, problem, (identity,)), problem.thresholds.search),
+        lambda text: None,
     )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
@@ -172,13 +173,14 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     problem = late_by(9.0, 0.03)
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    suspect = problem.thresholds.search.memory_p
+    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < suspect
     assert find_memory_alternative(
         problem, nominal, run_residual_tests(nominal, problem, ()), WorkBudget.of()
     ).startswith("A force follows")
     friction, nominal, named = braked("dry")
     report: list[str] = []
-    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > suspect
     assert not find_memory_alternative(
         friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )
