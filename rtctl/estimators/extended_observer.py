@@ -30,7 +30,7 @@ from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.hysteresis.preisach.model import preisach_slope
 from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import SURROGATE, Vo2Model
-from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
 class ExtendedObserver:
