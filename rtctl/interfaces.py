@@ -79,7 +79,7 @@ class Controller(Protocol):
         ...
 
     def applied(self, levels: Sequence[float]) -> None:
-        """What the limits let through of the last action (anti-windup)."""
+        """Learn what the limits let through of the last action (anti-windup)."""
         ...
 
 

@@ -142,7 +142,7 @@ ME = DeviceProfile(
 
 
 def oscillator_profile(*, drive_unit: str, displacement_unit: str) -> DeviceProfile:
-    """An oscillator as a model file describes it: the units are the file's."""
+    """Return the profile of an oscillator in the units of its model file."""
     return DeviceProfile(
         kind="oscillator",
         commands=(Channel(name="drive", unit=drive_unit, register=0, signed=True),),
@@ -168,7 +168,7 @@ class Device(Protocol):
         ...
 
     def read(self) -> Measurement:
-        """Registers 100-111 read, no command."""
+        """Read registers 100-111 without a command."""
         ...
 
     def set_enable(self, on: bool) -> None:
@@ -180,7 +180,7 @@ class Device(Protocol):
         ...
 
     def set_clock(self, *, lockstep: bool, period_us: int) -> None:
-        """Registers 5 and 6-7."""
+        """Set registers 5 and 6-7: lockstep, and its sample period [us]."""
         ...
 
 
