@@ -99,11 +99,9 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = (
-        name_causes(search, fits.after, problem.subject, problem.thresholds.report)
-        if verdict.names_causes
-        else NamedCauses()
-    )
+    named = NamedCauses()
+    if verdict.names_causes:
+        named = name_causes(search, fits.after, problem.subject, problem.thresholds.report)
     where = places(search.nominal) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
