@@ -16,13 +16,11 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.adapted_grid import compute_switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
     coordinates_figure,
     isolability_figure,
-    loops_figure,
     shape_figure,
 )
 from rtctl.plots.elements.style import house_style
@@ -145,18 +143,12 @@ def noise_density(diagnosis: Diagnosis, period_s: float) -> tuple[FloatArray, Fl
 
 
 def _loops(diagnosis: Diagnosis) -> Figure:
-    """Return the figure of the deflection's loops, as identified and refitted, along the staircases."""
-    learned = diagnosis.search.hysteresis_refit
-    assert learned is not None
-    shown = learned.coarse["deflection"]
-    reads = (shown.given, learned.loops["deflection"])
-    v, y, scored = shown.staircases
-    left = tuple((y - read.simulate(v))[scored] for read in reads)
-    densities = tuple(compute_switching_densities(read) for read in reads)
-    return loops_figure(
-        (reads[0].grid, reads[1].grid), (densities[0], densities[1]), v[scored], (left[0], left[1]),
-        diagnosis.units["deflection"],
-    )  # fmt: skip
+    """Return the figure of the identified loops beside the refitted ones."""
+    refit, draw = diagnosis.search.hysteresis_refit, diagnosis.problem.subject.coarse_figure
+    assert refit is not None
+    assert draw is not None
+    figure: Figure = draw(refit.coarse, refit.loops, diagnosis.units)
+    return figure
 
 
 def _candidates(diagnosis: Diagnosis) -> Figure:
