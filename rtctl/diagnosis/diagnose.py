@@ -26,13 +26,13 @@ from rtctl.diagnosis.report.answer import (
     loops_cause,
     wrong_value_cause,
 )
-from rtctl.diagnosis.residual.bursts import bursts, leftovers
-from rtctl.diagnosis.residual.localization import places
-from rtctl.diagnosis.residual.missing_force import residual_shape
-from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
+from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
+from rtctl.diagnosis.residual.localization import localize_residual
+from rtctl.diagnosis.residual.missing_force import estimate_missing_force
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of, residual_over_noise
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.residual.tones import describe_tones
 from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
@@ -203,10 +203,15 @@ def _answer(
     causes, corrected = apart_from_identification(causes, alike)
     if corrected:
         warnings.append(CORRECTED.format(" and ".join(corrected)))
-    where = places(found.nominal) if verdict != "adequate" else []
+    where = (
+        localize_residual(found.nominal, problem.thresholds.residual.least_located_share)
+        if verdict != "adequate"
+        else []
+    )
     gap = verdict in ("unexplained", "partly_explained")
+    coordinates = [location.coordinate for location in where]
     if verdict == "partly_explained":
-        warnings.append(LEFT.format(left_over_noise(found.chosen)))
+        warnings.append(LEFT.format(residual_over_noise(found.chosen)))
     if named and final is not None and final.ratio < 1.0:
         warnings.append(NO_GAIN.format(final.output, 1.0 / final.ratio))
     if (
@@ -217,8 +222,8 @@ def _answer(
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
     if not gap:
-        left = leftovers(found.chosen if named else found.nominal, problem)
-        warnings += [*bursts(left, problem), *tones(left, problem, units)]
+        left = simulation_errors(found.chosen if named else found.nominal, problem)
+        warnings += [*describe_bursts(left, problem), *describe_tones(left, problem, units)]
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, problem=problem,
         tests=tests, before=before,
@@ -231,7 +236,7 @@ def _answer(
             _rivals(found, verdict), found.nominal.hypothesis, problem, found.chosen.noise, units,
             nearest=verdict == "unexplained",
         ),
-        shape=residual_shape(found.nominal, problem, [place.coordinate for place in where], units) if gap else None,
+        shape=estimate_missing_force(found.nominal, problem, coordinates, units) if gap else None,
         warnings=tuple(warnings), stopped=stopped, cut_by_clock=found.out_of_time and ask.budget.cut_by_clock,
     )  # fmt: skip
 

@@ -15,7 +15,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
-from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -79,7 +79,7 @@ def approached(
         shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
         cost = _that_run(cost, shared)
         cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
-        low, high = bounds(sensitivity, problem.scales)
+        low, high = parameter_bounds(problem, sensitivity)
         reached = minimise(
             cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=problem.enough
         )

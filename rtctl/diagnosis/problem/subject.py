@@ -11,6 +11,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
@@ -66,6 +67,11 @@ class FittedRecords(Protocol):
         """Integration steps of the fits in a period of the motion; None: the simulation's own."""
         ...
 
+    @property
+    def thresholds(self) -> Thresholds:
+        """Numbers by which the diagnosis decides."""
+        ...
+
     def size(self, output: str) -> float:
         """Return the RMS of a measured output, in its unit."""
         ...
@@ -80,7 +86,7 @@ class Placed(Protocol):
         ...
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
-        """`simulation` with it."""
+        """Return `simulation` with it."""
         ...
 
 

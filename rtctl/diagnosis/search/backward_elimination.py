@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Rows, project
-from rtctl.diagnosis.residual.residual_tests import start_of
+from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.identification.noise.residual_noise import NoiseModel
 
 NEGLIGIBLE = 1.1
@@ -69,7 +69,9 @@ def refit_without(
     begins = [simulation]
     if iterations:
         values |= _making_up(problem, chosen, rest)
-        begins.append(start_of(simulation, np.array([values[one.name] for one in simulation.parameters])))
+        begins.append(
+            clip_to_bounds(simulation, np.array([values[one.name] for one in simulation.parameters]))
+        )
     known = {one.name for one in simulation.parameters}
     still = frozenset(name for name in chosen.still if name in known)
     starts = chosen.starts[:, : chosen.states]
@@ -104,7 +106,9 @@ def _making_up(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dic
     if not goes or not stays:
         return {}
     rows = [
-        Rows(residual=line.residual, shared=line.shared[stays], own=line.own, directions=line.shared[goes])
+        RecordRows(
+            residual=line.residual, shared=line.shared[stays], own=line.own, directions=line.shared[goes]
+        )
         for line in lines
     ]
     projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])

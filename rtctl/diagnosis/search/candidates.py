@@ -10,10 +10,11 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted
-from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters_of
+from rtctl.diagnosis.residual.directions import ALL, group_by_shapes, parameters_by_name
 from rtctl.diagnosis.residual.projection import Projected
-from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.successive_halving import Candidate
 
 GROWN = 2
@@ -48,7 +49,7 @@ def propose_candidates(parent: TestedHypothesis, least: float = 0.0) -> list[Can
         if strength < least:
             continue
         mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-        groups = sorted(acting_together(parent.directions, mine), key=lambda group: -_score(parent, group))
+        groups = sorted(group_by_shapes(parent.directions, mine), key=lambda group: -_score(parent, group))
         few = strength < WEAK or large
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
             own = [group for group in groups if parent.directions[group[0]].form == form]
@@ -94,7 +95,7 @@ def _tried(parent: TestedHypothesis, groups: Sequence[list[int]]) -> Sequence[li
     Frequencies have valleys that are apart: no fit goes on to the next one from a step that ends at once, at a bound.
     """
     identity = parent.directions[groups[0][0]].mechanism
-    known = parameters_of(parent.hypothesis.simulation.extended((identity,)), identity)
+    known = parameters_by_name(parent.hypothesis.simulation.extended((identity,)), identity)
     if not any(one.declared.is_shape and one.unit == "Hz" for one in known.values()):
         return groups[:SHAPES_TRIED]
     return ([group for group in groups if _feasible(parent, group, known)] or groups)[:FREQUENCIES_TRIED]
@@ -122,7 +123,7 @@ def _forms(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
     for k, direction in enumerate(parent.directions):
         if direction.mechanism:
             by_id.setdefault(direction.mechanism, []).append(k)
-    return {identity: acting_together(parent.directions, indices) for identity, indices in by_id.items()}
+    return {identity: group_by_shapes(parent.directions, indices) for identity, indices in by_id.items()}
 
 
 def _screened(parent: TestedHypothesis) -> list[tuple[str, float]]:
@@ -175,8 +176,8 @@ def _runner(parent: TestedHypothesis, group: Sequence[int], factor: float) -> Ca
             still.add(simulation.parameters[index].name)
     starts = np.column_stack((hypothesis.starts, *own.values()))
     return Candidate(
-        mechanisms=(*hypothesis.mechanisms, *identities), simulation=start_of(simulation, values), starts=starts,
-        still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
+        mechanisms=(*hypothesis.mechanisms, *identities), simulation=clip_to_bounds(simulation, values), starts=starts,
+        still=frozenset(still), neutral=clip_to_bounds(neutral, shaped), parent=hypothesis,
         form="".join(forms.values()),
     )  # fmt: skip
 

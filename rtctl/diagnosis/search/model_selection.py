@@ -9,8 +9,8 @@ import numpy as np
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import leftover, project
-from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.projection import project, unexplained_residual
+from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, sampled_alike
 
@@ -35,7 +35,7 @@ def rank_hypotheses(
 
 def whitened_bic(problem: Problem, hypothesis: Hypothesis, noise: Sequence[NoiseModel]) -> float:
     """Of one set, at the optimum of its whitened residual: one Gauss-Newton step from the plain one."""
-    rows = own_rows(problem, hypothesis)
+    rows = residual_rows(problem, hypothesis)
     if rows is None:
         return np.inf
     projected = project(rows, noise)
@@ -46,9 +46,9 @@ def select_likeliest(problem: Problem, field: Sequence[Hypothesis]) -> Hypothesi
     """The likeliest, each with coloured noise of its own."""
     found = []
     for hypothesis in field:
-        rows = own_rows(problem, hypothesis)
+        rows = residual_rows(problem, hypothesis)
         if rows is not None:
-            left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+            left = unexplained_residual(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
             count, likelihood = sum(one.shape[1] for one in left), 0.0
             for own in sampled_alike([row.period_s for row in rows]):
                 models = [fit_noise([left[k][o] for k in own]) for o in range(len(left[0]))]

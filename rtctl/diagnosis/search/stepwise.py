@@ -17,7 +17,7 @@ from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.residual.noise_floor import left_over_noise
+from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import (
     eliminate_negligible,
@@ -278,7 +278,7 @@ def _less_what_is_allowed(problem: Problem, found: SearchResult, ids: Sequence[s
 
 def _stalled(size: int, last: TestedHypothesis) -> float:
     """Share of what a smaller set left, above which one of `size` is the last."""
-    if size == ANOTHER and left_over_noise(last) > FAR_ABOVE_NOISE:
+    if size == ANOTHER and residual_over_noise(last) > FAR_ABOVE_NOISE:
         return WORTH_ANOTHER
     return STALLED[min(size, len(STALLED)) - 1]
 
