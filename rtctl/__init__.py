@@ -1,3 +1,7 @@
 """Feedback control of actuators that sense themselves."""
 
-__version__ = "0.1.0"
+from rtctl.registry import register
+
+__version__ = "0.2.0"
+
+__all__ = ["__version__", "register"]

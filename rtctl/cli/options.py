@@ -47,8 +47,8 @@ def watched_run(title: str, steps: int, *, quiet: bool) -> Iterator[Callable[[],
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C and SIGTERM ask the loop to end after the exchange under way; the second one is immediate."""
+def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
+    """Let Ctrl-C and SIGTERM ask for an end after the step under way, and call `cancel`; the second is immediate."""
     asked = False
 
     def ask(number: int, frame: FrameType | None) -> None:
@@ -56,6 +56,7 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
         if asked:
             raise KeyboardInterrupt
         asked = True
+        cancel()
 
     before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

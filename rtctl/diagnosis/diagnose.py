@@ -15,6 +15,7 @@ from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
+from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -36,12 +37,7 @@ from rtctl.diagnosis.residual.tones import describe_tones
 from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
-from rtctl.diagnosis.search.catalogue_search import (
-    DiagnosisOptions,
-    SearchRequest,
-    StoppedByUser,
-    find_causes,
-)
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
 from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
 from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
@@ -53,7 +49,7 @@ from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.simulation_error.output_error import threads
 from rtctl.measured.dataset import Dataset
-from rtctl.plants.subjects import SUBJECTS, subject_for
+from rtctl.plants.subjects import subject_for, subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 RIVALS = 5
@@ -109,14 +105,14 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose `simulation` (of `model`) by the records of `dataset`. Raises InputError, RunError.
 
-    `told` hears what is under way, and may raise Stopped.
+    `report` hears what is under way.
     """
     options = options or DiagnosisOptions()
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
-    if subject.output != SUBJECTS[subject.kind].output:
-        warnings.append(OTHER_OUTPUT.format(SUBJECTS[subject.kind].signal, subject.signal))
+    if subject.output != subject_of(subject.kind).output:
+        warnings.append(OTHER_OUTPUT.format(subject_of(subject.kind).signal, subject.signal))
     fit, said = fewer(fit)
     warnings += said
     check_speed(simulation, fit, str(dataset.path))
@@ -135,11 +131,11 @@ def diagnose(
         problem = Problem(
             subject=subject, records=fit, scales=scales,
             executor=executor if len(fit) > 1 else None,
-            steps_per_period=subject.steps_per_period,
+            steps_per_period=subject.steps_per_period, cancellation=options.cancellation,
         )  # fmt: skip
         try:
             first = fit_nominal(problem, comparable, report)
-        except StoppedByUser:
+        except CancelledError:
             raise RunError(TOO_EARLY) from None
         problem, nominal = first.problem, first.nominal
         warnings += [*short(fit, problem.scales.rate), *first.said]
@@ -284,7 +280,7 @@ def _unless_outdone(
     if law is None:
         try:
             law = _law(verdict, found, problem, budget, report)
-        except StoppedByUser:
+        except CancelledError:
             return verdict, [NOT_COMPARED.format(names)], True
     return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)
 

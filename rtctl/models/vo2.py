@@ -78,6 +78,11 @@ class Vo2Model:
     mechanisms: tuple[MechanismTable, ...] = ()
     """Extensions by their ids; estimators and tuning know nothing of them."""
 
+    @property
+    def kind(self) -> str:
+        """Name of its kind of plant."""
+        return "vo2"
+
     def with_provenance(self, **entries: str) -> Vo2Model:
         """The same model, knowing where it comes from."""
         return replace(self, provenance={**self.provenance, **entries})

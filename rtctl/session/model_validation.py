@@ -25,13 +25,9 @@ from rtctl.measured.repeats import noise_floors
 from rtctl.measured.stimulus import stimulus_of
 from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
-from rtctl.models.oscillator import read_oscillator_model
-from rtctl.models.vo2 import read_model
 from rtctl.recording import write_parquet
-from rtctl.wiring import build_simulation
-
-KINDS = ("oscillator", "vo2")
-"""Of models that a file describes well enough to be simulated."""
+from rtctl.registry import plant_kinds
+from rtctl.wiring import build_simulation, read_model
 
 
 class OutputScore(NamedTuple):
@@ -90,17 +86,17 @@ class Comparison(NamedTuple):
 def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
     """The model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
-    if kind in KINDS and dataset.plant != kind:
+    simulated = [name for name, one in plant_kinds().items() if one.model is not None]
+    if kind in simulated and dataset.plant != kind:
         raise InputError(
             f"{path} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}"
         )
     if kind != dataset.plant:
         raise InputError(
-            f'{path}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, KINDS)}'
+            f'{path}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, simulated)}'
         )
     try:
-        model = read_model(path) if kind == "vo2" else read_oscillator_model(path)
-        return build_simulation(model, dataset.units, str(path))
+        return build_simulation(read_model(path, kind), dataset.units, str(path), kind)
     except InputError as error:
         if "not compatible" not in str(error):
             raise
@@ -109,7 +105,7 @@ def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
 
 
 def _named(kind: str) -> str:
-    return f'a{"n" if kind == "oscillator" else ""} "{kind}"'
+    return f'a{"n" if kind[0] in "aeiou" else ""} "{kind}"'
 
 
 def compare_dataset(

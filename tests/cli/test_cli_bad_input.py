@@ -59,7 +59,7 @@ def scenario_file(folder: Path, text: str = HEAD + REFERENCE) -> str:
         (['reference.levels=["-1 um"]'], ["[reference] asks for -1 to -1 um"]),
         (['reference.levels=["nan %"]'], ["finite"]),
         (["reference.kind=stepz"], ['key "reference.kind": unknown kind "stepz"; known: steps, multisine']),
-        (["estimator.kind=observr"], ['key "estimator.kind": unknown value', "observer"]),
+        (["estimator.kind=observr"], ['key "estimator.kind": unknown kind "observr"', "observer"]),
         (["controller.kp=1 mA/um"], ["kp and ki are set together"]),
         (["controller.phase_margin=100 deg"], ["controller.phase_margin = 100 deg", "out of a PI's reach"]),
         (["controller.deadband=-1 %"], ["deadband"]),

@@ -12,13 +12,13 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.diagnose import _verdict, allowing
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.diagnosis.search.catalogue_search import StoppedByUser
 from rtctl.diagnosis.search.nonparametric import (
     SUSPECT,
     compute_memory_p_value,
@@ -29,7 +29,7 @@ from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
 DEADBAND = "actuation.deadband"
@@ -59,7 +59,7 @@ def named_by(
 def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of a device, its model re-fitted to them, and the same with a dead band."""
     made = cooling_slowly() if device == "cools slowly" else simulation(actuation__deadband={"zone": 2.0})
-    subject, records = SUBJECTS["vo2"], []
+    subject, records = subject_of("vo2"), []
     for seed in (1, 2):
         stimulus = Stimulus(
             inputs={"current": telegraph(1200, seed)}, holds={"current": "zero"}, period_s=PERIOD_S
@@ -113,7 +113,7 @@ def of(made: Simulation) -> Problem:
             )
         )
     return Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
 
@@ -190,11 +190,9 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     search = SearchResult(
         run_residual_tests(nominal, problem, ()), run_residual_tests(named, problem, ()), False, (), ()
     )
-
-    def stop(text: str) -> None:
-        raise StoppedByUser(text)
-
-    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), stop)
+    stopping = replace(problem, cancellation=CancellationToken())
+    stopping.cancellation.cancel()
+    verdict, said, stopped = _verdict(search, stopping, [None], WorkBudget.of(), lambda text: None)
     assert (verdict, stopped) == ("partly_explained", True)
     assert "may explain it better than friction.coulomb" in said[-1]
     verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), lambda text: None)

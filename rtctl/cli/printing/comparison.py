@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.extras import can_draw
 from rtctl.measured.repeats import deviation
 from rtctl.measured.stored import StoredDataset
 from rtctl.output.progress import print_table
@@ -44,6 +45,8 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
 
 def draw_worst(path: Path, worst: ComparedRecord, dataset: StoredDataset) -> None:
     """The picture of the worst record's worst output."""
+    if not can_draw():
+        return
     from rtctl.plots.comparison import Compared, plot_comparison
 
     record = worst.record

@@ -13,12 +13,12 @@ import numpy as np
 from rtctl import __version__
 from rtctl.border.model_file import ModelFile
 from rtctl.evaluation.metrics import finite
+from rtctl.extras import can_draw
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.reading import read_dataset
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 from rtctl.output.progress import print_table, progress_bar
-from rtctl.plots.comparison import Compared, plot_comparison
 from rtctl.wiring import build_simulation
 
 
@@ -132,6 +132,10 @@ def print_fit(found: OscillatorFit, dataset: Dataset, path: Path) -> None:
 
 def draw_worst_record(path: Path, found: OscillatorFit, dataset: Dataset) -> None:
     """Measured, simulated and error in time and frequency of the fitted record that is matched worst."""
+    if not can_draw():
+        return
+    from rtctl.plots.comparison import Compared, plot_comparison
+
     fit = found.fit
     output = next(iter(fit.rms))
     k = int(np.argmax([fit.record_rms[record.name][output] for record in found.records]))

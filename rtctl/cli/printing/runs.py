@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.extras import can_draw
 from rtctl.identification.vo2.staircase import steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
@@ -126,6 +127,8 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
 
 def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
     """Measured staircase against the models."""
+    if not can_draw():
+        return
     from rtctl.plots import plot_identification
 
     ends = steady_states(dataset)

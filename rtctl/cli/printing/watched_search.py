@@ -1,4 +1,4 @@
-"""What a search is at: a bar that names the fit under way, or one line a fit in a log; Ctrl-C ends it."""
+"""Progress of a diagnosis: a bar that names the fit under way, or one line a fit in a log; Ctrl-C cancels it."""
 
 from __future__ import annotations
 
@@ -7,22 +7,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rtctl.cli.options import stop_on_interrupt
-from rtctl.diagnosis.search.catalogue_search import StoppedByUser
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.output.progress import say
 
 
 @contextmanager
-def watched_search(title: str, *, quiet: bool) -> Iterator[Callable[[str], None]]:
-    """`told(what)` for `diagnose`: raises Stopped after Ctrl-C or SIGTERM; the second Ctrl-C is immediate."""
-    with stop_on_interrupt() as stop_requested, _shown(title, quiet=quiet) as show:
-
-        def report(text: str) -> None:
-            if stop_requested():
-                show("stopping: writing what is done")
-                raise StoppedByUser
-            show(text)
-
-        yield report
+def watched_search(
+    title: str, cancellation: CancellationToken, *, quiet: bool
+) -> Iterator[Callable[[str], None]]:
+    """Yield `report(text)` for `diagnose`; Ctrl-C or SIGTERM cancels, a second Ctrl-C interrupts at once."""
+    with stop_on_interrupt(cancellation.cancel), _shown(title, quiet=quiet) as show:
+        yield lambda text: show("stopping: writing what is done" if cancellation.cancelled else text)
 
 
 @contextmanager

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
     from rtctl.evaluation.metrics import finite
     from rtctl.measured import open_dataset, read_dataset
-    from rtctl.plants.subjects import SUBJECTS
+    from rtctl.plants.subjects import subject_of
     from rtctl.session.model_validation import simulation_for
     from rtctl.wiring import mechanism_ids
 
@@ -61,10 +61,11 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--work {args.work:g} must be 0 or more million steps, such as {WORK:g}")
     folder = output_folder(args.out)
     simulation = simulation_for(args.model, open_dataset(args.dataset))
-    dataset, model = read_dataset(args.dataset), SUBJECTS[simulation.kind].read_model(args.model)
+    dataset, model = read_dataset(args.dataset), subject_of(simulation.kind).read_model(args.model)
     ids = _chosen(args.mechanisms, mechanism_ids(simulation.kind))
     options = DiagnosisOptions(false_claim_rate=args.false_claims, work=1e6 * args.work, seconds=args.seconds)
-    with watched_search(f"diagnose {dataset.name}", quiet=args.quiet or args.json) as report:
+    title, quiet = f"diagnose {dataset.name}", args.quiet or args.json
+    with watched_search(title, options.cancellation, quiet=quiet) as report:
         found = diagnose(dataset, model, simulation, ids, options, report)
     provenance = provenance_of(found, dataset, args.model, _command(args))
     failure = ""

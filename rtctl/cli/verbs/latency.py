@@ -40,8 +40,8 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.border.quantities import parse_quantity
     from rtctl.cli.options import output_folder, stop_on_interrupt
     from rtctl.evaluation.metrics import write_json
+    from rtctl.extras import can_draw
     from rtctl.output.progress import say
-    from rtctl.plots.latency import Curve, plot_latency
     from rtctl.scenario.schema import overridden
     from rtctl.session.latency import PERIODS_S, cyclictest, known_kinds, measure
     from rtctl.session.latency_report import document
@@ -76,13 +76,16 @@ def run(args: argparse.Namespace) -> int:
     found = document(ladders, reference)
     write_json(folder / "latency.json", found)
     curves = [(_name(ladder, rung), rung.timing) for ladder, rung in shown]
-    plot_latency(
-        folder / "latency.png",
-        [Curve(name, timing.lateness) for name, timing in curves],
-        [Curve(name, timing.round_trip) for name, timing in curves],
-        reference,
-        "How late the loop wakes up and how long an exchange lasts",
-    )
+    if can_draw():
+        from rtctl.plots.latency import Curve, plot_latency
+
+        plot_latency(
+            folder / "latency.png",
+            [Curve(name, timing.lateness) for name, timing in curves],
+            [Curve(name, timing.round_trip) for name, timing in curves],
+            reference,
+            "How late the loop wakes up and how long an exchange lasts",
+        )
     if args.json:
         print(json.dumps(json.loads((folder / "latency.json").read_text(encoding="utf-8")), indent=2))
     elif not args.quiet:

@@ -29,10 +29,12 @@ def run(args: argparse.Namespace) -> int:
 
     from rtctl import __version__
     from rtctl.cli.options import output_folder
+    from rtctl.extras import require
     from rtctl.output.progress import say
     from rtctl.reproduce.report import write_report
     from rtctl.reproduce.run import run_study
 
+    require("matplotlib", "rtctl reproduce")
     folder = output_folder(args.out)
     study = importlib.import_module(f"rtctl.reproduce.{args.study}.study").STUDY
     quiet = args.quiet or args.json

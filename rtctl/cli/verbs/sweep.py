@@ -31,8 +31,8 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.campaign.run import run_campaign
     from rtctl.cli.options import output_folder, stop_on_interrupt
     from rtctl.evaluation.metrics import finite
+    from rtctl.extras import can_draw
     from rtctl.output.progress import print_table, progress_bar
-    from rtctl.plots.campaign import draw_campaign
 
     if args.workers is not None and args.workers < 1:
         raise InputError(f"--workers {args.workers}: at least 1 is needed")
@@ -43,7 +43,9 @@ def run(args: argparse.Namespace) -> int:
         summary = run_campaign(
             plan, folder, workers=args.workers or cores(), scheduler=args.scheduler, stop=stop, advance=advance
         )  # fmt: skip
-    if plan.campaign.picture is not None and not args.no_plot:
+    if plan.campaign.picture is not None and not args.no_plot and can_draw():
+        from rtctl.plots.campaign import draw_campaign
+
         draw_campaign(plan, folder)
     if args.json:
         print(json.dumps(finite(summary), indent=2))

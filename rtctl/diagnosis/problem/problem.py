@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from rtctl.border.mechanisms import Scales
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.quantization import quantization_step
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.problem.work_budget import WorkBudget
@@ -40,6 +41,8 @@ class Problem:
     nominal model claimed. A misfit below it is no gap. Empty: any misfit beyond the noise is one."""
     thresholds: Thresholds = field(default_factory=Thresholds)
     """Numbers by which the diagnosis decides."""
+    cancellation: CancellationToken = field(default_factory=CancellationToken)
+    """Request to stop, asked between fits."""
     enough: Callable[[], bool] = _never
     """Called between the iterations of a fit, which ends once it returns True."""
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.identification.fit_record import FitRecord
@@ -175,13 +175,3 @@ def _error_scale(found: Diagnosis) -> float:
     outputs = found.search.nominal.hypothesis.sensitivity.outputs
     samples = len(outputs) * sum(record.samples - record.first for record in found.problem.records)
     return found.problem.size(found.problem.subject.output) / float(np.sqrt(samples))
-
-
-def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:
-    """Label and hypothesis, best first."""
-    sizes = found.search.rankings
-    size = len(found.search.chosen.hypothesis.mechanisms)
-    ranking = next(
-        (r for r in sizes if r and len(r[0].hypothesis.mechanisms) == size), sizes[-1] if sizes else ()
-    )
-    return [(" + ".join(one.hypothesis.mechanisms), one.hypothesis) for one in ranking]

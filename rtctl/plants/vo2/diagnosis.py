@@ -272,6 +272,7 @@ def _relearned(
     loops = {}
     for output, found in samples.items():
         report(f"the static loops, learned anew: {output}")
+        problem.cancellation.raise_if_cancelled()
         loops[output] = relearned(coarse[output], found)
     return _Placed(coarse, loops)
 
@@ -349,3 +350,6 @@ VO2 = Subject(
 
 BY_RESISTANCE = replace(VO2, output=LOG_RESISTANCE, signal="resistance")
 """Of records without an instrument for the deflection: the film senses itself, and what ails it shows there."""
+
+SUBJECTS = (VO2, BY_RESISTANCE)
+"""In the order of preference."""
