@@ -110,7 +110,7 @@ class Diagnosis:
             "warnings": list(self.warnings),
             "stopped": self.stopped,
             "cut_by_clock": self.cut_by_clock,
-            "tests": [test._asdict() for test in chosen.tests],
+            "tests": [test.as_json() for test in chosen.tests],
             "p_value": chosen.p_value,
             "left_over_noise": residual_over_noise(chosen),
             "out_of_time": self.search.out_of_time,

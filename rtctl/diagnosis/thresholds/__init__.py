@@ -12,13 +12,12 @@ from rtctl.diagnosis.thresholds.experiment import ExperimentThresholds
 from rtctl.diagnosis.thresholds.nominal_fit import NominalFitThresholds
 from rtctl.diagnosis.thresholds.problem import ProblemThresholds
 from rtctl.diagnosis.thresholds.report import ReportThresholds
-from rtctl.diagnosis.thresholds.residual import AllowedShares, ResidualThresholds
+from rtctl.diagnosis.thresholds.residual import ResidualThresholds
 from rtctl.diagnosis.thresholds.screening import ScreeningThresholds
 from rtctl.diagnosis.thresholds.search import SearchThresholds
 from rtctl.diagnosis.thresholds.verification import VerificationThresholds
 
 __all__ = [
-    "AllowedShares",
     "BudgetThresholds",
     "ExperimentThresholds",
     "NominalFitThresholds",

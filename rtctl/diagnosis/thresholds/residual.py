@@ -6,16 +6,6 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AllowedShares:
-    """Fractions of an allowed misfit (squares) that may lie along directions before they count as a gap."""
-
-    one_direction: float
-    """Fraction along one direction alone."""
-    many_directions: float
-    """Fraction along many directions together."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ResidualThresholds:
     """Numbers of the projection, the residual tests, and what is said of the residual."""
 
@@ -36,11 +26,12 @@ class ResidualThresholds:
     residual (RMS); beyond it the difference is not of first order, and the optimum would not move along."""
     memory_lags: int = 6
     """Lags of motion and drive, `Subject.lag_s` (a quarter of a period) apart."""
-    allowed_coloured: AllowedShares = AllowedShares(one_direction=1.0 / 8.0, many_directions=1.0 / 4.0)
-    """Shares of an allowed misfit in the metric of the noise, which has the colour of a static model's errors. Such a
-    model errs in many ways at once: of twelve devices of the blind generator with nothing hidden (seeds 161000 to
-    161011) none had more than 0.082 along one direction and 0.11 along many."""
-    allowed_by_size: AllowedShares = AllowedShares(one_direction=1.0 / 4.0, many_directions=1.0)
+    allowed_coloured: tuple[float, float] = (0.125, 0.25)
+    """Shares of an allowed misfit (squares) that may lie along one direction, and along many together, before they
+    count as a gap; in the metric of the noise, which has the colour of a static model's errors. Such a model errs in
+    many ways at once: of twelve devices of the blind generator with nothing hidden (seeds 161000 to 161011) none had
+    more than 0.082 along one direction and 0.11 along many."""
+    allowed_by_size: tuple[float, float] = (0.25, 1.0)
     """The same shares by plain squares, where these twelve devices had 0.11 and 0.56 at most."""
     least_noncentral_share: float = 1e-6
     """Fraction of the noncentrality below which a statistic has p = 1 within 0.1 %; avoids an overflow in `ncx2`."""

@@ -16,7 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.residual.projection import Projected, project, share_by_output
 from rtctl.diagnosis.residual.testing.analysis import ResidualAnalysis
 from rtctl.diagnosis.residual.testing.robust_scores import RobustScores, robust_scores
-from rtctl.diagnosis.thresholds import AllowedShares, ResidualThresholds
+from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import NoiseModel
 
 
@@ -100,15 +100,14 @@ def allowed_metrics(analysis: ResidualAnalysis) -> tuple[ScoreMetric, ScoreMetri
 
 
 def _allowed_metric(
-    analysis: ResidualAnalysis, noise: list[NoiseModel], squares: FloatArray, most: AllowedShares
+    analysis: ResidualAnalysis, noise: list[NoiseModel], squares: FloatArray, shares: tuple[float, float]
 ) -> ScoreMetric:
-    """Return the metric in which a misfit of `squares` (outputs,) is allowed, and `most` of it along directions.
+    """Return the metric in which `shares` of a misfit of `squares` (outputs,) may lie along one direction, or many.
 
     Along a direction that is spread over the outputs by shares lies (sum sqrt(share x squares))^2 at most.
     """
     thresholds = analysis.problem.thresholds.residual
     projected = project(analysis.rows, noise, thresholds)
-    shares = share_by_output(projected, analysis.rows, noise)
-    along = np.sum(np.sqrt(shares * squares[:, None]), axis=0) ** 2
-    together = most.many_directions * float(squares.sum())
-    return ScoreMetric(projected, most.one_direction * along, together, thresholds)
+    by_output = share_by_output(projected, analysis.rows, noise)
+    along = np.sum(np.sqrt(by_output * squares[:, None]), axis=0) ** 2
+    return ScoreMetric(projected, shares[0] * along, shares[1] * float(squares.sum()), thresholds)
