@@ -48,17 +48,24 @@ def watched_run(title: str, steps: int, *, quiet: bool) -> Iterator[Callable[[],
 
 @contextmanager
 def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
-    """Let Ctrl-C and SIGTERM ask for an end after the step under way, and call `cancel`; the second is immediate."""
+    """Let Ctrl-C, SIGTERM and SIGHUP ask for an end after the step under way, and call `cancel`.
+
+    A second Ctrl-C or SIGTERM is immediate. A terminal that is closed sends SIGHUP, often twice; under `nohup` it stays
+    ignored.
+    """
     asked = False
 
     def ask(number: int, frame: FrameType | None) -> None:
         nonlocal asked
-        if asked:
+        if asked and number != signal.SIGHUP:
             raise KeyboardInterrupt
         asked = True
         cancel()
 
-    before = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, ask) for number in numbers}
     try:
         yield lambda: asked
     finally:

@@ -53,7 +53,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
     def true(index: int, error: FloatArray) -> RecordRows:
         """The device's own equation, as the gate sees a residual: what a converter rounds follows the motion."""
         nothing = np.zeros((0, 1, len(error)))
-        alone = RecordRows(residual=-error[None], shared=nothing, own=nothing, directions=nothing)
+        alone = RecordRows(residual=-error[None], shared=nothing, local=nothing, directions=nothing)
         return account_for_quantization(alone, data, index, ("displacement",))
 
     rows = [true(index, error) for index, error in enumerate(added)]

@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
@@ -71,18 +71,23 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
     records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
-    assert {runner.form for runner in made} == {"gain", "mass_ratio"}
-    for runner in made:
-        (other,) = {"gain", "mass_ratio"} - {runner.form}
-        values = {one.name: one.value for one in runner.simulation.parameters}
+    made = propose_candidates(
+        run_residual_tests(nominal, problem, ("mode.second",)), problem.thresholds.search
+    )
+    assert {candidate.form for candidate in made} == {"gain", "mass_ratio"}
+    for candidate in made:
+        (other,) = {"gain", "mass_ratio"} - {candidate.form}
+        values = {one.name: one.value for one in candidate.simulation.parameters}
         assert values[f"mode.second.{other}"] == 0.0
-        assert f"mode.second.{other}" in runner.still
-        assert f"mode.second.{runner.form}" not in runner.still
+        assert f"mode.second.{other}" in candidate.still
+        assert f"mode.second.{candidate.form}" not in candidate.still
 
 
 def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> None:
@@ -97,7 +102,10 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
@@ -124,7 +132,10 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)

@@ -20,7 +20,6 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.nonparametric import (
-    SUSPECT,
     compute_memory_p_value,
     find_better_alternative,
     find_memory_alternative,
@@ -28,7 +27,7 @@ from rtctl.diagnosis.search.nonparametric import (
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
@@ -48,7 +47,9 @@ def named_by(
     nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
     named = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+        problem,
+        propose_candidates(run_residual_tests(nominal, problem, (identity,)), problem.thresholds.search),
+        lambda text: None,
     )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
@@ -72,7 +73,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
     problem = allowing(
         Problem(
-            subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
+            subject=subject, records=compared, scales=estimate_scales(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
         ),
         {},
@@ -113,7 +114,7 @@ def of(made: Simulation) -> Problem:
             )
         )
     return Problem(
-        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
 
@@ -172,13 +173,14 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     problem = late_by(9.0, 0.03)
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    suspect = problem.thresholds.search.memory_p
+    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < suspect
     assert find_memory_alternative(
         problem, nominal, run_residual_tests(nominal, problem, ()), WorkBudget.of()
     ).startswith("A force follows")
     friction, nominal, named = braked("dry")
     report: list[str] = []
-    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > suspect
     assert not find_memory_alternative(
         friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )

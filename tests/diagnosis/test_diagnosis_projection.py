@@ -24,7 +24,7 @@ def test_the_gram_matrix_leaves_what_least_squares_leaves(own: int) -> None:
     rows = [
         RecordRows(
             residual=draw.standard_normal((2, n)), shared=draw.standard_normal((3, 2, n)),
-            own=draw.standard_normal((own, 2, n)), directions=draw.standard_normal((4, 2, n)),
+            local=draw.standard_normal((own, 2, n)), directions=draw.standard_normal((4, 2, n)),
         )
         for n in (300, 200)
     ]  # fmt: skip
@@ -44,7 +44,7 @@ def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> Non
     directions[0, 1] = 0.0  # the first output's alone
     row = RecordRows(
         residual=draw.standard_normal((2, 400)), shared=draw.standard_normal((3, 2, 400)),
-        own=draw.standard_normal((2, 2, 400)), directions=directions,
+        local=draw.standard_normal((2, 2, 400)), directions=directions,
     )  # fmt: skip
     noise = estimate_noise([row])
     table = row.whitened(noise)[0]
@@ -61,14 +61,14 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
     rows = [
         RecordRows(
             residual=lfilter([1.0], [1.0, -0.8], draw.standard_normal((1, n))),
-            shared=draw.standard_normal((2, 1, n)), own=draw.standard_normal((2, 1, n)),
+            shared=draw.standard_normal((2, 1, n)), local=draw.standard_normal((2, 1, n)),
             directions=draw.standard_normal((5, 1, n)),
         )
         for n in (120, 90)
     ]  # fmt: skip
     lengths = [120, 90]
     shared = np.concatenate([np.concatenate((row.shared, row.directions))[:, 0] for row in rows], axis=1)
-    design = np.vstack((block_diag(*(row.own[:, 0] for row in rows)), shared)).T
+    design = np.vstack((block_diag(*(row.local[:, 0] for row in rows)), shared)).T
     residual = np.concatenate([row.residual[0] for row in rows])
     noise = NoiseModel(np.empty(0), 1.0)
     for turn in range(ResidualThresholds().noise_iterations):
@@ -94,7 +94,7 @@ def test_what_a_records_own_unknowns_follow_is_no_direction_and_leaves_the_noise
     draw = np.random.default_rng(4)
     own = draw.standard_normal((2, 1, 400))
     rows = RecordRows(
-        residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), own=own,
+        residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), local=own,
         directions=np.concatenate(
             (own[:1] + round_off * draw.standard_normal((1, 1, 400)), draw.standard_normal((2, 1, 400)))
         ),

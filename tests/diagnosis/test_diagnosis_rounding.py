@@ -17,7 +17,7 @@ from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.thresholds import ProblemThresholds, ResidualThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 STEP_MM = 0.01
@@ -49,7 +49,7 @@ def ring_down(seed: int) -> FitRecord:
 def examined(seed: int, thresholds: ResidualThresholds = DEFAULT) -> TestedHypothesis:
     records = tuple(ring_down(10 * seed + k) for k in range(3))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0,
+        subject=subject_of("oscillator"), records=records, scales=estimate_scales(records), steps_per_period=64.0,
         thresholds=Thresholds(residual=thresholds),
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
@@ -105,7 +105,7 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
     problem = Problem(
         subject=subject_of("oscillator"),
         records=(loud, weak),
-        scales=scales_of((loud, weak)),
+        scales=estimate_scales((loud, weak)),
         steps_per_period=64.0,
     )
     lengths = []

@@ -11,9 +11,10 @@ from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, 
 POWERS = {"quarter": 0.25, "half": 0.5, "square": 2.0, "cube": 3.0}
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: the coefficients; w: no state is needed, and one there must be."""
+def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: the coefficients; w: one state, which a law must have and none needs."""
     speed = abs(v)
     root = math.sqrt(speed)
     force = p[row, j] * math.sqrt(root) + p[row + 1, j] * root
@@ -22,7 +23,7 @@ def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: 
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return tuple(p[name] for name in POWERS)
 
 

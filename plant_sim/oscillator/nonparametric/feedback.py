@@ -14,9 +14,10 @@ from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechani
 SECTIONS = 24
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: early, late [1/s^2], rate of a section [1/s]; w: x of each section."""
+def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rates; p: early, late [1/s^2], rate of a section [1/s]; w: x of each section."""
     rate = p[row + 2, j]
     y1 = 2.0 * w[0] - z
     y2 = 2.0 * w[1] - y1
@@ -52,7 +53,7 @@ def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return p["early"], p["late"], 1.0 / p["time"]
 
 

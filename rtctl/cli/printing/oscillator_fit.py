@@ -97,7 +97,7 @@ def summary_of(found: OscillatorFit, dataset: Dataset) -> dict[str, Any]:
         "weak_form": {
             "half_width_s": found.weak.half_width_s,
             "coefficients": dict(found.weak.coefficients),
-            "share_left": found.weak.share_left,
+            "share_left": found.weak.residual_share,
         },
     }
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.extras import can_draw
-from rtctl.identification.vo2.staircase import steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import print_table
@@ -19,6 +19,14 @@ from rtctl.plants.support import Tuning
 def um_and_percent(um: float | None, percent: float | None) -> str:
     """`0.123 um, 0.22 %`, or a dash where there was nothing to score."""
     return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
+
+
+def error_text(errors: Mapping[str, Any], figure: str) -> str:
+    """Return a figure of a summary's errors, such as "mean_abs", in its unit and in percent."""
+    if f"{figure}_um" in errors:
+        return um_and_percent(errors[f"{figure}_um"], errors[f"{figure}_percent"])
+    value, percent = errors[figure], errors[f"{figure}_percent"]
+    return "–" if value is None else f"{value:.4g} {errors['unit']}, {percent:.2f} %"
 
 
 def number(value: float | None, digits: int = 0) -> str:
@@ -31,8 +39,8 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
     rows = []
     for name in ("tracking", "self_sensing"):
         errors = summary[name]
-        mean = um_and_percent(errors["mean_abs_um"], errors["mean_abs_percent"])
-        largest = um_and_percent(errors["max_abs_um"], errors["max_abs_percent"])
+        mean = error_text(errors, "mean_abs")
+        largest = error_text(errors, "max_abs")
         paper = summary["paper"].get(f"{name}_mean")
         rows.append([name.replace("_", "-"), mean, largest, "–" if paper is None else f"{paper:g} %"])
     print_table(
@@ -111,9 +119,9 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
         theirs = paper.get("tracking_mean", paper.get("self_sensing_mean"))
         rows.append([
             summary["scenario"],
-            um_and_percent(tracking["mean_abs_um"], tracking["mean_abs_percent"]),
-            um_and_percent(sensing["mean_abs_um"], sensing["mean_abs_percent"]),
-            um_and_percent(sensing["max_abs_um"], sensing["max_abs_percent"]),
+            error_text(tracking, "mean_abs"),
+            error_text(sensing, "mean_abs"),
+            error_text(sensing, "max_abs"),
             "–" if theirs is None else f"{theirs:g} %",
             " / ".join(number(summary["timing"]["round_trip_us"][p]) for p in ("p50", "p99")),
             summary["verdict"],
@@ -131,7 +139,7 @@ def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
         return
     from rtctl.plots import plot_identification
 
-    ends = steady_states(dataset)
+    ends = extract_steady_states(dataset)
     v = ends.current_mA
     second = np.flatnonzero(ends.reset)[1:2]  # the first staircase is drawn: random ones would be a scribble
     scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))

@@ -70,9 +70,9 @@ def run(args: argparse.Namespace) -> int:
 def _run_vo2(args: argparse.Namespace) -> int:
     from rtctl import __version__
     from rtctl.cli.printing.runs import print_model
-    from rtctl.identification.vo2.coarse_loops import coarse_loops, left_by
+    from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
     from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-    from rtctl.identification.vo2.staircase import still_moving
+    from rtctl.identification.vo2.staircase import estimate_unsettled_share
     from rtctl.measured.reading import read_dataset
     from rtctl.models.vo2 import write_model
     from rtctl.output.progress import say
@@ -90,10 +90,10 @@ def _run_vo2(args: argparse.Namespace) -> int:
 
         draw_model(args.out.with_suffix(".png"), dataset, model)
     say("whether the static loops are too coarse", quiet=quiet)
-    coarse = coarse_loops(model, dataset)
-    notes = [TOO_COARSE.format(left_by(coarse))] if coarse else []
+    coarse = find_coarse_loops(model, dataset)
+    notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
     for record in (one for one in dataset.records if one.use == "identify"):
-        if (share := still_moving(record)) > STILL_MOVING:
+        if (share := estimate_unsettled_share(record)) > STILL_MOVING:
             notes.append(UNSETTLED.format(record.name, share))
     if args.json:
         quality = {name: q._asdict() for name, q in model.quality.items()}

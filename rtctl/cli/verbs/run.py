@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.session.control_socket import listening
     from rtctl.session.run_files import write_run
     from rtctl.session.run_folder import RunFolder, run_metadata
-    from rtctl.wiring import build_driver, model_of, model_path, unused_extensions
+    from rtctl.wiring import build_driver, model_of, model_path, needs_model, unused_extensions
 
     path = find_scenario(args.scenario)
     scenario, tables = load_scenario(path, args.overrides)
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
             model_of(scenario, path.parent, args.model),
             model_path(scenario, path.parent, args.model),
         )
-        if model is None:
+        if model is None and needs_model(scenario):
             from rtctl.cli.identify_first import identify_first
 
             say("no --model given: identifying the device first", quiet=quiet)

@@ -20,7 +20,7 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
     """
     thresholds = problem.thresholds.problem
     low, high = sensitivity.bounds
-    start = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+    start = sensitivity.current_values[sensitivity.free] / sensitivity.scale
     for k, index in enumerate(sensitivity.free):
         parameter = sensitivity.simulation.parameters[index]
         declared = parameter.declared

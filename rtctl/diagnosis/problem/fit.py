@@ -11,7 +11,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.least_squares.levenberg_marquardt import Minimum, linear_gain, minimise
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise, predict_gain
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -43,17 +43,17 @@ def fit_hypothesis(
     low, high = parameter_bounds(problem, sensitivity)
     minimum = minimise(
         cost.equations,
-        cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale),
+        cost.start(sensitivity.current_values[sensitivity.free] / sensitivity.scale),
         low,
         high,
         iterations=problem.thresholds.problem.most_iterations if iterations is None else iterations,
         tolerance=1e-7,
-        enough=problem.enough,
-        bend=cost.bend,
+        should_stop=problem.enough,
+        second_derivative=cost.compute_second_derivative,
     )
     if minimum is None:
         return None
-    gain = linear_gain(minimum, low, high)
+    gain = predict_gain(minimum, low, high)
     return _hypothesis(cost, tuple(mechanisms), minimum, gain, still)
 
 
@@ -63,7 +63,7 @@ def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray
     values = np.array([parameter.value for parameter in simulation.parameters])
     given = [simulation.starting(record.stimulus, values) for record in problem.records]
     if starts is None:
-        starts = np.array([[*start, *values[sensitivity.of_record]] for start in given])
+        starts = np.array([[*start, *values[sensitivity.record_parameters]] for start in given])
     return SegmentCost(
         sensitivity=sensitivity,
         segments=[
@@ -73,7 +73,7 @@ def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray
         sigma=np.array([problem.size(name) for name in sensitivity.outputs]),
         executor=problem.executor,
         steps_per_period=problem.steps_per_period,
-        kept=problem.thresholds.problem.kept_derivatives,
+        cache_size=problem.thresholds.problem.kept_derivatives,
     )
 
 
@@ -84,8 +84,10 @@ def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[st
     """
     parameters = simulation.parameters
     free = [k for k, one in enumerate(parameters) if not one.fixed and one.name not in still]
-    of_record = [k for k in free if parameters[k].declared.of_record]
-    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, of_record=of_record)
+    of_record = [k for k in free if parameters[k].declared.per_record]
+    return Sensitivity.of(
+        simulation, problem.records, free, scales=problem.scales, record_parameters=of_record
+    )
 
 
 def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = None) -> Hypothesis | None:
@@ -149,7 +151,7 @@ def _hypothesis(
     unknowns = minimum.unknowns
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
-    values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
+    values[cost.sensitivity.record_parameters] = starts[0, len(cost.sensitivity.simulation.state) :]
     return Hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),

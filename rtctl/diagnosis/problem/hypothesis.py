@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +41,7 @@ class Hypothesis:
     def values_of(self, record: int) -> FloatArray:
         """Return all parameters (parameters,) of one record, in units."""
         values = self.sensitivity.values(self.shared)
-        values[self.sensitivity.of_record] = self.starts[record, self.states :]
+        values[self.sensitivity.record_parameters] = self.starts[record, self.states :]
         return values
 
     @property
@@ -53,14 +53,14 @@ class Hypothesis:
         """Return the fitted initial state (states,) of one record."""
         return self.starts[record, : self.states]
 
-    def linearise(self, problem: Problem) -> list[Linearised]:
+    def linearise(self, problem: Problem) -> list[Linearisation]:
         """Return the residual and the sensitivities of each record at the optimum.
 
         Raises:
             ArithmeticError: if the optimum is at the edge of divergence.
         """
 
-        def linearise_record(index: int) -> Linearised | None:
+        def linearise_record(index: int) -> Linearisation | None:
             return self.sensitivity.linearise(
                 problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )

@@ -62,7 +62,7 @@ class Problem:
         if most is None or self.samples <= most:
             return self
         each = max(1, most // len(self.records))
-        return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))
+        return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
 
     def step(self, output: str) -> float:
         """Return the quantization step of an output's readings, in its unit; 0 where none is visible."""

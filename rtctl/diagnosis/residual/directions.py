@@ -78,7 +78,7 @@ def _mechanism_directions(
         for shapes, trials in shape_grid(mechanism, problem, residuals, form):
             for amplitude in amplitudes:
                 scale = _amplitude_scale(parameters[amplitude.name], problem.scales)
-                records = range(len(problem.records)) if amplitude.of_record else (ALL,)
+                records = range(len(problem.records)) if amplitude.per_record else (ALL,)
                 directions += [
                     Direction(identity, amplitude.name, "", shapes, scale, record, trials, form)
                     for record in records

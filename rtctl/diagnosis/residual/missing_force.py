@@ -78,7 +78,7 @@ def estimate_missing_force(
     low, high = np.quantile(visited, thresholds.force_range)
     knots = np.linspace(low, high, thresholds.force_knots)
     rows = [
-        RecordRows(residual=line.residual, shared=line.shared, own=line.own,
+        RecordRows(residual=line.residual, shared=line.shared, local=line.local,
              directions=_hat_sensitivities(hypothesis, problem, k, coordinate, knots),
              period_s=problem.records[k].period_s)
         for k, line in enumerate(hypothesis.linearise(problem))

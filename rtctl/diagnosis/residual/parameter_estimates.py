@@ -32,7 +32,7 @@ def estimates_of(tested: TestedHypothesis, mechanism: str) -> dict[str, Estimate
         if parameter.mechanism == mechanism:
             spread = NORMAL_95 * float(errors[position])
             estimates[parameter.declared.name] = _estimate(parameter, spread)
-    of_record = set(sensitivity.of_record.tolist())
+    of_record = set(sensitivity.record_parameters.tolist())
     for k, parameter in enumerate(hypothesis.simulation.parameters):
         if parameter.mechanism != mechanism:
             continue

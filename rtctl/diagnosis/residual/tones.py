@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import ResidualThresholds
-from rtctl.identification.noise.residual_noise import sampled_alike
+from rtctl.identification.noise.residual_noise import group_by_period
 
 TONES = (
     "the noise of the {} holds a tone of {:.2g} {} at {:.4g} Hz in every record: something that the drive does not "
@@ -43,7 +43,7 @@ def describe_tones(
     """
     warnings: list[str] = []
     thresholds = problem.thresholds.residual
-    group = max(sampled_alike([record.period_s for record in problem.records]), key=len)
+    group = max(group_by_period([record.period_s for record in problem.records]), key=len)
     for name, series in errors.items():
         chosen = [series[k] for k in group if len(series[k]) >= thresholds.tone_least_samples]
         if not chosen:

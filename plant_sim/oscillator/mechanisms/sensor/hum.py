@@ -8,7 +8,7 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 
 def humming(moved: Moved, p: Values) -> Moved:
-    """The reading with mains in it; t from the record's first sample."""
+    """Return the reading with mains hum; t from the record's first sample."""
     angular = 2.0 * np.pi * p["frequency"]
     cosine, sine = moved.once(
         ("sensor.hum", angular), lambda: (np.cos(angular * moved.time_s), np.sin(angular * moved.time_s))
@@ -26,7 +26,7 @@ MECHANISM = OscillatorMechanism(
             "of the hum at the record's first sample",
             lambda s: s.displacement,
             default=0.0,
-            of_record=True,
+            per_record=True,
         ),
         coefficient(
             "sine",
@@ -34,7 +34,7 @@ MECHANISM = OscillatorMechanism(
             "a quarter of a period later",
             lambda s: s.displacement,
             default=0.0,
-            of_record=True,
+            per_record=True,
         ),
         shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),

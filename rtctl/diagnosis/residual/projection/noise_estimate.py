@@ -15,9 +15,9 @@ from rtctl.diagnosis.residual.projection.rows import DEFAULT_THRESHOLDS, RecordP
 from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import (
     NoiseModel,
-    noise_with_slow_part,
-    of_several,
-    sampled_alike,
+    combine_models,
+    fit_noise_with_slow_part,
+    group_by_period,
 )
 
 
@@ -38,7 +38,7 @@ def estimate_noise(
     """
     outputs = rows[0].residual.shape[0]
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
-    groups = sampled_alike([row.period_s for row in rows])
+    groups = group_by_period([row.period_s for row in rows])
     samples = [sum(rows[k].residual.shape[1] for k in group) for group in groups]
     for turn in range(thresholds.noise_iterations + slow):
         split = [row.split_off_own(models, thresholds) for row in rows]
@@ -53,12 +53,12 @@ def estimate_noise(
                 for row, part in zip(rows, split, strict=True)
             ]
             by_period = [
-                noise_with_slow_part([series[k] for k in group], slow=slow and turn > 0)._replace(
+                fit_noise_with_slow_part([series[k] for k in group], slow=slow and turn > 0)._replace(
                     period_s=rows[group[0]].period_s
                 )
                 for group in groups
             ]
-            models.append(of_several(by_period, samples))
+            models.append(combine_models(by_period, samples))
     return models
 
 

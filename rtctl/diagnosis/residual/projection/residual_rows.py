@@ -22,7 +22,7 @@ def residual_rows(problem: Problem, hypothesis: Hypothesis) -> list[RecordRows] 
     return [
         account_for_quantization(
             RecordRows(
-                residual=record.residual, shared=record.shared, own=record.own, directions=record.shared[:0],
+                residual=record.residual, shared=record.shared, local=record.local, directions=record.shared[:0],
                 period_s=problem.records[index].period_s,
             ),
             problem, index, hypothesis.sensitivity.outputs,
@@ -51,7 +51,7 @@ def account_for_quantization(
     record, thresholds, rate = problem.records[index], problem.thresholds.residual, problem.scales.rate
     turns = thresholds.rest_periods * 2.0 * np.pi
     window = round(turns / (rate * record.period_s)) if rate > 0.0 else 0
-    errors, kept = [rows.own], np.zeros(rows.residual.shape[1], bool)
+    errors, kept = [rows.local], np.zeros(rows.residual.shape[1], bool)
     for o, (name, step) in enumerate(zip(outputs, steps, strict=True)):
         readings = record.measured[name][record.first :]
         waves = rounding_error_directions(
@@ -61,10 +61,10 @@ def account_for_quantization(
         spread[:, o] = waves
         errors.append(spread)
         kept |= changing_samples(readings, step, min(window, len(readings)))
-    rows = replace(rows, own=np.concatenate(errors))
+    rows = replace(rows, local=np.concatenate(errors))
     if kept.all():
         return rows
     return replace(
-        rows, residual=rows.residual[:, kept], shared=rows.shared[..., kept], own=rows.own[..., kept],
+        rows, residual=rows.residual[:, kept], shared=rows.shared[..., kept], local=rows.local[..., kept],
         directions=rows.directions[..., kept],
     )  # fmt: skip

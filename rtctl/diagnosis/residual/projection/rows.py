@@ -39,7 +39,7 @@ class RecordRows:
     """(outputs, n) simulation minus measurement, in the outputs' units."""
     shared: FloatArray
     """(p, outputs, n) sensitivities by the scaled parameters that all records share."""
-    own: FloatArray
+    local: FloatArray
     """(q, outputs, n) sensitivities by this record's own parameters, such as its initial state."""
     directions: FloatArray
     """(k, outputs, n) directions in which the model may be wrong."""
@@ -73,7 +73,7 @@ class RecordRows:
     ) -> RecordProjection:
         """Return what the own parameters can follow of [residual, shared, directions], in the metric of the noise."""
         white = self._all_white(noise)
-        flat, own = np.split(white, [len(white) - len(self.own)])
+        flat, own = np.split(white, [len(white) - len(self.local)])
         if len(own) == 0:
             return RecordProjection(flat @ flat.T, np.zeros((len(flat), 0)), np.zeros((0, 0)))
         basis, triangle = np.linalg.qr(own.T)
@@ -93,7 +93,7 @@ class RecordRows:
         shared, directions = np.split(weights[:, 1:], [len(self.shared)], axis=1)
         combined = shared @ self.shared[:, output]
         combined += weights[:, :1] * self.residual[output]
-        for factors, slopes in ((directions, self.directions), (own, self.own)):
+        for factors, slopes in ((directions, self.directions), (own, self.local)):
             if len(slopes):
                 combined += factors @ slopes[:, output]
         return combined
@@ -110,8 +110,8 @@ class RecordRows:
         """
         rest = self.residual - np.tensordot(shared, self.shared, axes=1)
         rest = rest - np.tensordot(directions, self.directions, axes=1)
-        if len(self.own):
-            basis = np.linalg.qr(self.own.reshape(len(self.own), -1).T)[0]
+        if len(self.local):
+            basis = np.linalg.qr(self.local.reshape(len(self.local), -1).T)[0]
             flat = rest.reshape(-1)
             rest = (flat - basis @ (basis.T @ flat)).reshape(rest.shape)
         return rest
@@ -119,20 +119,20 @@ class RecordRows:
     def _split(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """Return [residual, shared, directions] whitened, and an orthonormal basis (outputs n, q) of the own rows."""
         flat = self._all_white(noise)
-        kept = len(flat) - len(self.own)
-        if len(self.own) == 0:
+        kept = len(flat) - len(self.local)
+        if len(self.local) == 0:
             return flat, np.zeros((flat.shape[1], 0))
         return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
 
     def _all_white(self, noise: Sequence[NoiseModel]) -> FloatArray:
         """Return [residual, shared, directions, own] whitened (1 + p + k + q, outputs n)."""
-        parts = (self.residual[None], self.shared, self.directions, self.own)
+        parts = (self.residual[None], self.shared, self.directions, self.local)
         count = sum(len(part) for part in parts)
         white = np.empty((count, *self.residual.shape))
         begin = 0
         for part in parts:
             for o, model in enumerate(noise if len(part) else ()):
-                white[begin : begin + len(part), o] = model.at(self.period_s).whiten(part[:, o])
+                white[begin : begin + len(part), o] = model.for_period(self.period_s).whiten(part[:, o])
             begin += len(part)
         return white.reshape(count, -1)
 

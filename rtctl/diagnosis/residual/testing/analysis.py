@@ -21,7 +21,7 @@ from rtctl.diagnosis.residual.projection import Projected, RecordRows, estimate_
 from rtctl.diagnosis.residual.projection.residual_rows import account_for_quantization
 from rtctl.diagnosis.residual.testing.lags import lagged_series, memory_directions
 from rtctl.identification.noise.residual_noise import NoiseModel
-from rtctl.identification.simulation_error.sensitivity import Linearised
+from rtctl.identification.simulation_error.sensitivity import Linearisation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +83,7 @@ def analyse_residual(
 
 
 def _rows_of(
-    hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction], index: int, record: Linearised
+    hypothesis: Hypothesis, problem: Problem, named: Sequence[Direction], index: int, record: Linearisation
 ) -> RecordRows:
     """Return the rows of one record with all directions, `named` of them of the catalogue."""
     slopes = []
@@ -94,7 +94,7 @@ def _rows_of(
     rows = RecordRows(
         residual=fine_step_residual(hypothesis, problem, index, record.residual),
         shared=record.shared,
-        own=record.own,
+        local=record.local,
         directions=np.concatenate(slopes),
         period_s=problem.records[index].period_s,
     )

@@ -62,7 +62,7 @@ def _log_blocks(
     count = len(motion) // block
     if count < thresholds.growth_least_blocks:
         return None
-    white = analysis.noise[0].at(record.period_s).whiten(unexplained[0])[: count * block]
+    white = analysis.noise[0].for_period(record.period_s).whiten(unexplained[0])[: count * block]
     variance = np.mean(white.reshape(count, block) ** 2, axis=1)
     amplitude = np.std(motion[: count * block].reshape(count, block), axis=1)
     return np.log(variance + 1e-12), np.log(amplitude + 1e-300)
@@ -82,14 +82,14 @@ def in_own_noise(
     """
     scaled = []
     for row, left in zip(rows, unexplained_residual(rows, noise, thresholds), strict=True):
-        white = [model.at(row.period_s).whiten(one) for model, one in zip(noise, left, strict=True)]
+        white = [model.for_period(row.period_s).whiten(one) for model, one in zip(noise, left, strict=True)]
         factor = 1.0 / np.array([float(one.std()) or 1.0 for one in white])[:, None]
         scaled.append(
             replace(
                 row,
                 residual=row.residual * factor,
                 shared=row.shared * factor,
-                own=row.own * factor,
+                local=row.local * factor,
                 directions=row.directions * factor,
             )
         )

@@ -90,7 +90,7 @@ def allowed_metrics(analysis: ResidualAnalysis) -> tuple[ScoreMetric, ScoreMetri
     allowed = np.array([problem.allowed[name] for name in analysis.hypothesis.sensitivity.outputs])
     powers = np.array([max(model.mean_square, 1e-300) for model in noise])
     wider = 1.0 + allowed / powers
-    coloured = [model.louder(k) for model, k in zip(noise, wider, strict=True)]
+    coloured = [model.scale_variance(k) for model, k in zip(noise, wider, strict=True)]
     plain = [NoiseModel(np.empty(0), power * k) for power, k in zip(powers, wider, strict=True)]
     squares = sum(row.residual.shape[1] for row in analysis.rows) * allowed / (powers * wider)
     return (

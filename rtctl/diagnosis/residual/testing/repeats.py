@@ -12,7 +12,7 @@ from rtctl.diagnosis.residual.projection import residual_beyond_parameters
 from rtctl.diagnosis.residual.testing.analysis import ResidualAnalysis
 from rtctl.diagnosis.residual.testing.result import ResidualTest
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.noise.residual_noise import NoiseModel, sampled_alike
+from rtctl.identification.noise.residual_noise import NoiseModel, group_by_period
 
 NAME = "something that repeats"
 
@@ -57,7 +57,7 @@ def f_test_repeats(
     freedom = rest = 0
     for group in _repeated(records):
         length = min(residuals[k].shape[1] for k in group)
-        models = [model.at(records[group[0]].period_s) for model in noise]
+        models = [model.for_period(records[group[0]].period_s) for model in noise]
         for o, (name, model) in enumerate(zip(outputs, models, strict=True)):
             readings = np.stack([records[k].measured[name][records[k].first :][:length] for k in group])
             scatter = model.whiten(readings - readings.mean(axis=0))
@@ -77,5 +77,5 @@ def _repeated(records: Sequence[FitRecord]) -> Iterator[list[int]]:
         group = [k for k, record in enumerate(records) if record.repeat == letter]
         periods = [records[k].period_s for k in group]
         firsts = {records[k].first for k in group}
-        if len(group) > 1 and len(firsts) == 1 and len(sampled_alike(periods)) == 1:
+        if len(group) > 1 and len(firsts) == 1 and len(group_by_period(periods)) == 1:
             yield group
