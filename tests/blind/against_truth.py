@@ -65,7 +65,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
     nominal, named = projected(found.search.nominal.hypothesis), projected(found.search.chosen.hypothesis)
     return Left(
         names=tuple(cause.id for cause in found.causes), nominal=nominal.residual - own, named=named.residual - own,
-        fitted=named.rank - sum(len(one.own) for one in rows), samples=sum(one.residual.shape[1] for one in rows),
+        fitted=named.rank - sum(len(one.local) for one in rows), samples=sum(one.residual.shape[1] for one in rows),
     )  # fmt: skip
 
 

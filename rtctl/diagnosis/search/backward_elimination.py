@@ -8,11 +8,12 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.bounds import clip_to_bounds, run_residual_tests
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import RecordRows, project
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.identification.noise.residual_noise import NoiseModel
