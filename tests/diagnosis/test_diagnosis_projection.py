@@ -15,7 +15,7 @@ from rtctl.diagnosis.residual.projection import (
     unexplained_residual,
 )
 from rtctl.diagnosis.thresholds import ResidualThresholds
-from rtctl.identification.noise.residual_noise import NoiseModel, autoregression, order_within
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregression, limit_order
 
 
 @pytest.mark.parametrize("own", [0, 2])
@@ -77,10 +77,10 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
         covariance = np.linalg.inv(white.T @ white)
         left = residual - design @ covariance @ white.T @ whitening @ residual
         products = np.outer(left, left) + (design @ covariance @ design.T if turn else 0.0)
-        highest = order_within(lengths)
+        highest = limit_order(lengths)
         blocks = (products[:120, :120], products[120:, 120:])
         correlation = [sum(np.trace(block, lag) for block in blocks) for lag in range(highest + 1)]
-        noise = autoregression(np.array(correlation), sum(lengths))
+        noise = fit_autoregression(np.array(correlation), sum(lengths))
     found = estimate_noise(rows)[0]
     assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
     assert found.variance == pytest.approx(noise.variance, rel=1e-9)
