@@ -11,7 +11,7 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.diagnose import _verdict, allowing
+from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
@@ -26,6 +26,8 @@ from rtctl.diagnosis.search.nonparametric import (
 )
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
+from rtctl.diagnosis.verification.holdout_gain import judge_search
+from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
@@ -35,7 +37,7 @@ DEADBAND = "actuation.deadband"
 
 
 def cooling_slowly() -> Vo2Simulation:
-    made = simulation().extended(("unnamed.heat_balance",))
+    made = simulation().extended(("nonparametric.heat_balance",))
     own = [1.0 if one.declared.name == "cooling" else one.value for one in made.parameters]
     return made.with_values(np.array(own))
 
@@ -71,7 +73,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=measured, first=0))
     comparable, readings = subject.comparable(simulation(), tuple(records))
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
-    problem = allowing(
+    problem = allow_misfit(
         Problem(
             subject=subject, records=compared, scales=estimate_scales(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
@@ -92,7 +94,7 @@ def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, s
 @cache
 def braked(hidden: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
-    made = unnamed("unnamed.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
+    made = unnamed("nonparametric.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
     return named_by(of(made), device(), "friction.coulomb")
 
 
@@ -130,7 +132,7 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
     problem, nominal, named = named_by(
-        of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
+        of(unnamed("nonparametric.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
     assert find_better_alternative(problem, nominal, named, WorkBudget.of()).startswith(
         "The restoring force has a kink"
@@ -155,7 +157,7 @@ def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise
             "time_constant": {"value": 8e-3, "unit": "s"},
         },
     }
-    made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
+    made = unnamed("nonparametric.relaxations", **RELAXING) if hidden == "many" else device(single)
     problem, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
     found = find_better_alternative(problem, nominal, named, WorkBudget.of())
     assert found.startswith(said) if said else not found
@@ -165,7 +167,7 @@ def late_by(radians: float, share: float) -> Problem:
     """Two records of the device with a force that follows it late, as much of its stiffness as `share`."""
     rate = float(np.sqrt(1.6e4))
     time = radians / rate / 48.0
-    return of(unnamed("unnamed.feedback", late=share * 1.6e4, time=time))
+    return of(unnamed("nonparametric.feedback", late=share * 1.6e4, time=time))
 
 
 def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
@@ -194,9 +196,10 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     )
     stopping = replace(problem, cancellation=CancellationToken())
     stopping.cancellation.cancel()
-    verdict, said, stopped = _verdict(search, stopping, [None], WorkBudget.of(), lambda text: None)
-    assert (verdict, stopped) == ("partly_explained", True)
-    assert "may explain it better than friction.coulomb" in said[-1]
-    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), lambda text: None)
-    assert (verdict, stopped) == ("unexplained", False)
-    assert "leaves less: not named" in said[-1]
+    claimed = judge_search(search, problem)
+    stopped = compare_nonparametric(claimed, search, stopping, WorkBudget.of(), lambda text: None)
+    assert (stopped.claim, stopped.stopped) == ("partly_explained", True)
+    assert "may explain the data better than friction.coulomb" in stopped.notes[-1]
+    compared = compare_nonparametric(claimed, search, problem, WorkBudget.of(), lambda text: None)
+    assert (compared.claim, compared.stopped) == ("unexplained", False)
+    assert "a nonparametric alternative leaves a smaller residual" in compared.notes[-1]

@@ -1,4 +1,4 @@
-"""`unnamed.dissipation`: - sum of c_n |z'|^n sign z' for n = 1/4, 1/2, 2 and 3, a damping of any power."""
+"""`nonparametric.dissipation`: - sum of c_n |z'|^n sign z' for n = 1/4, 1/2, 2 and 3, a damping of any power."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.dissipation",
+    id="nonparametric.dissipation",
     statement="The damping force grows with another power of the speed than dry friction, a viscous or a fluid one.",
     parameters=tuple(
         coefficient(

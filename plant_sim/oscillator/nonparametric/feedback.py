@@ -1,4 +1,4 @@
-"""`unnamed.feedback`: - early y_12 - late y_24, where y_k is the displacement after k all-pass sections.
+"""`nonparametric.feedback`: - early y_12 - late y_24, where y_k is the displacement after k all-pass sections.
 
 Each section, x' = (y_(k-1) - x) / time and y_k = 2 x - y_(k-1), leaves amplitudes as they are and is late by up to a
 radian of the motion: two of the sums stand, near a resonance, for a force of any phase that comes late.
@@ -58,7 +58,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.feedback",
+    id="nonparametric.feedback",
     statement="A force follows the motion late, as of a loop around the device.",
     parameters=(
         coefficient("early", "1/s^2", "of the force that is half as late", lambda s: s.rate**2, default=0.0),

@@ -1,4 +1,4 @@
-"""`unnamed.relaxations`: - level sum of (r_k time)^order w_k, where w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
+"""`nonparametric.relaxations`: - level sum of (r_k time)^order w_k, where w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
 
 A spring that relaxes over decades of time, as a polymer's does: with an order between 0 and 1 nearly the fractional
 derivative of that order (Oldham and Spanier 1974); one relaxation alone is `stiffness.viscoelastic`.
@@ -35,7 +35,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.relaxations",
+    id="nonparametric.relaxations",
     statement="A part of the stiffness relaxes with many time constants, as of a polymer, not with one.",
     parameters=(
         coefficient("level", "1/s^2", "of the element in the middle", lambda s: s.rate**2),

@@ -1,4 +1,4 @@
-"""`unnamed.spring`: - sum of c_m z^m for m = 2 to 7, a restoring force of any shape."""
+"""`nonparametric.spring`: - sum of c_m z^m for m = 2 to 7, a restoring force of any shape."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.spring",
+    id="nonparametric.spring",
     statement="The restoring force is no polynomial of the third or fifth order, but of another shape.",
     parameters=tuple(
         coefficient(

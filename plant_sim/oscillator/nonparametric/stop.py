@@ -1,4 +1,4 @@
-"""`unnamed.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
+"""`nonparametric.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def fastest_rate(p: Values, speed: float) -> float:
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.stop",
+    id="nonparametric.stop",
     statement="The restoring force has a kink, as of a stop or of play that is used up, {place} from the origin.",
     parameters=(
         coefficient("above", "1/s^2", "beyond the place", lambda s: s.rate**2, default=0.0),
