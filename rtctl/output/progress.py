@@ -13,7 +13,7 @@ PIPE_WIDTH = 140
 
 @contextmanager
 def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -> Iterator[Advance]:
-    """A bar on standard error if that is a terminal or `forced`; the callable takes how much is done."""
+    """Show a bar on standard error if that is a terminal or `forced`; the callable takes how much is done."""
     if quiet or not (forced or sys.stderr.isatty()):
         yield lambda done: None
         return
@@ -34,7 +34,7 @@ def say(text: str, *, quiet: bool) -> None:
 
 
 def print_table(title: str, headers: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """A table on standard output; numbers right-aligned, first column left."""
+    """Print a table to standard output; numbers right-aligned, first column left."""
     from rich.console import Console
     from rich.table import Table
 

@@ -84,7 +84,7 @@ class Comparison(NamedTuple):
 
 
 def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
-    """The model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
+    """Return the model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
     simulated = [name for name, one in plant_kinds().items() if one.model is not None]
     if kind in simulated and dataset.plant != kind:
@@ -191,7 +191,7 @@ def _summary_row(compared: ComparedRecord, units: Mapping[str, str]) -> dict[str
 
 
 def _add_noise_floors(rows: list[dict[str, Any]], dataset: StoredDataset) -> None:
-    """What does not repeat, beside each record's error; None where its input was not repeated."""
+    """Return the part that does not repeat, for each record's error; None where its input was not repeated."""
     floors = noise_floors(dataset)
     for row, head in zip(rows, dataset.heads, strict=True):
         for name, score in row["outputs"].items():

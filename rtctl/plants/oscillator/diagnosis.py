@@ -13,6 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (
@@ -26,8 +27,6 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
-
-NORMAL_95 = 1.96
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
     ("z^2", "displacement", lambda z, v, u, t: z**2),

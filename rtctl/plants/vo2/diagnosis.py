@@ -33,9 +33,11 @@ from rtctl.diagnosis.problem.subject import (
 )
 from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.identification.vo2.coarse_loops import (
+    UNITS,
     LoopResolution,
     Samples,
     collect_loops,
+    describe_improvement,
     find_coarse_loops,
     refit_loop,
 )
@@ -44,6 +46,7 @@ from rtctl.identification.vo2.staircase import estimate_static_noise
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
+from rtctl.plants.vo2.loops_picture import draw_coarse_loops
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
@@ -348,6 +351,10 @@ VO2 = Subject(
     corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     offsets={"deflection": "deflection_offset"},
     shifted_by="",
+    output_units={LOG_RESISTANCE: "ln(ohm)"},
+    coarse_units=UNITS,
+    describe_coarse=describe_improvement,
+    coarse_figure=draw_coarse_loops,
     read_model=read_model,
     spreads=lambda model: {},
     extended_model=extended_model,
