@@ -99,11 +99,9 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = (
-        name_causes(search, fits.after, problem.subject, problem.thresholds.report)
-        if verdict.names_causes
-        else NamedCauses()
-    )
+    named = NamedCauses()
+    if verdict.names_causes:
+        named = name_causes(search, fits.after, problem.subject, problem.thresholds.report)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]

@@ -9,7 +9,7 @@ from itertools import combinations, product
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.simulation import FreeParameter
+from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted
 from rtctl.diagnosis.residual.directions import ALL, group_by_shapes, parameters_by_name
@@ -152,13 +152,7 @@ def _start_candidate(
     index = {
         (p.mechanism, p.declared.name): k for k, p in enumerate(simulation.parameters) if p.mechanism in forms
     }
-    still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
-    for mechanism in simulation.mechanisms[-len(forms) :]:
-        still |= {
-            f"{mechanism.id}.{one.name}"
-            for one in mechanism.amplitudes
-            if mechanism.form_of(one.name) != forms[mechanism.id]
-        }
+    still = set(hypothesis.still) | _list_fixed(hypothesis.simulation, simulation, forms)
     steps = _solve_joint_step(parent.projected, len(hypothesis.shared), group)
     room = _make_room(parent, group, steps, limits)
     factor = min(factor, _limit_step(parent, room, limits))
@@ -183,6 +177,17 @@ def _start_candidate(
         starts=np.column_stack((hypothesis.starts, *of_record.values())), still=frozenset(still),
         neutral=clip_to_bounds(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
     )  # fmt: skip
+
+
+def _list_fixed(before: Simulation, after: Simulation, forms: Mapping[str, str]) -> set[str]:
+    """Return the names of the added mechanisms' parameters that are not fitted: defaulted shapes and other forms."""
+    fixed = set(defaulted(after) - defaulted(before))
+    for mechanism in after.mechanisms[-len(forms) :]:
+        amplitudes = [one.name for one in mechanism.amplitudes]
+        fixed |= {
+            f"{mechanism.id}.{name}" for name in amplitudes if mechanism.form_of(name) != forms[mechanism.id]
+        }
+    return fixed
 
 
 def _make_room(

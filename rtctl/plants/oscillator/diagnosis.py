@@ -65,7 +65,7 @@ PAST = (
 
 
 def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
-    """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
+    """Return (forces, outputs, n) of record `index`, each as strong as the drive's own force."""
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
         t = np.linspace(-1.0, 1.0, len(z))
@@ -101,7 +101,7 @@ def _pushed(
     index: int,
     forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
 ) -> FloatArray:
-    """(forces, outputs, n): what each does that is of `forces` (displacement, velocity, drive, each over its size)."""
+    """Return the effects (forces, outputs, n) of `forces` (displacement, velocity, drive, each over its size)."""
     record = problem.records[index]
     values = hypothesis.values_of(index)
     start = np.atleast_2d(hypothesis.start(index))

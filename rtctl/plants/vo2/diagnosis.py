@@ -134,7 +134,7 @@ def low_pass(x: FloatArray, samples: float) -> FloatArray:
 
 
 def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
-    """(forces, outputs, n) of record `index`: on the current in parts of its RMS variation, on a reading of its."""
+    """Return (forces, outputs, n) of record `index`, in parts of the RMS variation of the current or reading."""
     record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
     base = hypothesis.simulation.predict(record.stimulus, values, start, problem.steps_per_period)
@@ -230,8 +230,10 @@ def _inner(simulation: Simulation) -> Simulation:
 
 
 def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
-    """By what the identification left on its staircases; no more than the noise of one reading there, as far as the
-    dataset has them: what is left beyond it is too coarse a model.
+    """Return the RMS misfit, by output, that the identification left on its staircases.
+
+    It is at most the noise of one reading there, as far as the dataset has staircases: a larger residual means that
+    the model is too coarse.
     """
     noise = estimate_static_noise(dataset)
     left = {"resistance": model.reading_error, "deflection": model.deflection_error}
@@ -246,7 +248,7 @@ class _Placed(NamedTuple):
     loops: Mapping[str, PreisachModel]
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
-        """`simulation` with these read-outs."""
+        """Return `simulation` with these read-outs."""
         if isinstance(simulation, LogReading):
             return replace(simulation, plain=self(simulation.plain))
         assert isinstance(simulation, Vo2Simulation)
@@ -259,7 +261,7 @@ def _relearned(
     problem: FittedRecords,
     report: Callable[[str], None],
 ) -> Placed:
-    """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
+    """Refit the loops to the fitted records too: the loops along their temperatures, less the fit's residual."""
     plain = VO2.inner(hypothesis.simulation)
     assert isinstance(plain, Vo2Simulation)
     samples: dict[str, list[Samples]] = {output: [] for output in coarse}
