@@ -18,8 +18,8 @@ from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.remarks import remark
-from rtctl.diagnosis.residual.localization import places
-from rtctl.diagnosis.residual.missing_force import residual_shape
+from rtctl.diagnosis.residual.localization import localize_residual
+from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
@@ -87,8 +87,8 @@ def diagnose(
         notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         notes += (*first.notes, *search_notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
-        unfitted_whole = whole is None and answer.verdict == "adequate"
-        return explain_by_file_value(answer, request, data.simulation, holdout) if unfitted_whole else answer
+        is_final = answer.verdict != "adequate" or whole is not None
+        return answer if is_final else explain_by_file_value(answer, request, data.simulation, holdout)
 
 
 def _answer(
@@ -99,7 +99,8 @@ def _answer(
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
     named = name_causes(search, verified, problem.subject, problem.thresholds.report)
-    where = places(search.nominal) if verdict.claim != "adequate" else []
+    least_share = problem.thresholds.residual.least_located_share
+    where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     rivals = choose_rivals(search, verdict, problem.thresholds.verification)
@@ -111,10 +112,9 @@ def _answer(
         verdict=verdict.claim, causes=named.causes, gain=verified.gain, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extend_model(problem, request.model, fits.after), units=units,
-        isolability=isolability(search.nominal),
+        isolability=isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
-        next_experiment=proposed,
-        shape=residual_shape(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
+        shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Rows, project
+from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
     _limit_step,
@@ -36,7 +36,7 @@ def way_of(apart: float, step: float = 2.0) -> np.ndarray:
     """Of two own parameters, for a direction that is 3 times the second and `apart` something of its own."""
     rng = np.random.default_rng(0)
     shared, own = rng.standard_normal((2, 1, SAMPLES)), rng.standard_normal((1, 1, SAMPLES))
-    rows = Rows(
+    rows = RecordRows(
         residual=rng.standard_normal((1, SAMPLES)), shared=shared, local=np.zeros((0, 1, SAMPLES)),
         directions=3.0 * shared[1:] + apart * own,
     )  # fmt: skip
