@@ -1,0 +1,141 @@
+"""What a call accepts: paths as text or Path, datasets and scenarios as objects or as files."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from rtctl.border.errors import InputError
+
+if TYPE_CHECKING:
+    from rtctl.measured.dataset import Dataset
+    from rtctl.measured.stored import StoredDataset
+    from rtctl.scenario.schema import Scenario
+
+PathText: TypeAlias = str | PathLike[str]
+Settings: TypeAlias = Mapping[str, Any] | Sequence[str]
+"""Keys of a scenario to override: `{"driver.kind": "modbus-tcp"}`, or texts `"driver.kind=modbus-tcp"`."""
+
+
+def path_of(name: str, value: Any) -> Path:
+    """Return the path of an argument `name`. Raises InputError where it is neither text nor a path."""
+    if isinstance(value, bytes) or not isinstance(value, str | PathLike):
+        raise InputError(f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}")
+    return Path(os.fspath(value))
+
+
+def read_dataset(path: PathText) -> Dataset:
+    """Read a dataset's manifest (`dataset.toml`) and all its records into memory.
+
+    Raises:
+        InputError: A file is missing, or a key, a unit or the numbers are wrong; all findings at once, one a line.
+    """
+    from rtctl.measured.reading import read_dataset as read
+
+    return read(path_of("dataset", path))
+
+
+def dataset_of(dataset: Dataset | PathText) -> Dataset:
+    """Return `dataset`, read from its manifest where it is a path. Raises InputError."""
+    from rtctl.measured.dataset import Dataset
+
+    return dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+
+
+def stored_dataset_of(dataset: Dataset | PathText) -> StoredDataset:
+    """Return the dataset as one whose records are read one at a time. Raises InputError."""
+    from rtctl.measured.dataset import Dataset
+    from rtctl.measured.reading import open_dataset
+    from rtctl.measured.stored import RecordHead, StoredDataset
+
+    if not isinstance(dataset, Dataset):
+        return open_dataset(path_of("dataset", dataset))
+    records = dataset.records
+    return StoredDataset(
+        path=dataset.path, name=dataset.name, plant=dataset.plant, identity=dataset.identity,
+        units=dataset.units, holds=dataset.holds, read=lambda k: records[k],
+        heads=tuple(RecordHead(one.name, one.file, one.use, one.repeat, one.conditions) for one in records),
+    )  # fmt: skip
+
+
+class LoadedScenario(NamedTuple):
+    """A checked scenario and where it came from."""
+
+    scenario: Scenario
+    tables: dict[str, Any]
+    """As it is run, overrides included."""
+    folder: Path
+    """Where files that it names are looked up first."""
+    name: str
+    """Of its file, without suffix."""
+
+
+def load_scenario(scenario: PathText | Mapping[str, Any], settings: Settings) -> LoadedScenario:
+    """Return the checked scenario of a file, of a bundled name, or of tables, with `settings` applied.
+
+    Raises:
+        InputError: No such scenario (the nearest name is offered), or keys, values or units are wrong.
+    """
+    from rtctl.scenario import schema
+    from rtctl.scenario.bundled import find_scenario
+
+    overrides = _overrides(settings)
+    if not isinstance(scenario, Mapping):
+        path = find_scenario(str(path_of("scenario", scenario)))
+        checked, tables = schema.load_scenario(path, overrides)
+        return LoadedScenario(checked, tables, path.parent, path.stem)
+    tables = schema.overridden(copy.deepcopy(dict(scenario)), overrides)
+    if isinstance(driver := tables.setdefault("driver", {}), dict):
+        driver.setdefault("kind", "inprocess")
+    return LoadedScenario(schema.checked_scenario(tables, "scenario"), tables, Path(), "scenario")
+
+
+def _overrides(settings: Settings) -> list[str]:
+    """Return `settings` as KEY=VALUE texts, values as TOML has them."""
+    if isinstance(settings, str):
+        return [settings]
+    if isinstance(settings, Mapping):
+        return [text for key, value in settings.items() for text in _assignments(str(key), value)]
+    if isinstance(settings, Sequence) and all(isinstance(text, str) for text in settings):
+        return list(settings)
+    raise InputError(
+        f'settings must be a mapping such as {{"driver.kind": "modbus-tcp"}}, got {type(settings).__name__}'
+    )
+
+
+def _assignments(key: str, value: Any) -> list[str]:
+    import tomli_w
+
+    if isinstance(value, Mapping):
+        return [text for inner, entry in value.items() for text in _assignments(f"{key}.{inner}", entry)]
+    if isinstance(value, PathLike):
+        value = os.fspath(value)
+    if hasattr(value, "tolist"):  # numbers and arrays of NumPy
+        value = value.tolist()
+    try:
+        return [f"{key}={tomli_w.dumps({'value': value}).removeprefix('value = ').strip()}"]
+    except TypeError:
+        raise InputError(f"settings: {key} = {value!r} is nothing that a scenario can hold") from None
+
+
+def part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
+    """Return the overrides that put a part into a scenario: by its kind, or by a table of its keys.
+
+    Args:
+        table: "driver", "estimator" or "controller".
+        part: Its kind, such as "modbus-tcp", or keys such as `{"kind": "pi", "kp": "0.02 mA/um"}`.
+
+    Raises:
+        InputError: `part` is neither.
+    """
+    if isinstance(part, str):
+        return {f"{table}.kind": part}
+    if isinstance(part, Mapping):
+        return {f"{table}.{key}": value for key, value in part.items()}
+    raise InputError(
+        f"{table} must be a kind such as a text, or a mapping of its keys, got {type(part).__name__} {part!r:.60}"
+    )
