@@ -182,12 +182,12 @@ def closed(case: Case, folder: Path) -> dict[str, Any]:
         nominal = (ROOT / "scenarios" / "models" / "me_a.toml").read_text(encoding="utf-8")
         model.write_text(nominal, encoding="utf-8")
     run(case, folder / "before", device, model)
-    fit_nominal = time.perf_counter()
+    begun = time.perf_counter()
     answer = folder / "diagnosis" / "diagnosis.json"
     once(
         answer, "diagnose", folder / "data" / "dataset.toml", "--model", model, "--out", folder / "diagnosis"
     )
-    print(f"{case.name}: diagnosis {time.perf_counter() - fit_nominal:.0f} s", file=sys.stderr, flush=True)
+    print(f"{case.name}: diagnosis {time.perf_counter() - begun:.0f} s", file=sys.stderr, flush=True)
     run(case, folder / "after", device, folder / "diagnosis" / "model-extended.toml")
     return {
         "diagnosis": json.loads(answer.read_text(encoding="utf-8")),

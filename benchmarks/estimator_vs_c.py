@@ -218,10 +218,10 @@ def medians(calls: dict[str, Callable[[], Any]], rounds: int, samples: int) -> d
     costs: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(rounds + 1):
         for name, call in calls.items():
-            fit_nominal = time.perf_counter_ns()
+            begun = time.perf_counter_ns()
             call()
             if turn:
-                costs[name].append((time.perf_counter_ns() - fit_nominal) / samples)
+                costs[name].append((time.perf_counter_ns() - begun) / samples)
     return {name: median(values) for name, values in costs.items()}
 
 

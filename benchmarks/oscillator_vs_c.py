@@ -91,10 +91,10 @@ def medians(calls: dict[str, Callable[[], Any]], rounds: int, steps: dict[str, i
     costs: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(rounds + 1):
         for name, call in calls.items():
-            fit_nominal = time.thread_time_ns()
+            begun = time.thread_time_ns()
             call()
             if turn:
-                costs[name].append((time.thread_time_ns() - fit_nominal) / steps[name])
+                costs[name].append((time.thread_time_ns() - begun) / steps[name])
     return {name: median(values) for name, values in costs.items()}
 
 
@@ -253,9 +253,9 @@ def paper_sweep() -> None:
     starts = np.column_stack([z.ravel(), v.ravel()])
     equation = Equation.of(simulation.parameters, [], np.tile(values_of(simulation), (100, 1)))
     next(sweep(equation, starts, 3.81, [7.0], 1.0))  # compiles
-    fit_nominal = time.process_time()
+    begun = time.process_time()
     maps = list(sweep(equation, starts, 3.81, np.arange(7.0, 18.01, 0.25), 100.0))
-    spent = time.process_time() - fit_nominal
+    spent = time.process_time() - begun
     print(f"sweep, {len(maps)} frequencies x 100 starts x 100 s at 128 steps a period, processor seconds "
           f"{verdict(spent, REACH['sweep_s'])}")  # fmt: skip
 
@@ -268,10 +268,10 @@ def silverbox_fit(folder: Path, rounds: int) -> None:
     dataset = read_dataset(folder / "dataset.toml")
     walls, fits = [], []
     for turn in range(rounds + 1):
-        fit_nominal = time.perf_counter()
+        begun = time.perf_counter()
         fits.append(identify_oscillator(dataset, None, build_simulation))
         if turn:
-            walls.append(time.perf_counter() - fit_nominal)
+            walls.append(time.perf_counter() - begun)
     fit = fits[-1].fit
     rms = ", ".join(f"{1e3 * value:.3g} m{dataset.units[name]}" for name, value in fit.rms.items())
     print(f"output-error fit of {len(fit.free)} parameters to the Silverbox's training record, wall seconds "

@@ -81,10 +81,10 @@ def recording(rounds: int) -> None:
 
 def cost_ns(append: Callable[[tuple[float, ...]], None], row: tuple[float, ...]) -> float:
     """CPU time of this thread an append [ns]: what it costs the loop, whoever else computes."""
-    fit_nominal = time.thread_time_ns()
+    begun = time.thread_time_ns()
     for _ in range(STEPS):
         append(row)
-    return (time.thread_time_ns() - fit_nominal) / STEPS
+    return (time.thread_time_ns() - begun) / STEPS
 
 
 def wakeup(period_s: float, spin: bool, rounds: int, seconds: float, priority: int) -> None:
@@ -215,9 +215,9 @@ def stolen_ticks() -> int:
 @background_kernel
 def spin(gaps: IntArray, scratch: IntArray, duration_ns: int) -> int:
     """Read the clock for so long; gaps [ns] of more than 0.1 ms, and how many there were."""
-    count, fit_nominal = 0, clock_ns(scratch, 0)
-    last = fit_nominal
-    while last - fit_nominal < duration_ns:
+    count, begun = 0, clock_ns(scratch, 0)
+    last = begun
+    while last - begun < duration_ns:
         now = clock_ns(scratch, 0)
         if now - last > 100_000 and count < gaps.size:
             gaps[count] = now - last

@@ -88,9 +88,9 @@ def cost_of_one(plan: Plan, rounds: int) -> tuple[float, float]:
     """Processor seconds and bytes of a trajectory, the median over parts."""
     costs, sizes = [], []
     for number in range(2 * rounds):
-        fit_nominal = time.process_time()
+        begun = time.process_time()
         content = compute_part(plan, number)
-        costs.append((time.process_time() - fit_nominal) / plan.part)
+        costs.append((time.process_time() - begun) / plan.part)
         sizes.append(len(content) / plan.part)
     print(
         f"a trajectory of the beam at 9 Hz until it repeats: {1e6 * median(costs):.0f} us of one core "
@@ -117,10 +117,10 @@ def timed(plan: Plan, workers: int) -> float:
     """From the first result on, that is without the start of the processes, for all parts but the first."""
     results = on_this_machine(plan, range(plan.parts), workers)
     next(results)
-    fit_nominal = time.perf_counter()
+    begun = time.perf_counter()
     for _ in results:
         pass
-    return (time.perf_counter() - fit_nominal) * plan.parts / (plan.parts - 1)
+    return (time.perf_counter() - begun) * plan.parts / (plan.parts - 1)
 
 
 def killed_one_at_a_time(folder: Path) -> float:
@@ -139,7 +139,7 @@ def killed_one_at_a_time(folder: Path) -> float:
         overhead_s = trivial_tasks(address)
         sweep = [sys.executable, "-m", "rtctl", "sweep", str(path), "--out", str(out), "--quiet"]
         running = started(stack, [*sweep, "--scheduler", address], folder / "sweep.log")
-        fit_nominal = time.perf_counter()
+        begun = time.perf_counter()
         for k, victim in enumerate(workers):
             wait_for(lambda k=k: count(out) >= (k + 1) * plan.parts // 6 or running.poll() is not None)
             if k == 3:
@@ -147,7 +147,7 @@ def killed_one_at_a_time(folder: Path) -> float:
             print(f"  {count(out):3d} of {plan.parts} parts: worker {k + 1} of 4 killed")
             victim.kill()
         code = running.wait()
-        wall = time.perf_counter() - fit_nominal
+        wall = time.perf_counter() - begun
     kept = {int(one.stem[5:]): one.read_bytes() for one in (out / "parts").glob("*.parquet")}
     if code != 0 or kept != local:
         raise SystemExit(f"the cluster's result is not the local one (exit {code}, {len(kept)} parts)")
@@ -161,9 +161,9 @@ def trivial_tasks(address: str) -> float:
 
     with distributed.Client(address) as client:
         client.wait_for_workers(4)
-        fit_nominal = time.perf_counter()
+        begun = time.perf_counter()
         client.gather(client.map(_nothing, range(TRIVIAL_TASKS)))
-        each = (time.perf_counter() - fit_nominal) / TRIVIAL_TASKS
+        each = (time.perf_counter() - begun) / TRIVIAL_TASKS
     print(f"a Dask task that does nothing: {1e3 * each:.2f} ms on four workers of this machine")
     return each
 

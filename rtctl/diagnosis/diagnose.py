@@ -22,6 +22,7 @@ from rtctl.diagnosis.report.answer import (
     apart_from_identification,
     as_json,
     causes_of,
+    loops_cause,
     wrong_value_cause,
 )
 from rtctl.diagnosis.residual.bursts import bursts, leftovers
@@ -38,12 +39,12 @@ from rtctl.diagnosis.search.catalogue_search import (
     StoppedByUser,
     find_causes,
 )
+from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
-from rtctl.diagnosis.search.hysteresis_refit import loops_cause
+from rtctl.diagnosis.search.nonparametric import explaining_more, explaining_the_past
+from rtctl.diagnosis.search.outcome import verdict_of
 from rtctl.diagnosis.search.stepwise import SearchResult, level_of
-from rtctl.diagnosis.verification.holdout_error import Gain, gain
-from rtctl.diagnosis.verification.nonparametric import explaining_more, explaining_the_past
-from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
+from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 from rtctl.diagnosis.verification.verdict_checks import held
 from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord

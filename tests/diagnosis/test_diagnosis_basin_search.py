@@ -36,7 +36,7 @@ def ring_downs() -> Problem:
     )
 
 
-def fit_nominal(problem: Problem, factor: float) -> Hypothesis:
+def begun(problem: Problem, factor: float) -> Hypothesis:
     """From `factor` times the level."""
     plant = device(FRICTION)
     values = [p.value * (factor if p.mechanism else 1.0) for p in plant.parameters]
@@ -48,7 +48,7 @@ def fit_nominal(problem: Problem, factor: float) -> Hypothesis:
 @pytest.mark.parametrize("factor", [0.75, 0.85, 1.2])
 def test_the_deepest_valley_is_found_from_its_neighbours(factor: float) -> None:
     problem = ring_downs()
-    stuck, right = fit_nominal(problem, factor), fit_nominal(problem, 1.0)
+    stuck, right = begun(problem, factor), begun(problem, 1.0)
     found = past_kinks(problem, stuck)
     assert stuck.cost > 5.0 * right.cost
     assert found.cost < 1.05 * right.cost

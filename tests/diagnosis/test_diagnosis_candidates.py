@@ -115,9 +115,9 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
         },
     }
     problem, parent = examined(("mode.second",), attached)
-    fit_nominal = [dict(_shown(one)) for one in candidates_of(parent) if one.form == "mass_ratio"]
-    assert len({one["frequency"] for one in fit_nominal}) == tried
-    assert all(one["mass_ratio"] > 0.0 for one in fit_nominal)
+    begun = [dict(_shown(one)) for one in candidates_of(parent) if one.form == "mass_ratio"]
+    assert len({one["frequency"] for one in begun}) == tried
+    assert all(one["mass_ratio"] > 0.0 for one in begun)
     best = halve_successively(problem, candidates_of(parent), lambda text: None)[0]
     found = {
         one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)

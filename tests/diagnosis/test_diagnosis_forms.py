@@ -102,9 +102,9 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
     near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
-    fit_nominal = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
-    assert fit_nominal is not None
-    end = polish(problem, fit_nominal)
+    begun = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    assert begun is not None
+    end = polish(problem, begun)
     assert end is not None
     assert end.still == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
@@ -127,13 +127,11 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    fit_nominal = fit_hypothesis(
-        problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2
-    )
-    assert fit_nominal is not None
+    begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
+    assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
-        end = polish(problem, fit_nominal)
+        end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}
     found = {one.name: one.value for one in end.simulation.parameters}

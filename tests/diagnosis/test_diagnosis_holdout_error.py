@@ -9,7 +9,7 @@ import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.verification.holdout_error import free_run_error, gain
+from rtctl.diagnosis.search.holdout_error import free_run_error, gain
 from rtctl.identification.fit_record import FitRecord
 
 

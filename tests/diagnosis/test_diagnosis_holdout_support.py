@@ -13,10 +13,10 @@ from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
+from rtctl.diagnosis.search.holdout_support import supported
 from rtctl.diagnosis.search.model_selection import ranked
+from rtctl.diagnosis.search.outcome import verdict_of
 from rtctl.diagnosis.search.stepwise import SearchResult, _less_what_is_idle
-from rtctl.diagnosis.verification.holdout_support import supported
-from rtctl.diagnosis.verification.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -85,8 +85,10 @@ def test_one_that_makes_them_worse_is_not_told_and_the_large_one_is(
     assert dropped == ("sensor.offset",)
 
 
-@pytest.mark.parametrize(("tested_mm", "told"), [(0.0, "adequate"), (2e-4, "explained")])
-def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(tested_mm: float, report: str) -> None:
+@pytest.mark.parametrize(("tested_mm", "verdict"), [(0.0, "adequate"), (2e-4, "explained")])
+def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
+    tested_mm: float, verdict: str
+) -> None:
     records = tuple(record_of(seed, 2e-4, FRICTION_FREE) for seed in (1, 2))
     problem = Problem(
         subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
@@ -98,8 +100,8 @@ def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(tested_mm
     assert 0.0 < nominal.hypothesis.cost - offset.hypothesis.cost < 0.05 * offset.hypothesis.cost
     tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
     left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
-    assert dropped == (("sensor.offset",) if report == "adequate" else ())
-    assert verdict_of(left, 0.9) == report
+    assert dropped == (("sensor.offset",) if verdict == "adequate" else ())
+    assert verdict_of(left, 0.9) == verdict
 
 
 def test_without_test_records_nothing_is_dropped(searched: tuple[Problem, SearchResult]) -> None:
@@ -113,7 +115,7 @@ def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_
     tests = [record_of(7, 0.0)]
     assert supported(found, problem, tests, IDS, Budget.of(0.0)) == (found, ())
     monkeypatch.setattr(
-        "rtctl.diagnosis.verification.holdout_support.free_run_error", lambda *_: np.full(9, np.inf)
+        "rtctl.diagnosis.search.holdout_support.free_run_error", lambda *_: np.full(9, np.inf)
     )
     assert supported(found, problem, tests, IDS, Budget.of(60.0)) == (found, ())
 

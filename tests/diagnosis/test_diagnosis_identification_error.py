@@ -21,7 +21,7 @@ def cause(identity: str, share: float, others: tuple[str, ...] = ()) -> Cause:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "named"),
     [
         ([LAGS, ("hysteresis.shape", 0.03, ())], ["hysteresis.rate_dependence"]),
         ([LAGS, ("thermal.latent_heat", 0.03, ("hysteresis.shape",))], ["hysteresis.rate_dependence"]),
@@ -32,12 +32,12 @@ def cause(identity: str, share: float, others: tuple[str, ...] = ()) -> Cause:
     ids=["small", "not told from it", "another", "large", "alone"],
 )
 def test_a_small_correction_of_the_loops_is_told_only_where_nothing_else_is(
-    given: list[tuple[str, float, tuple[str, ...]]], report: list[str]
+    given: list[tuple[str, float, tuple[str, ...]]], named: list[str]
 ) -> None:
     sets = [[name for name, _, _ in given], *([other] for _, _, others in given for other in others)]
     simulations: list[Any] = [
         SimpleNamespace(mechanisms=[MECHANISMS[name] for name in names]) for names in sets
     ]
     left, corrected = apart_from_identification([cause(*one) for one in given], simulations)
-    assert [one.id for one in left] == report
-    assert corrected == tuple(name for name, _, _ in given if name not in report)
+    assert [one.id for one in left] == named
+    assert corrected == tuple(name for name, _, _ in given if name not in named)

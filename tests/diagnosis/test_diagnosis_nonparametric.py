@@ -17,9 +17,9 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothes
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import candidates_of
 from rtctl.diagnosis.search.catalogue_search import StoppedByUser
+from rtctl.diagnosis.search.nonparametric import SUSPECT, explaining_more, explaining_the_past, past_in
 from rtctl.diagnosis.search.stepwise import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
-from rtctl.diagnosis.verification.nonparametric import SUSPECT, explaining_more, explaining_the_past, past_in
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS

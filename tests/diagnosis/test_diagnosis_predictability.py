@@ -23,7 +23,7 @@ from rtctl.diagnosis.nominal_fit.predictability import (
 )
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
 from rtctl.identification.fit_record import ONWARD, FitRecord
 from rtctl.identification.scales import scales_of

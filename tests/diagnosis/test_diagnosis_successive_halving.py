@@ -72,13 +72,11 @@ def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Prob
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    fit_nominal = fit_hypothesis(
-        problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
-    )
+    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
     assert whole is not None
-    assert fit_nominal is not None
+    assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
-    assert fit_nominal.promised < fit_nominal.cost - 0.9 * (fit_nominal.cost - whole.cost)
+    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
 
 
 def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
@@ -126,14 +124,14 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[P
     """However little they have gained so far; a few of them, each by its most promising start."""
     _, nominal = fitted_case
     promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
-    fit_nominal = {
+    begun = {
         (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
         for name, those in promises.items()
     }
-    going = _promising(fit_nominal, 0.9)
+    going = _promising(begun, 0.9)
     assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == PROMISING
-    assert not _promising(fit_nominal, 0.4)
+    assert not _promising(begun, 0.4)
 
 
 def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(

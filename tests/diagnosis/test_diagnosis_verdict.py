@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.verification.holdout_error import Gain
-from rtctl.diagnosis.verification.verdict import confirmed, doubtful, verdict_of
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.outcome import verdict_of
+from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 
 
 def of_ratio(ratio: float) -> Gain:

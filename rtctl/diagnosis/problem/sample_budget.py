@@ -51,14 +51,14 @@ def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[s
 def check_speed(simulation: Simulation, records: Sequence[FitRecord], source: str) -> None:
     """Raises InputError, naming `source`, where no sensible step resolves the model, or so many that no fit ends."""
     values = np.array([parameter.value for parameter in simulation.parameters])
-    fit_nominal = None
+    begun = None
     for record in records:
         try:
-            if fit_nominal is None:
+            if begun is None:
                 simulation.predict(record.beginning(SHORT).stimulus, values)
-                fit_nominal = working_time()
+                begun = working_time()
             simulation.predict(record.stimulus, values)
         except ValueError as error:
             raise InputError(UNRESOLVED.format(source, record.name, error, record.period_s)) from None
-        if working_time() - fit_nominal > MOST_RUNS_SECONDS:
+        if working_time() - begun > MOST_RUNS_SECONDS:
             raise InputError(SLOW.format(source, MOST_RUNS_SECONDS, record.period_s))

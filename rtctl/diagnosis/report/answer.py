@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import math
-import string
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.border.mechanisms import Mechanism, plain_unit
+from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.report.joint_statements import joint_statements
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.model_selection import Ranked
 from rtctl.diagnosis.search.stepwise import SearchResult
-from rtctl.diagnosis.verification.holdout_error import Gain
 from rtctl.diagnosis.verification.wald_test import WrongValue
+from rtctl.identification.vo2.coarse_loops import UNITS, left_by
 
 NORMAL_95 = 1.96
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
 IDENTIFICATION_ERROR = 0.1
 """Of the removable error: what a correction of the identified model may remove beside other causes and be none."""
+
+HYSTERESIS_STATEMENT = (
+    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
+    "leave {}. Learned anew from the staircases and the fitted records."
+)
 
 
 class Estimate(NamedTuple):
@@ -62,7 +69,7 @@ def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothes
     found = [
         Cause(
             id=mechanism.id,
-            statement=" ".join([_statement(mechanism, estimates), *together.get(mechanism.id, [])]),
+            statement=" ".join([state_mechanism(mechanism, estimates), *together.get(mechanism.id, [])]),
             kind="mechanism",
             probability=probabilities.get(mechanism.id, 0.0),
             parameters=estimates,
@@ -76,6 +83,25 @@ def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothes
     ]
     qualifies = {"drive.offset"} if together else set()  # says how the friction depends on direction
     return sorted(found, key=lambda cause: (-cause.probability, cause.id in qualifies, -cause.share_removed))
+
+
+def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
+    """The loops as a cause; None where they were not learned anew, or only put right."""
+    if found.learned is None or not found.learned.is_cause:
+        return None
+    removable = found.nominal.hypothesis.cost - noise_cost
+    removed = found.learned.before.cost - found.chosen.hypothesis.cost
+    parameters = {}
+    for output, one in found.learned.coarse.items():
+        value, low, high = one.misfit
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
+    return Cause(
+        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(left_by(found.learned.coarse)),
+        kind="mechanism", probability=MOST_CERTAIN,
+        parameters=parameters,
+        share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
+        indistinguishable_from=(),
+    )  # fmt: skip
 
 
 def apart_from_identification(
@@ -150,29 +176,6 @@ def _own_error(examined: TestedHypothesis) -> float:
     """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
     samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
     return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
-
-
-def sentence_of(simulation: Simulation, identity: str) -> str:
-    """A mechanism's sentence with the values that it has in `simulation`."""
-    values = {
-        one.declared.name: Estimate(one.value, one.value, one.value, one.unit)
-        for one in simulation.parameters
-        if one.mechanism == identity
-    }
-    return _statement(next(one for one in simulation.mechanisms if one.id == identity), values)
-
-
-def _statement(mechanism: Mechanism, estimates: Mapping[str, Estimate]) -> str:
-    """The mechanism's sentence with values and units."""
-    template = mechanism.sentence({name: estimate.value for name, estimate in estimates.items()})
-    names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
-    filled = {
-        name: f"{estimates[name].value:.4g} {plain_unit(estimates[name].unit)}".strip()
-        if name in estimates
-        else "?"
-        for name in names
-    }
-    return template.format(**filled)
 
 
 def _probabilities(search: SearchResult) -> dict[str, float]:

@@ -13,7 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
-from rtctl.diagnosis.verification.holdout_error import free_run
+from rtctl.diagnosis.search.holdout_error import free_run
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.vo2.adapted_grid import switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from rtctl.diagnosis.problem.budget import SECONDS, Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.search.holdout_support import supported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
+from rtctl.diagnosis.search.nonparametric import explaining_more
+from rtctl.diagnosis.search.outcome import verdict_of
 from rtctl.diagnosis.search.stepwise import SearchResult, as_it_is, level_of, search
-from rtctl.diagnosis.verification.holdout_support import supported
-from rtctl.diagnosis.verification.nonparametric import explaining_more
-from rtctl.diagnosis.verification.verdict import verdict_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 

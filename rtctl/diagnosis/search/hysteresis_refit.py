@@ -17,21 +17,15 @@ import numpy as np
 from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
 from rtctl.diagnosis.problem.subject import Placed
-from rtctl.diagnosis.report.answer import MOST_CERTAIN, Cause, Estimate
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
+from rtctl.diagnosis.search.holdout_error import free_run_error, gain
+from rtctl.diagnosis.search.holdout_support import SMALL
+from rtctl.diagnosis.search.outcome import LEAST_GAIN
 from rtctl.diagnosis.search.stepwise import SearchResult
-from rtctl.diagnosis.verification.holdout_error import free_run_error, gain
-from rtctl.diagnosis.verification.holdout_support import SMALL
-from rtctl.diagnosis.verification.verdict import LEAST_GAIN
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.coarse_loops import UNITS, left_by
 
 ID = "hysteresis.shape"
-STATEMENT = (
-    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
-    "leave {}. Learned anew from the staircases and the fitted records."
-)
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
 TWICE = 25.0
@@ -139,24 +133,6 @@ class LoopRefitter(NamedTuple):
             problem, placed(behind.simulation), behind.mechanisms, behind.starts, still=still
         )
         return placed, again or behind
-
-
-def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
-    """The loops as a cause; None where they were not learned anew, or only put right."""
-    if found.learned is None or not found.learned.is_cause:
-        return None
-    removable = found.nominal.hypothesis.cost - noise_cost
-    removed = found.learned.before.cost - found.chosen.hypothesis.cost
-    parameters = {}
-    for output, one in found.learned.coarse.items():
-        value, low, high = one.misfit
-        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
-    return Cause(
-        id=ID, statement=STATEMENT.format(left_by(found.learned.coarse)), kind="mechanism", probability=MOST_CERTAIN,
-        parameters=parameters,
-        share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
-        indistinguishable_from=(),
-    )  # fmt: skip
 
 
 def _as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None:

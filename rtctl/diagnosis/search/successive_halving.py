@@ -180,14 +180,12 @@ def _slow_ones(
             slow.append((added[0].id, runner))
     least = min((runner.parent.cost for _, runner in slow), default=0.0)
     first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    fit_nominal = [
-        one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None
-    ]
-    least = min((one.cost for one in (*finished, *fit_nominal)), default=0.0)
-    near = [one.cost < IN_CONTENTION * least for one in fit_nominal]
+    begun = [one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None]
+    least = min((one.cost for one in (*finished, *begun)), default=0.0)
+    near = [one.cost < IN_CONTENTION * least for one in begun]
     return [
         _better(one, polish(problem, one, SECOND_LAP)) if on else one
-        for one, on in zip(fit_nominal, near, strict=True)
+        for one, on in zip(begun, near, strict=True)
     ]
 
 
@@ -208,9 +206,9 @@ def _in_another_form(field: Sequence[Hypothesis], last: Sequence[Hypothesis]) ->
     return [one for one in others if one.cost < OTHER_FORM * last[0].cost][:FORMS]
 
 
-def _promising(fit_nominal: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
+def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
     """The best starts by what a linear step promises, if that is below `least`."""
-    best = {key: min(ones, key=lambda one: one.promised) for key, ones in fit_nominal.items()}
+    best = {key: min(ones, key=lambda one: one.promised) for key, ones in begun.items()}
     promising = [key for key, one in best.items() if one.promised < least]
     return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[:PROMISING]}
 

@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import left_over_stretches
 from rtctl.diagnosis.nominal_fit.predictability import unforeseeable
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
-from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.identification.fit_record import FitRecord
 
 MISSED = 2.0

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import misfit
 from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.diagnosis.verification.holdout_error import Gain
+from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
 from rtctl.identification.fit_record import FitRecord
 

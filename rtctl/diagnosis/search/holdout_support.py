@@ -11,8 +11,8 @@ from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import without_each
+from rtctl.diagnosis.search.holdout_error import free_run_error
 from rtctl.diagnosis.search.stepwise import SearchResult, equivalents, in_its_place
-from rtctl.diagnosis.verification.holdout_error import free_run_error
 from rtctl.identification.fit_record import FitRecord
 
 SMALL = 0.02

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.diagnosis.problem.budget import Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
-from rtctl.diagnosis.report.answer import sentence_of
+from rtctl.diagnosis.problem.statement import state_simulated
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import candidates_of
@@ -128,4 +128,4 @@ def _likelier(law: Hypothesis, named: Hypothesis, problem: Problem, noise_of: Te
 
 
 def _sentence(law: Hypothesis) -> str:
-    return sentence_of(law.simulation, law.mechanisms[-1])
+    return state_simulated(law.simulation, law.mechanisms[-1])
