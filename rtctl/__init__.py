@@ -1,3 +1,88 @@
-"""Feedback control of actuators that sense themselves."""
+"""Feedback control of actuators that sense themselves.
+
+The names of the Python interface (`__all__`) are imported when they are first used, so that `import rtctl` is fast.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rtctl.api.acquisition import acquire
+    from rtctl.api.comparison import Comparison, RecordScore, simulate
+    from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.fit import Fit
+    from rtctl.api.identification import identify
+    from rtctl.api.inputs import read_dataset
+    from rtctl.api.model import Model, Parameter, read_model
+    from rtctl.api.running import Run, run
+    from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
+    from rtctl.measured.dataset import Dataset, Record
 
 __version__ = "0.1.0"
+
+_MODULES = {
+    "acquire": "rtctl.api.acquisition",
+    "Comparison": "rtctl.api.comparison",
+    "RecordScore": "rtctl.api.comparison",
+    "simulate": "rtctl.api.comparison",
+    "Diagnosis": "rtctl.api.diagnosing",
+    "diagnose": "rtctl.api.diagnosing",
+    "Fit": "rtctl.api.fit",
+    "identify": "rtctl.api.identification",
+    "read_dataset": "rtctl.api.inputs",
+    "Model": "rtctl.api.model",
+    "Parameter": "rtctl.api.model",
+    "read_model": "rtctl.api.model",
+    "Run": "rtctl.api.running",
+    "run": "rtctl.api.running",
+    "DriverError": "rtctl.border.errors",
+    "Fault": "rtctl.border.errors",
+    "InputError": "rtctl.border.errors",
+    "RtctlError": "rtctl.border.errors",
+    "RunError": "rtctl.border.errors",
+    "Dataset": "rtctl.measured.dataset",
+    "Record": "rtctl.measured.dataset",
+}
+"""Module of each public name."""
+
+__all__ = [
+    "Comparison",
+    "Dataset",
+    "Diagnosis",
+    "DriverError",
+    "Fault",
+    "Fit",
+    "InputError",
+    "Model",
+    "Parameter",
+    "Record",
+    "RecordScore",
+    "RtctlError",
+    "Run",
+    "RunError",
+    "acquire",
+    "diagnose",
+    "identify",
+    "read_dataset",
+    "read_model",
+    "run",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name not in _MODULES:
+        from rtctl.border.errors import nearest
+
+        raise AttributeError(f'module "rtctl" has no attribute "{name}"{nearest(name, _MODULES)}')
+    value = getattr(importlib.import_module(_MODULES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted({*globals(), *__all__})

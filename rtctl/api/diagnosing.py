@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
     from rtctl.diagnosis.report.answer import Cause
     from rtctl.diagnosis.residual.localization import Place
-    from rtctl.diagnosis.verification.holdout_error import Gain
+    from rtctl.diagnosis.search.holdout_error import Gain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -43,7 +43,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """"adequate", "explained", "partly_explained" or "unexplained"."""
+        """The verdict: "adequate", "explained", "partly_explained" or "unexplained"."""
         return self.answer.verdict
 
     @property
@@ -101,7 +101,9 @@ class Diagnosis:
         named: dict[str, Figure] = {}
         for picture in pictures(self.answer):
             number_of_name = sum(name.split(".")[0] == picture.section for name in named)
-            named[picture.section if not number_of_name else f"{picture.section}.{number_of_name}"] = picture.figure
+            named[picture.section if not number_of_name else f"{picture.section}.{number_of_name}"] = (
+                picture.figure
+            )
         return named
 
     def plot(self, name: str = "stretch") -> Figure:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from rtctl.border.errors import InputError
 
 if TYPE_CHECKING:
+    from rtctl.border.records import Driver
     from rtctl.measured.dataset import Dataset
     from rtctl.measured.stored import StoredDataset
     from rtctl.scenario.schema import Scenario
@@ -24,7 +25,9 @@ Settings: TypeAlias = Mapping[str, Any] | Sequence[str]
 def path_of(name: str, value: Any) -> Path:
     """Return the path of an argument `name`. Raises InputError where it is neither text nor a path."""
     if isinstance(value, bytes) or not isinstance(value, str | PathLike):
-        raise InputError(f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}")
+        raise InputError(
+            f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}"
+        )
     return Path(os.fspath(value))
 
 
@@ -74,8 +77,15 @@ class LoadedScenario(NamedTuple):
     """Of its file, without suffix."""
 
 
-def load_scenario(scenario: PathText | Mapping[str, Any], settings: Settings) -> LoadedScenario:
-    """Return the checked scenario of a file, of a bundled name, or of tables, with `settings` applied.
+def load_scenario(
+    scenario: PathText | Mapping[str, Any], settings: Settings, parts: Mapping[str, Any] | None = None
+) -> LoadedScenario:
+    """Return the checked scenario of a file, of a bundled name, or of tables, with overrides applied.
+
+    Args:
+        scenario: The file, the bundled name, or the tables.
+        settings: Overrides by the user.
+        parts: Further overrides: "driver", "estimator", "controller" by kind or by a mapping of keys; None: as it is.
 
     Raises:
         InputError: No such scenario (the nearest name is offered), or keys, values or units are wrong.
@@ -84,6 +94,8 @@ def load_scenario(scenario: PathText | Mapping[str, Any], settings: Settings) ->
     from rtctl.scenario.bundled import find_scenario
 
     overrides = _overrides(settings)
+    for table, part in (parts or {}).items():
+        overrides += [] if part is None else _overrides(_part_settings(table, part))
     if not isinstance(scenario, Mapping):
         path = find_scenario(str(path_of("scenario", scenario)))
         checked, tables = schema.load_scenario(path, overrides)
@@ -122,7 +134,7 @@ def _assignments(key: str, value: Any) -> list[str]:
         raise InputError(f"settings: {key} = {value!r} is nothing that a scenario can hold") from None
 
 
-def part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
+def _part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
     """Return the overrides that put a part into a scenario: by its kind, or by a table of its keys.
 
     Args:
@@ -137,5 +149,11 @@ def part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(part, Mapping):
         return {f"{table}.{key}": value for key, value in part.items()}
     raise InputError(
-        f"{table} must be a kind such as a text, or a mapping of its keys, got {type(part).__name__} {part!r:.60}"
+        f"{table} must be a kind (a text) or a mapping of its keys, got {type(part).__name__} {part!r:.60}"
     )
+
+
+def driver_of(driver: Any) -> Driver | None:
+    """Return `driver` where it is an object with the methods of a driver; None where it names one."""
+    methods = ("open", "exchange", "close", "profile")
+    return driver if all(hasattr(driver, name) for name in methods) else None

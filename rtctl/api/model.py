@@ -123,7 +123,9 @@ def _read(kind: str, file: Path) -> Any:
 
     readers = {"oscillator": read_oscillator_model, "vo2": read_vo2_model}
     if kind not in readers:
-        raise InputError(f'{file}: key "model.kind": there is no kind of model "{kind}"{nearest(kind, readers)}')
+        raise InputError(
+            f'{file}: key "model.kind": there is no kind of model "{kind}"{nearest(kind, readers)}'
+        )
     return readers[kind](file)
 
 

@@ -8,6 +8,9 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 
+LARGEST_SEED = 2**63 - 1
+"""Largest seed of a random generator."""
+
 
 def check_integer(name: str, value: Any, low: int, high: int, meaning: str = "") -> int:
     """Return `value` as an integer between `low` and `high`, both included.
@@ -25,12 +28,15 @@ def check_integer(name: str, value: Any, low: int, high: int, meaning: str = "")
     words = f" {meaning}" if meaning else ""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral):
         raise InputError(f"{name} must be an integer from {low} to {high}{words}, got {value!r}")
-    if not low <= value <= high:
-        raise InputError(f"{name} {value}: {low} to {high}{words}")
-    return int(value)
+    number = int(value)
+    if not low <= number <= high:
+        raise InputError(f"{name} {number}: {low} to {high}{words}")
+    return number
 
 
-def check_number(name: str, value: Any, limits: str, *, low: float = -math.inf, high: float = math.inf) -> float:
+def check_number(
+    name: str, value: Any, limits: str, *, low: float = -math.inf, high: float = math.inf
+) -> float:
     """Return `value` as a float from `low` to `high`; NaN is refused.
 
     Args:

@@ -39,3 +39,11 @@ def print_json(content: Mapping[str, Any] | Sequence[Any]) -> None:
     from rtctl.evaluation.metrics import finite
 
     print(json.dumps(finite(content), indent=2))
+
+
+def output_file(path: Path) -> Path:
+    """Return `path` after a check that a file can be written there. Raises InputError."""
+    output_folder(path.parent)
+    if path.is_dir():
+        raise InputError(f"--out {path}: is a folder, a model file is needed")
+    return path

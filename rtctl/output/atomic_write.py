@@ -10,7 +10,7 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path` (folder made if absent): renamed at the end, removed on an error.
+    """Yield a temporary path beside `path` (folder made if absent): renamed at the end, removed on an error.
 
     The rename is atomic on one file system: who reads `path` sees the old file or the whole new one.
     """

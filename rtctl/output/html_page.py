@@ -37,7 +37,7 @@ code { background: var(--card); padding: .05rem .3rem; border-radius: 4px; overf
 
 
 def page(title: str, parts: Sequence[str]) -> str:
-    """The whole file."""
+    """Return the whole file."""
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -48,7 +48,7 @@ def page(title: str, parts: Sequence[str]) -> str:
 
 
 def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """Cells are HTML; columns in `numbers` are aligned right."""
+    """Return a table; cells are HTML, columns in `numbers` are aligned right."""
 
     def line(cells: Sequence[str], tag: str) -> str:
         return (
@@ -66,7 +66,7 @@ def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequen
 
 
 def figure(source: str, alternative: str, caption: str, number: int) -> str:
-    """A picture inside the page, with what to see in it."""
+    """Return a picture inside the page, with what to see in it."""
     return (
         f'<figure><img alt="{escape(alternative)}" src="{source}">'
         f"<figcaption><b>Figure {number}.</b> {caption}</figcaption></figure>"
@@ -74,12 +74,12 @@ def figure(source: str, alternative: str, caption: str, number: int) -> str:
 
 
 def tile(value: str, what: str) -> str:
-    """One number that matters."""
+    """Return a tile with one number that matters."""
     return f'<div class="tile"><b>{value}</b><span>{what}</span></div>'
 
 
 def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """A value and its interval with as many digits as the interval's width says."""
+    """Return a value and its interval with as many digits as the interval's width says."""
     width = abs(high - low)
     if not (width > 0.0 and width < float("inf")):
         return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"

@@ -5,6 +5,7 @@ rich and IPython are imported when they are needed.
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -127,27 +128,24 @@ def in_notebook() -> bool:
     """Return whether a notebook's kernel runs this process; imports nothing where it does not."""
     if "ipykernel" not in sys.modules:
         return False
-    from IPython.core.getipython import get_ipython
-
-    shell = get_ipython()
+    shell = importlib.import_module("IPython").get_ipython()
     return shell is not None and type(shell).__name__ == "ZMQInteractiveShell"
 
 
 @contextmanager
 def _notebook_line() -> Iterator[Callable[[str, float | None], None]]:
     """Show one line below a cell, renewed in place (needs no widgets) and cleared at the end."""
-    from IPython.display import HTML, display
-
-    handle: Any = display(HTML(""), display_id=True)
+    html: Any = importlib.import_module("IPython.display").HTML
+    handle: Any = importlib.import_module("IPython.display").display(html(""), display_id=True)
 
     def show(text: str, share: float | None) -> None:
         value = "" if share is None else f' value="{min(1.0, share):.3f}"'
-        handle.update(HTML(f"<progress{value}></progress> {escape(text)}"))
+        handle.update(html(f"<progress{value}></progress> {escape(text)}"))
 
     try:
         yield show
     finally:
-        handle.update(HTML(""))
+        handle.update(html(""))
 
 
 def say(text: str, *, quiet: bool) -> None:

@@ -16,8 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """The verb. Returns 1 where a scenario misses its checks."""
-    from rtctl.cli.options import output_folder, stop_on_interrupt
+    from rtctl.cli.options import output_folder
     from rtctl.cli.printing.runs import print_scenarios
+    from rtctl.output.interrupt import stop_on_interrupt
     from rtctl.output.progress import say
     from rtctl.session.demo import demonstrate
 

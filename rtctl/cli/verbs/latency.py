@@ -38,8 +38,9 @@ def run(args: argparse.Namespace) -> int:
     """The verb. Returns 0: some period is held by every driver; 1: not so."""
     from rtctl.border.errors import InputError, nearest
     from rtctl.border.quantities import parse_quantity
-    from rtctl.cli.options import output_folder, stop_on_interrupt
+    from rtctl.cli.options import output_folder
     from rtctl.evaluation.metrics import write_json
+    from rtctl.output.interrupt import stop_on_interrupt
     from rtctl.output.progress import say
     from rtctl.plots.latency import Curve, plot_latency
     from rtctl.scenario.schema import overridden

@@ -29,8 +29,9 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.campaign.local import cores
     from rtctl.campaign.plan import read_plan
     from rtctl.campaign.run import run_campaign
-    from rtctl.cli.options import output_folder, stop_on_interrupt
+    from rtctl.cli.options import output_folder
     from rtctl.evaluation.metrics import finite
+    from rtctl.output.interrupt import stop_on_interrupt
     from rtctl.output.progress import print_table, progress_bar
     from rtctl.plots.campaign import draw_campaign
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from rtctl.border.errors import InputError
+from rtctl.border.options import check_number
 from rtctl.diagnosis.problem.budget import SECONDS, Budget
 from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
 from rtctl.diagnosis.search.holdout_support import supported
@@ -47,6 +49,13 @@ class DiagnosisOptions:
     threads: int = max(1, min(2, os.cpu_count() or 1))
     seconds: float = SECONDS
     """Processor time of the diagnosis, after which no further fit is begun."""
+
+    def __post_init__(self) -> None:
+        limits = "must be above 0 and below 0.5, such as 0.05"
+        rate = check_number("false_claim_rate", self.false_claim_rate, limits)
+        if not 0.0 < rate < 0.5:
+            raise InputError(f"false_claim_rate {rate:g} {limits}")
+        check_number("seconds", self.seconds, f"must be 0 or more, such as {SECONDS:g} s", low=0.0)
 
 
 class SearchRequest(NamedTuple):
