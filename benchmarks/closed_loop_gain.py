@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rtctl.session.closed_loop
+import rtctl.session.run_files
 from rtctl.border.mechanisms import plain_unit
 from rtctl.cli import main as rtctl_main
 
@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/closed_loop"))
     parser.add_argument("--results", type=Path, help="page whose marked block is replaced")
     args = parser.parse_args()
-    rtctl.session.closed_loop.draw_run = lambda *nothing: None  # a picture a run is not needed here
+    rtctl.session.run_files.draw_run = lambda *nothing: None  # a picture a run is not needed here
     found = {}
     for case in CASES:
         if args.cases is None or case.name in args.cases:

@@ -25,8 +25,10 @@ from drivers.fault_proxy import FaultPlan
 from plant_sim.journal import Entry, read_journal
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceStatus, Driver, Measurement
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario, load_scenario
-from rtctl.session.closed_loop import open_driver, play, played_levels
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 from rtctl.wiring import build_driver
 
 PERIOD_S, TIMEOUT_S, WATCHDOG_S = 10e-3, 100e-3, 200e-3
@@ -244,7 +246,7 @@ def _run_until_struck(
         done = found.runs if cell.kind == "none" else len(line.injected())
         return done >= cell.count or time.monotonic() > end_s
 
-    levels = played_levels(scenario)[0]
+    levels = command_sequences(scenario)[0]
     while not enough():
         watched.taken = []
         try:
@@ -258,7 +260,7 @@ def _run_until_struck(
                 found.unnamed.append("an opening failed without a word")
             time.sleep(0.01)
             continue
-        table, outcome = play(scenario, watched, levels, first, enough)
+        table, outcome, *_ = play(scenario, watched, levels, first, enough)
         found.runs += 1
         if fault_s is not None and len(watched.taken) > 1:
             found.recovery_s.append(watched.taken[1][0] - fault_s)

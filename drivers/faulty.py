@@ -14,7 +14,7 @@ from pathlib import Path
 from drivers.fault_proxy import FaultPlan
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceProfile, Driver, Measurement
-from rtctl.border.wire_memory import UnlockedExchange
+from rtctl.border.wire_memory import CompiledExchange
 
 NOWHERE = "nowhere:0"
 """Where a driver would be that is never opened."""
@@ -53,11 +53,11 @@ class FaultyDriver:
             raise DriverError(Fault.CONNECTION_LOST, "the line with faults is not open")
         return self._driver.exchange(levels)
 
-    def unlocked(self) -> UnlockedExchange | None:
+    def compiled_exchange(self) -> CompiledExchange | None:
         """As the driver's; before the line is there only good for compiling."""
         driver = self._driver or self._make(NOWHERE)
-        find = getattr(driver, "unlocked", None)
-        found: UnlockedExchange | None = None if find is None else find()
+        find = getattr(driver, "compiled_exchange", None)
+        found: CompiledExchange | None = None if find is None else find()
         return found
 
     def close(self, safe_levels: Sequence[float]) -> None:

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import Device, DeviceStatus, Measurement
-from rtctl.border.wire_memory import SEQUENCE, UnlockedExchange
+from rtctl.border.wire_memory import SEQUENCE, CompiledExchange
 
 _REFUSED = int(DeviceStatus.REFUSED)
 
@@ -52,12 +52,12 @@ class InProcessDriver:
             )
         return measurement
 
-    def unlocked(self) -> UnlockedExchange | None:
+    def compiled_exchange(self) -> CompiledExchange | None:
         """The exchange for a compiled loop; None: the device has none."""
-        find = getattr(self._device, "unlocked", None)
+        find = getattr(self._device, "compiled_exchange", None)
         if find is None or type(self).exchange is not _EXCHANGE:  # somebody looks at every exchange
             return None
-        device: UnlockedExchange | None = find()
+        device: CompiledExchange | None = find()
         if device is None:
             return None
         line = device.memory.line

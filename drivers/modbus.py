@@ -14,7 +14,7 @@ import struct
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from drivers.compiled.exchange import CompiledExchange, Kernel, compiled_exchange
+from drivers.compiled.exchange import Kernel, LineExchange, line_exchange
 from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
@@ -46,7 +46,7 @@ from rtctl.border.wire_memory import (
     SENSED_AT,
     SETTINGS,
     UNIT,
-    UnlockedExchange,
+    CompiledExchange,
     WireMemory,
     wire_memory,
 )
@@ -83,7 +83,7 @@ class ModbusDriver:
         self._line: ModbusLine | None = None
         self._has_function_23 = True
         self._kernel = kernel
-        self._compiled: CompiledExchange | None = None
+        self._compiled: LineExchange | None = None
         self._memory = memory = wire_memory(profile)
         places = [*self._sensed_at, self._reference_at]
         memory.line[SENSED_AT : SENSED_AT + len(places)] = places
@@ -135,15 +135,19 @@ class ModbusDriver:
             return compiled.measurement()
         return self._believed(line, levels, lambda: self._explained(line, ended, levels))
 
-    def unlocked(self) -> UnlockedExchange | None:
+    def compiled_exchange(self) -> CompiledExchange | None:
         """The exchange for a compiled loop; None: it cannot be called without Python."""
         compiled = self._compile()
-        return None if compiled is None or not self._has_function_23 else compiled.unlocked(self.conclude)
+        return (
+            None
+            if compiled is None or not self._has_function_23
+            else compiled.compiled_exchange(self.conclude)
+        )
 
-    def _compile(self) -> CompiledExchange | None:
+    def _compile(self) -> LineExchange | None:
         """Made, or taken from the disk, before the device is armed: it may last seconds."""
         if self._kernel is not None and self._compiled is None:
-            self._compiled = compiled_exchange(self._kernel, self._memory)
+            self._compiled = line_exchange(self._kernel, self._memory)
         return self._compiled
 
     def _believed(

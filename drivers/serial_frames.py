@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from drivers.compiled.exchange import CompiledExchange, attach, compiled_exchange, system_error
+from drivers.compiled.exchange import LineExchange, attach, line_exchange, system_error
 from drivers.compiled.serial import exchange_serial
 from drivers.line_errors import lost
 from drivers.serial_port import FULL as NO_ROOM
@@ -51,7 +51,7 @@ from rtctl.border.wire_memory import (
     STALE,
     SYSTEM,
     TIMEOUT_NS,
-    UnlockedExchange,
+    CompiledExchange,
     wire_memory,
 )
 from rtctl.border.wire_memory import REPLY as REPLY_CODE
@@ -96,7 +96,7 @@ class SerialDriver:
         self._memory = wire_memory(profile)
         self._memory.line[SEQUENCE] = (secrets.randbelow(1 << 16) if first_tag is None else first_tag) - 1
         self._compiles = compiled and not pipeline
-        self._compiled: CompiledExchange | None = None
+        self._compiled: LineExchange | None = None
         self._waiting: deque[Message] = deque()  # arrived, not looked at yet
         self._sent: deque[_Asked] = deque()  # without an answer yet, oldest first
         self._settings = Settings(0, 0, 0, 0)
@@ -144,15 +144,15 @@ class SerialDriver:
             return self._exchange_readable(levels)
         return self.conclude(self._compiled.run(levels), levels)
 
-    def unlocked(self) -> UnlockedExchange | None:
+    def compiled_exchange(self) -> CompiledExchange | None:
         """The exchange for a compiled loop; None: it cannot be called without Python."""
         compiled = self._compile()
-        return None if compiled is None else compiled.unlocked(self.conclude)
+        return None if compiled is None else compiled.compiled_exchange(self.conclude)
 
-    def _compile(self) -> CompiledExchange | None:
+    def _compile(self) -> LineExchange | None:
         """Made, or taken from the disk, before the device is armed: it may last seconds."""
         if self._compiles and self._compiled is None:
-            self._compiled = compiled_exchange(exchange_serial, self._memory)
+            self._compiled = line_exchange(exchange_serial, self._memory)
         return self._compiled
 
     def conclude(self, ended: int, levels: Sequence[float]) -> Measurement:

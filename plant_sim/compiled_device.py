@@ -23,7 +23,7 @@ from rtctl.border.wire_memory import (
     OK,
     STATUS,
     TIME_US,
-    UnlockedExchange,
+    CompiledExchange,
     WireMemory,
     wire_memory,
 )
@@ -60,7 +60,7 @@ class DeviceMemory(NamedTuple):
     reference: float
 
 
-class UnlockedPlant(NamedTuple):
+class CompiledPlant(NamedTuple):
     """A plant's part."""
 
     kernel: Callable[..., int]
@@ -82,19 +82,19 @@ class Remembering(Protocol):
         ...
 
 
-class UnlockedDevice:
+class CompiledDevice:
     """A device and its plant, one block of exchanges after the other."""
 
-    def __init__(self, device: Remembering, plant: UnlockedPlant) -> None:
+    def __init__(self, device: Remembering, plant: CompiledPlant) -> None:
         self._device, self._plant = device, plant
         self._memory: WireMemory = wire_memory(VO2)._replace(line=np.zeros(SIZE, dtype=np.int64))
         self._floats = self._memory.line.view(np.float64)
         self._lent: tuple[NDArray[Any], ...] = ()
 
-    def exchange(self) -> UnlockedExchange:
+    def exchange(self) -> CompiledExchange:
         """For a driver."""
         function = _first_class(self._plant.kernel)
-        return UnlockedExchange(function, self._memory, self._conclude, self._lend, self._give_back)
+        return CompiledExchange(function, self._memory, self._conclude, self._lend, self._give_back)
 
     def _lend(self) -> None:
         line, m, noise = self._memory.line, self._device.memory(), self._plant.noise

@@ -26,10 +26,10 @@ import time
 from collections.abc import Callable, Sequence
 from math import isfinite
 
-from plant_sim.compiled_device import DeviceMemory, UnlockedDevice, UnlockedPlant
+from plant_sim.compiled_device import CompiledDevice, CompiledPlant, DeviceMemory
 from plant_sim.plant import Plant
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.border.wire_memory import UnlockedExchange
+from rtctl.border.wire_memory import CompiledExchange
 
 _ENABLED = int(DeviceStatus.ENABLED)  # plain ints: an IntFlag operation costs a microsecond
 _TRIPPED = int(DeviceStatus.WATCHDOG_TRIPPED)
@@ -124,13 +124,13 @@ class SimulatedDevice:
             self._status,
         )
 
-    def unlocked(self) -> UnlockedExchange | None:
+    def compiled_exchange(self) -> CompiledExchange | None:
         """`exchange` for a compiled loop; None: the plant has none, or something here is not what it is by default."""
-        find = getattr(self._plant, "unlocked", None)
+        find = getattr(self._plant, "compiled_plant", None)
         if find is None or type(self) is not SimulatedDevice or self._clock is not time.monotonic:
             return None
-        plant: UnlockedPlant | None = find()
-        return None if plant is None else UnlockedDevice(self, plant).exchange()
+        plant: CompiledPlant | None = find()
+        return None if plant is None else CompiledDevice(self, plant).exchange()
 
     def memory(self) -> DeviceMemory:
         """For a compiled block of exchanges."""

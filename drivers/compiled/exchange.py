@@ -20,7 +20,7 @@ from rtctl.border.wire_memory import (
     FD,
     OVERFLOW,
     STATUS,
-    UnlockedExchange,
+    CompiledExchange,
     WireMemory,
     wire_memory,
 )
@@ -28,7 +28,7 @@ from rtctl.border.wire_memory import (
 Kernel = Callable[[FloatArray, FloatArray, IntArray, Any, Any], int]
 
 
-class CompiledExchange:
+class LineExchange:
     """One line's exchange; its sequence numbers and descriptor are in `memory`."""
 
     def __init__(self, kernel: Kernel, memory: WireMemory) -> None:
@@ -53,14 +53,14 @@ class CompiledExchange:
         *sensed, reference = self._reading.tolist()
         return Measurement(tuple(sensed), reference, *self._answer.tolist())
 
-    def unlocked(self, conclude: Callable[[int, Sequence[float]], Measurement]) -> UnlockedExchange:
+    def compiled_exchange(self, conclude: Callable[[int, Sequence[float]], Measurement]) -> CompiledExchange:
         """For a compiled loop that calls it itself."""
-        return UnlockedExchange(_first_class(self._kernel), self._memory, conclude)
+        return CompiledExchange(_first_class(self._kernel), self._memory, conclude)
 
 
-def compiled_exchange(kernel: Kernel, memory: WireMemory) -> CompiledExchange | None:
+def line_exchange(kernel: Kernel, memory: WireMemory) -> LineExchange | None:
     """None where this machine's calls are not those that the kernels know; Python then does the same."""
-    return CompiledExchange(kernel, memory) if AVAILABLE else None
+    return LineExchange(kernel, memory) if AVAILABLE else None
 
 
 def attach(memory: WireMemory, descriptor: int) -> None:

@@ -17,7 +17,10 @@ from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.nonparametric import UNNAMED
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.border.work import count_work
 
+STEPS_OF_A_READING = 1.0
+"""Steps of an integrator that take as long as a sample's drive and reading do."""
 ABSURD = 1e100
 """A displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
@@ -136,6 +139,7 @@ class OscillatorSimulation:
                 break
             how, between = wanted, instants
             drive = self._drive(stimulus, active, values[0], how.substeps)
+            count_work(len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps))
             z, v = equation.integrate(drive, how._replace(substeps=how.substeps // between), start)
             if "displacement" in stimulus.peak or (_diverged(z) >= 0).any():
                 break

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.compiled_device import UnlockedPlant
+from plant_sim.compiled_device import CompiledPlant
 from plant_sim.kernels import compiled, direct, pack
 from plant_sim.sensing import (
     OCTAVES,
@@ -227,14 +227,14 @@ class Vo2Plant:
         resistance, deflection = self._step(current_mA, dt_s, self._noise.next_row(), *self._film)
         return (resistance,), deflection
 
-    def unlocked(self) -> UnlockedPlant | None:
+    def compiled_plant(self) -> CompiledPlant | None:
         """For a compiled exchange with the device around it; None: there is none of a device with effects."""
         from plant_sim.vo2.compiled import exchange_of
 
         if self._with_effects:
             return None
         kernel = exchange_of(self._parameters.dtype, limiting=self._thresholds is None)
-        return UnlockedPlant(kernel, self._arrays, self._noise)
+        return CompiledPlant(kernel, self._arrays, self._noise)
 
     def _arrays(self) -> tuple[Array, ...]:
         return self._film

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rtctl.api.diagnosis_defaults import SECONDS, WORK
 from rtctl.api.inputs import PathText, dataset_of, path_of, stored_dataset_of
 from rtctl.api.model import Model, model_of
 from rtctl.api.showing import html_table, number
 from rtctl.border.errors import InputError, nearest
-from rtctl.diagnosis.problem.budget import SECONDS
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, StoppedByUser
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
@@ -22,10 +22,10 @@ from rtctl.output.progress import Progress, Reporter, reporter
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rtctl.diagnosis.diagnose import Diagnosis as Answer
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-    from rtctl.diagnosis.report.answer import Cause
     from rtctl.diagnosis.residual.localization import Place
+    from rtctl.diagnosis.result import Cause
+    from rtctl.diagnosis.result import Diagnosis as Answer
     from rtctl.diagnosis.search.holdout_error import Gain
 
 
@@ -159,6 +159,7 @@ def diagnose(
     *,
     mechanisms: Sequence[str] | str | None = None,
     false_claim_rate: float = 0.05,
+    work: float = WORK,
     seconds: float = SECONDS,
     progress: Progress = False,
 ) -> Diagnosis:
@@ -169,7 +170,8 @@ def diagnose(
         model: Today's model or its file.
         mechanisms: Ids of the mechanisms to try; None: the whole catalogue.
         false_claim_rate: How often a cause may be claimed where there is none, above 0 and below 0.5.
-        seconds: Processor time [s] after which no further fit is begun.
+        work: Simulated steps after which no further fit begins.
+        seconds: Outer guard of wall-clock time [s]; an answer that it cut depends on the machine and says so.
         progress: True shows the fit under way, a callable hears (text, None).
 
     Returns:
@@ -182,7 +184,7 @@ def diagnose(
     from rtctl.diagnosis import diagnose as internal
     from rtctl.session.model_validation import check_kind, simulation_of
 
-    options = DiagnosisOptions(false_claim_rate=false_claim_rate, seconds=seconds)
+    options = DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds)
     report = reporter(progress)
     source = str(model.source or "the model") if isinstance(model, Model) else str(path_of("model", model))
     stored = stored_dataset_of(dataset)
@@ -231,6 +233,7 @@ def _words(options: DiagnosisOptions, mechanisms: Sequence[str] | str | None) ->
     """Return the options as the command line has them."""
     words = ["--false-claims", f"{options.false_claim_rate:g}"]
     words += ["--seconds", f"{options.seconds:g}"] if options.seconds != SECONDS else []
+    words += ["--work", f"{1e-6 * options.work:g}"] if options.work != WORK else []
     if mechanisms:
         words += ["--mechanisms", mechanisms if isinstance(mechanisms, str) else ",".join(mechanisms)]
     return tuple(words)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from rtctl.border.records import Driver
     from rtctl.scenario.schema import Scenario
-    from rtctl.session.closed_loop import RunResult
+    from rtctl.session.run_files import RunResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -94,7 +94,7 @@ class Run:
 
     def save(self, folder: PathText) -> Path:
         """Write recordings, `summary.json` and `run.png` into a folder."""
-        from rtctl.session.closed_loop import write_run
+        from rtctl.session.run_files import write_run
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
@@ -175,7 +175,8 @@ def _track(
 ) -> Run:  # fmt: skip
     """Run the loop with all parts known, and write the files of a run that has a folder."""
     from rtctl.loop.live_parameters import ParameterChannel
-    from rtctl.session.closed_loop import track, write_run
+    from rtctl.session.closed_loop import track
+    from rtctl.session.run_files import write_run
     from rtctl.session.run_folder import RunFolder, run_metadata
     from rtctl.wiring import unused_extensions
 

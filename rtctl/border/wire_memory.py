@@ -74,8 +74,8 @@ def nothing() -> None:
     """What outlives an exchange is in the memory already."""
 
 
-class UnlockedExchange(NamedTuple):
-    """An exchange that a compiled loop calls itself; a driver that has one gives it by its method `unlocked`."""
+class CompiledExchange(NamedTuple):
+    """An exchange that a compiled loop calls itself: what `compiled_exchange` of a driver returns, if it has one."""
 
     function: Any
     """Of numba's first-class kind: `WireMemory`'s arrays to a code of `Ended`."""

@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.experiment_design.isolability import Isolability, isolability
-from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, next_experiment
+from rtctl.border.work import metered
+from rtctl.diagnosis.experiment_design.isolability import isolability
+from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.answer import (
-    Cause,
     apart_from_identification,
-    as_json,
     causes_of,
     loops_cause,
     wrong_value_cause,
 )
 from rtctl.diagnosis.residual.bursts import bursts, leftovers
-from rtctl.diagnosis.residual.localization import Place, places
-from rtctl.diagnosis.residual.missing_force import Shape, residual_shape
+from rtctl.diagnosis.residual.localization import places
+from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise, noise_cost_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
 from rtctl.diagnosis.search.catalogue_search import (
@@ -41,9 +44,9 @@ from rtctl.diagnosis.search.catalogue_search import (
 )
 from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
-from rtctl.diagnosis.search.nonparametric import explaining_more, explaining_the_past
-from rtctl.diagnosis.search.outcome import verdict_of
-from rtctl.diagnosis.search.stepwise import SearchResult, level_of
+from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 from rtctl.diagnosis.verification.verdict_checks import held
 from rtctl.diagnosis.verification.wald_test import wrong_value
@@ -95,67 +98,7 @@ NO_GAIN = (
 SHARPEST = 'of {} questions to what is left, "{}" fails most clearly (p = {:.2g})'
 
 
-class Fits(NamedTuple):
-    """The nominal model re-fitted, and with the causes; the same twice where there are none."""
-
-    before: TestedHypothesis
-    after: TestedHypothesis
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis:
-    """The answer and all that its page shows."""
-
-    verdict: str
-    causes: tuple[Cause, ...]
-    gain: Gain | None
-    where: tuple[Place, ...]
-    search: SearchResult
-    problem: Problem
-    tests: tuple[FitRecord, ...]
-    fits: Fits
-    """Over whole records: what gain, extended model and pictures are of."""
-    before: Simulation
-    """As the model's file has it."""
-    model: Any
-    """Extended, of the subject's kind; without provenance."""
-    units: Mapping[str, str]
-    isolability: Isolability
-    noise_rms: float
-    """Of the subject's output, in its unit."""
-    next_experiment: NextExperiment | None = None
-    shape: Shape | None = None
-    """Of the missing force, where nothing explains it."""
-    warnings: tuple[str, ...] = field(default=())
-    stopped: bool = False
-
-    @property
-    def undecided(self) -> bool:
-        """Whether the search ended before it was through, and what it had found explains nothing."""
-        return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
-
-    @property
-    def json(self) -> dict[str, Any]:
-        """The content of `diagnosis.json`."""
-        where = [{"coordinate": place.coordinate, "share": place.share} for place in self.where]
-        chosen = self.search.chosen
-        extra = {
-            "warnings": list(self.warnings),
-            "stopped": self.stopped,
-            "tests": [test._asdict() for test in chosen.tests],
-            "p_value": chosen.p_value,
-            "left_over_noise": left_over_noise(chosen),
-            "out_of_time": self.search.out_of_time,
-            "isolability": {
-                "ids": list(self.isolability.ids),
-                "visible": self.isolability.visible.tolist(),
-                "cosine": self.isolability.cosine.tolist(),
-            },
-        }
-        proposed = self.next_experiment.json if self.next_experiment else None
-        return as_json(self.verdict, self.causes, self.gain, where, proposed, extra)
-
-
+@metered()
 def diagnose(
     dataset: Dataset,
     model: Any,
@@ -169,7 +112,7 @@ def diagnose(
     `told` hears what is under way, and may raise Stopped.
     """
     options = options or DiagnosisOptions()
-    budget = Budget.of(options.seconds)
+    budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
     if subject.output != SUBJECTS[subject.kind].output:
@@ -204,7 +147,7 @@ def diagnose(
         ask = SearchRequest(problem, nominal, model, dataset, tests, ids, options, budget, report)
         found, said, stopped = find_causes(ask, whole=first.uncut)
         warnings += [*said, *far_off(comparable, found.nominal, problem.scales)]
-        ask = ask._replace(problem=found.finer or problem)
+        ask = ask._replace(problem=found.refined_problem or problem)
         fits = _over_whole_records(first, ask.problem, found)
         answer = _answer(ask, simulation, found, fits, warnings, uncut=first.uncut, stopped=stopped)
         if answer.verdict != "adequate" or fits is not None:
@@ -255,7 +198,7 @@ def _answer(
     causes = causes_of(found, noise_cost, fits.after) if named else []
     learned = loops_cause(found, noise_cost) if named else None
     causes += [learned] if learned else []
-    warnings += [PUT_RIGHT] if named and found.learned and learned is None else []
+    warnings += [PUT_RIGHT] if named and found.hysteresis_refit and learned is None else []
     alike = [one.simulation for one in (fits.after.hypothesis, *found.equivalent)]
     causes, corrected = apart_from_identification(causes, alike)
     if corrected:
@@ -269,7 +212,7 @@ def _answer(
     if (
         gap
         and not (stopped or found.out_of_time)
-        and not found.chosen.p_value > level_of(ask.options.false_claim_rate)
+        and not found.chosen.p_value > significance_level(ask.options.false_claim_rate)
     ):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
@@ -279,7 +222,9 @@ def _answer(
     return Diagnosis(
         verdict=verdict, causes=tuple(causes), where=tuple(where), search=found, problem=problem,
         tests=tests, before=before,
-        gain=final, fits=fits, model=problem.subject.extended_model(model, fits.after), units=units,
+        gain=final, fits=fits, model=problem.subject.extended_model(
+            model, fits.after.hypothesis.simulation, estimates_by_mechanism(fits.after)
+        ), units=units,
         isolability=isolability(found.nominal),
         noise_rms=noise_rms,
         next_experiment=None if stopped else next_experiment(
@@ -287,7 +232,7 @@ def _answer(
             nearest=verdict == "unexplained",
         ),
         shape=residual_shape(found.nominal, problem, [place.coordinate for place in where], units) if gap else None,
-        warnings=tuple(warnings), stopped=stopped,
+        warnings=tuple(warnings), stopped=stopped, cut_by_clock=found.out_of_time and ask.budget.cut_by_clock,
     )  # fmt: skip
 
 
@@ -295,15 +240,15 @@ def _verdict(
     found: SearchResult,
     problem: Problem,
     gains: Sequence[Gain | None],
-    budget: Budget,
+    budget: WorkBudget,
     report: Callable[[str], None],
 ) -> tuple[str, list[str], bool]:
     """What may be claimed, what is to be said of it, and whether the user stopped the last comparison."""
-    if found.learned is not None:  # only what holds on test records is learned anew
+    if found.hysteresis_refit is not None:  # only what holds on test records is learned anew
         return _unless_outdone(
             "explained" if found.passes else "partly_explained", found, problem, budget, report
         )
-    judged = verdict_of(found, problem.subject.least_removed)
+    judged = classify_outcome(found, problem.subject.least_removed)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
     doubted = bool(added) and doubtful(found, bool(problem.allowed))
@@ -317,16 +262,20 @@ def _verdict(
 
 
 def _unless_outdone(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> tuple[str, list[str], bool]:
     """`verdict`, but unexplained where a law of no name leaves less than the causes, or is likelier than causes that
     leave nothing that the gate asks for.
     """
-    if verdict not in ("explained", "partly_explained") or (verdict == "explained" and found.learned):
+    if verdict not in ("explained", "partly_explained") or (
+        verdict == "explained" and found.hysteresis_refit
+    ):
         return verdict, [], False
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
-    names = ", ".join([*added, *([SHAPE] if found.learned and found.learned.is_cause else [])])
-    law = found.outdone
+    names = ", ".join(
+        [*added, *([SHAPE] if found.hysteresis_refit and found.hysteresis_refit.is_cause else [])]
+    )
+    law = found.better_alternative
     if law is None:
         try:
             law = _law(verdict, found, problem, budget, report)
@@ -336,13 +285,13 @@ def _unless_outdone(
 
 
 def _law(
-    verdict: str, found: SearchResult, problem: Problem, budget: Budget, report: Callable[[str], None]
+    verdict: str, found: SearchResult, problem: Problem, budget: WorkBudget, report: Callable[[str], None]
 ) -> str:
     """Of no name, in a sentence, that takes the causes' place; "": none."""
     nominal, chosen = found.nominal.hypothesis, found.chosen
     if verdict == "explained":
-        return explaining_the_past(problem, nominal, chosen, budget, report)
-    return explaining_more(problem, nominal, chosen.hypothesis, budget, report)
+        return find_memory_alternative(problem, nominal, chosen, budget, report)
+    return find_better_alternative(problem, nominal, chosen.hypothesis, budget, report)
 
 
 def _gained(
@@ -367,7 +316,9 @@ def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rat
     return replace(
         answer, verdict="explained", causes=(wrong_value_cause(wrong),), fits=fits,
         gain=_gained(fits, problem.subject.output, answer.units, answer.tests, answer.noise_rms, problem),
-        model=problem.subject.extended_model(model, wrong.revised),
+        model=problem.subject.extended_model(
+            model, wrong.revised.hypothesis.simulation, estimates_by_mechanism(wrong.revised)
+        ),
     )  # fmt: skip
 
 
@@ -395,10 +346,10 @@ def _rivals(found: SearchResult, verdict: str) -> list[Hypothesis]:
     """What an experiment has to tell apart: the equivalents, or the best of the causes that do not explain it."""
     if verdict == "explained":
         return [found.chosen.hypothesis, *found.equivalent][:RIVALS] if found.equivalent else []
-    if verdict == "adequate" or not found.tried:
+    if verdict == "adequate" or not found.rankings:
         return []
     return [
-        one.hypothesis for one in found.tried[0][:2]
+        one.hypothesis for one in found.rankings[0][:2]
     ]  # a third is often no more than the nominal model again
 
 

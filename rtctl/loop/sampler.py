@@ -37,7 +37,7 @@ class LoopParts:
     stop_requested: Callable[[], bool]
     step: Step | None = None
     """Estimator, controller and limits as one; None: one after the other."""
-    unlocked: bool = False
+    compiled: bool = False
     """Samples are taken in compiled blocks where driver, step and clock can (`rtctl.unlocked`)."""
     guard: ReadingGuard | None = None
     """Of readings over time; None: each is judged by itself."""
@@ -73,7 +73,7 @@ class Position:
     """What somebody set instead of the plan's; NaN: nothing."""
 
 
-class Sampling:
+class Sampler:
     """The samples of a plan after `at`, from rest at the safe levels. What outlives a sample is public."""
 
     def __init__(

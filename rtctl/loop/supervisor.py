@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceProfile, Measurement
 from rtctl.interfaces import Column, Controller, Estimator
-from rtctl.loop.compiled.support import unlocked_sampling
+from rtctl.loop.compiled.support import compiled_sampler
 from rtctl.loop.sampler import (
     LoopParts,
     LoopPlan,
     Position,
-    Sampling,
+    Sampler,
     refuse_implausible,
     refuse_interrupted,
     refuse_unlikely,
@@ -69,9 +69,9 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
                 refuse_implausible(parts, reading, reading._replace(counter=reading.counter - 1))
                 settled = _settle(parts, plan, reading, safe)
                 if at.index + 1 < len(plan.setpoints):
-                    sampling = Sampling(parts, plan, step, settled, safe, at)
-                    unlocked, taken_in = unlocked_sampling(sampling)
-                    (unlocked or sampling).run()
+                    sampler = Sampler(parts, plan, step, settled, safe, at)
+                    compiled, taken_in = compiled_sampler(sampler)
+                    (compiled or sampler).run()
                 break
             except DriverError as error:
                 fault, message, reading = error.fault, str(error), None

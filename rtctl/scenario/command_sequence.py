@@ -9,7 +9,7 @@ from rtctl.scenario.schema import Scenario
 MOST_STEPS = 30_000_000
 
 
-def played_levels(scenario: Scenario) -> list[FloatArray]:
+def command_sequences(scenario: Scenario) -> list[FloatArray]:
     """The levels of the first command [its unit] in each excitation, one array each, a value each of its periods.
 
     Raises InputError.
@@ -58,7 +58,8 @@ def steps_of(scenario: Scenario) -> int:
         check_length((scenario.scenario.duration_s or 0.0) / period_s)
         return settling(scenario) + round((scenario.scenario.duration_s or 0.0) / period_s)
     return sum(
-        settling(scenario.at_period_of(k)) + len(levels) for k, levels in enumerate(played_levels(scenario))
+        settling(scenario.at_period_of(k)) + len(levels)
+        for k, levels in enumerate(command_sequences(scenario))
     )
 
 

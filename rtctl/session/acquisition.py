@@ -17,9 +17,10 @@ from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
 from rtctl.measured.writer import write_dataset
-from rtctl.scenario.command_sequence import played_levels
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
-from rtctl.session.closed_loop import open_driver, play
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 
 
 def acquire(
@@ -45,7 +46,7 @@ def acquire(
         )
     records: list[Record] = []
     failure = ""
-    for index, levels in enumerate(played_levels(scenario)):
+    for index, levels in enumerate(command_sequences(scenario)):
         kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
         report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
@@ -56,7 +57,7 @@ def acquire(
             failure = str(error)
             break
         rest = np.concatenate(([_rest(scenario)], levels))
-        signals, outcome = play(own, driver, rest, first, stop_requested)
+        signals, outcome, *_ = play(own, driver, rest, first, stop_requested)
         if outcome.fault is not None:
             failure = f"{outcome.fault}: {outcome.message}"
             break

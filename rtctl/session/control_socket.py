@@ -1,12 +1,13 @@
-"""The way from outside into a run's parameter channel: a datagram socket `DIR/control.sock`, one change a datagram.
+"""Changes of a running loop from outside: a datagram socket `DIR/control.sock`, one change a datagram.
 
-A helper thread waits on it, so the loop never does. A change is JSON, {"name": "setpoint", "value": 30.0}; the answer,
-if the sender is bound to a name, is "ok" or what is wrong with it. What the loop makes of it is among the run's events.
+A helper thread waits on the socket, so the loop never does. A change is JSON, {"name": "setpoint", "value": 30.0}; the
+answer, if the sender's socket has a name, is "ok" or what is wrong. The loop notes what it does among the run's events.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import socket
 import tempfile
@@ -15,23 +16,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rtctl.border.errors import InputError, RunError
-from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.border.errors import InputError, RunError, nearest
+from rtctl.border.quantities import parse_quantity
+from rtctl.loop.live_parameters import SETPOINT, Change, ParameterChannel
+from rtctl.recording.layout import read_header
+from rtctl.scenario.schema import checked_scenario
+from rtctl.session.run_folder import SIGNALS, scenario_tables
 
 NAME = "control.sock"
-LARGEST = 4096
+LARGEST_DATAGRAM = 4096
+"""Largest request and answer [bytes]."""
 ANSWER_WITHIN_S = 2.0
+GAIN_UNITS = {"controller.kp": "mA/um", "controller.ki": "mA/(um*s)"}
+PLAN = "plan"
+"""Set-point that gives the control back to the scenario's `[reference]`."""
 
 
 @contextmanager
 def listening(folder: Path, changes: ParameterChannel) -> Iterator[None]:
-    """Take changes for the run in `folder` inside the block. A path too long for a socket: none, in silence."""
+    """Take changes for the run in `folder` inside the block; none, in silence, if the path is too long for a socket."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / NAME
     path.unlink(missing_ok=True)
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as server:
         try:
-            server.bind(_short(path))
+            server.bind(_shorter(path))
         except OSError:
             yield
             return
@@ -44,12 +53,52 @@ def listening(folder: Path, changes: ParameterChannel) -> Iterator[None]:
             path.unlink(missing_ok=True)
             server.shutdown(socket.SHUT_RDWR)
             thread.join()
-            with suppress(OSError):  # a run that never began leaves no empty folder
+            with suppress(OSError):  # a run that never started leaves no empty folder
                 folder.rmdir()
 
 
+def read_change(folder: Path, text: str) -> Change:
+    """Read a change as a person writes it, `setpoint=30 um`, in the units of the run in `folder`.
+
+    Args:
+        folder: the folder into which the run records.
+        text: name and value; a number without a unit is in that of the parameter.
+
+    Raises:
+        InputError: no run is under way in `folder`, or `text` names no parameter, or its value is not finite.
+    """
+    name, equals, written = (part.strip() for part in text.partition("="))
+    if not equals or not written:
+        raise InputError(f"{text}: expected NAME=VALUE, such as setpoint=30")
+    if name == SETPOINT and written == PLAN:
+        return Change(name, math.nan)
+    units = _units_of_parameters(folder)
+    if name not in units:
+        raise InputError(f'"{name}" cannot be changed while the loop runs{nearest(name, units)}')
+    try:
+        value = float(written)
+    except ValueError:
+        try:
+            value = parse_quantity(written, units[name])
+        except ValueError as error:
+            raise InputError(f"{name}: {error}") from None
+    if not math.isfinite(value):
+        raise InputError(f"{name} = {written}: a finite number is needed")
+    return Change(name, value)
+
+
 def send(folder: Path, name: str, value: float) -> None:
-    """Ask the run in `folder` for a change. Raises InputError where nothing runs there, RunError on no answer."""
+    """Ask the run in `folder` for a change.
+
+    Args:
+        folder: the folder into which the run records.
+        name: `setpoint`, or a gain as in the scenario.
+        value: the new value, in the unit of the run; NaN: the set-point of the plan again.
+
+    Raises:
+        InputError: no run is under way in `folder`, or it refuses the change.
+        RunError: the run does not answer in time.
+    """
     path = folder / NAME
     with (
         tempfile.TemporaryDirectory(prefix="rtctl-") as place,
@@ -58,21 +107,31 @@ def send(folder: Path, name: str, value: float) -> None:
         client.bind(str(Path(place) / "answer"))
         client.settimeout(ANSWER_WITHIN_S)
         try:
-            client.sendto(json.dumps({"name": name, "value": value}).encode(), _short(path))
+            client.sendto(json.dumps({"name": name, "value": value}).encode(), _shorter(path))
         except OSError:
             raise InputError(f"{folder}: no run is under way here (no answer at {NAME})") from None
         try:
-            answer = client.recv(LARGEST).decode()
+            answer = client.recv(LARGEST_DATAGRAM).decode()
         except TimeoutError:
             raise RunError(f"{folder}: the run has not answered within {ANSWER_WITHIN_S:g} s") from None
     if answer != "ok":
         raise InputError(answer)
 
 
+def _units_of_parameters(folder: Path) -> dict[str, str]:
+    """Return the unit of each parameter that the run in `folder` can change. Raises InputError."""
+    path = folder / SIGNALS
+    if not path.is_file():
+        raise InputError(f"{folder}: no run is under way here ({SIGNALS} is missing)")
+    scenario = checked_scenario(scenario_tables(read_header(path).metadata, path), str(path))
+    return {SETPOINT: scenario.profile.reference.unit, **GAIN_UNITS}
+
+
 def _listen(server: socket.socket, changes: ParameterChannel) -> None:
+    """Offer each datagram to `changes` and answer it, until the socket is shut down."""
     while True:
         try:
-            datagram, sender = server.recvfrom(LARGEST)
+            datagram, sender = server.recvfrom(LARGEST_DATAGRAM)
         except OSError:
             return
         if not datagram:
@@ -84,6 +143,7 @@ def _listen(server: socket.socket, changes: ParameterChannel) -> None:
 
 
 def _offer(datagram: bytes, changes: ParameterChannel) -> str:
+    """Offer one change; return "ok", or what is wrong with it."""
     try:
         content = json.loads(datagram)
         name, value = str(content["name"]), float(content["value"])
@@ -96,6 +156,6 @@ def _offer(datagram: bytes, changes: ParameterChannel) -> str:
     return "ok"
 
 
-def _short(path: Path) -> str:
-    """A socket's path has room for some hundred bytes: relative, where that is shorter."""
+def _shorter(path: Path) -> str:
+    """Return `path`, relative if that is shorter: a socket's path has room for some hundred bytes."""
     return min(str(path), os.path.relpath(path), key=len)

@@ -19,7 +19,8 @@ from rtctl.models.vo2 import write_model
 from rtctl.scenario.bundled import bundled_scenarios
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.acquisition import acquire
-from rtctl.session.closed_loop import track, write_run
+from rtctl.session.closed_loop import track
+from rtctl.session.run_files import write_run
 from rtctl.session.run_folder import RunFolder, run_metadata
 from rtctl.wiring import build_driver
 

@@ -22,7 +22,8 @@ import numpy as np
 
 from rtctl.border.errors import DriverError, Fault, RunError
 from rtctl.scenario.schema import Scenario, checked_scenario
-from rtctl.session.closed_loop import open_driver, time_the_loop
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 from rtctl.session.run_folder import RunFolder
 from rtctl.timing.histogram import Histogram
 from rtctl.timing.realtime import Request
@@ -137,11 +138,15 @@ def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callab
     with tempfile.TemporaryDirectory(prefix="rtctl-latency-") as folder:
         place = RunFolder(path=Path(folder), metadata={}, model=None)
         try:
-            outcome, timing, requests = time_the_loop(scenario, driver, levels, first, stop_requested, place)
+            run = play(scenario, driver, levels, first, stop_requested, place)
         except DriverError as error:
             raise RunError(str(error)) from None
     return Rung(
-        period_s=period_s, timing=timing, fault=outcome.fault, message=outcome.message, requests=requests
+        period_s=period_s,
+        timing=run.timing,
+        fault=run.outcome.fault,
+        message=run.outcome.message,
+        requests=run.requests,
     )
 
 

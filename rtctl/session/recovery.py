@@ -14,7 +14,7 @@ from rtctl.evaluation.summary import summarise
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plants import support_of
 from rtctl.scenario.schema import checked_scenario
-from rtctl.session.closed_loop import RunResult, write_run
+from rtctl.session.run_files import RunResult, write_run
 from rtctl.session.run_folder import MODEL, SIGNALS, rows_left_by, scenario_tables
 from rtctl.timing.step_timing import StepTiming
 

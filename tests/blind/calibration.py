@@ -20,7 +20,8 @@ import numpy as np
 from generator import Truth, generate
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.scales import scales_of

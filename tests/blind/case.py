@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 import time
 import traceback
@@ -16,8 +17,10 @@ from judge import judged
 from least_bic import least_bic
 from sindy import sindy
 
-from rtctl.diagnosis.diagnose import Diagnosis, diagnose
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.vo2 import write_model
@@ -84,22 +87,19 @@ def identified(folder: Path) -> None:
     write_model(model, folder / "model.toml")
 
 
-def diagnosed(folder: Path) -> Diagnosis:
+def diagnosed(folder: Path, work: float = BudgetThresholds().search) -> Diagnosis:
     """As `rtctl diagnose` does, on one core."""
     manifest, path = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(path, open_dataset(manifest))
     return diagnose(
         read_dataset(manifest), SUBJECTS[simulation.kind].read_model(path), simulation, mechanism_ids(simulation.kind),
-        DiagnosisOptions(threads=1),
+        DiagnosisOptions(threads=1, work=work),
     )  # fmt: skip
 
 
 def diagnosed_without_budget(folder: Path) -> Line:
-    """The content of diagnosis.json, where no clock ends a search: the same on every machine."""
-    from rtctl.diagnosis.problem import compile_time
-
-    compile_time.working_time = lambda: 0.0
-    return diagnosed(folder).json
+    """The content of diagnosis.json where no budget ends a search."""
+    return diagnosed(folder, work=math.inf).json
 
 
 def known_of(truth: Any) -> Line:

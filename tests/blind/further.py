@@ -11,8 +11,8 @@ import numpy as np
 from generator import more
 from judge import single_and_right
 
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.experiment_design.next_experiment import DECIDES, Scored
+from rtctl.diagnosis.result import Diagnosis
 
 Line = dict[str, Any]
 RANDOM = 5

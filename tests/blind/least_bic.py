@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import acting_together
 from rtctl.diagnosis.residual.projection import leftover
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.model_selection import unknowns
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
@@ -28,7 +29,7 @@ def least_bic(found: Diagnosis) -> dict[str, Any]:
     """`verdict` and `causes` as a judged line has them."""
     search, data = found.search, found.problem
     fitted = [search.nominal.hypothesis, search.chosen.hypothesis]
-    for ranking in search.tried:
+    for ranking in search.rankings:
         fitted += [one.hypothesis for one in sorted(ranking, key=lambda one: one.hypothesis.cost)[:OF_A_SIZE]]
     weighed = [(bic(data, one), one.mechanisms) for one in _each_once(fitted)]
     if search.chosen.hypothesis.mechanisms == min(weighed)[1]:

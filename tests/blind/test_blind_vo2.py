@@ -14,9 +14,9 @@ import pytest
 from case import diagnosed, identified, run_case
 from generator import generate
 
-from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.search import catalogue_search as causes
-from rtctl.diagnosis.search.model_selection import Ranked
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.stepwise import _less_what_is_allowed
 from rtctl.wiring import mechanism_ids
 
@@ -61,7 +61,8 @@ def test_a_cause_that_removes_less_than_is_allowed_is_not_told(
     )
     assert larger is not None
     of_both = found.search._replace(
-        chosen=chosen._replace(hypothesis=larger), tried=(*found.search.tried, (Ranked(larger, 0.0, None),))
+        chosen=chosen._replace(hypothesis=larger),
+        rankings=(*found.search.rankings, (RankedHypothesis(larger, 0.0),)),
     )
     ids = mechanism_ids("vo2")
     assert _less_what_is_allowed(data, of_both, ids).chosen.hypothesis.mechanisms == both[:1]

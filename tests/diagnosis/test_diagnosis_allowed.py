@@ -11,7 +11,7 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset, Record

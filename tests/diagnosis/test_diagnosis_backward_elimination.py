@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 from diagnosis_cases import device, friction_case
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.backward_elimination import _making_up, pruned, without_each
+from rtctl.diagnosis.search.backward_elimination import _making_up, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import SUBJECTS
@@ -28,19 +30,19 @@ def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:
 
 def test_what_does_not_help_is_taken_out_and_what_does_stays(problem: Problem) -> None:
     nominal, both = fit_of(problem), fit_of(problem, "friction.coulomb", "stiffness.quintic")
-    kept = pruned(problem, nominal, both)
+    kept = eliminate_negligible(problem, nominal, both)
     assert kept.mechanisms == ("friction.coulomb",)
     assert kept.cost == pytest.approx(fit_of(problem, "friction.coulomb").cost, rel=1e-3)
-    assert pruned(problem, nominal, kept) is kept
+    assert eliminate_negligible(problem, nominal, kept) is kept
 
 
 def test_the_worth_of_each_is_a_fit_without_it_taken_from_what_is_known(problem: Problem) -> None:
     nominal, alone = fit_of(problem), fit_of(problem, "stiffness.quintic")
     both = fit_of(problem, "friction.coulomb", "stiffness.quintic")
-    rests = {one.mechanisms: one for one in without_each(problem, nominal, both, [alone])}
+    rests = {one.mechanisms: one for one in refit_without_each(problem, nominal, both, [alone])}
     assert rests[("stiffness.quintic",)] is alone
     assert rests[("friction.coulomb",)].cost < 0.1 * alone.cost
-    assert without_each(problem, nominal, alone) == (nominal,)
+    assert refit_without_each(problem, nominal, alone) == (nominal,)
 
 
 def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(problem: Problem) -> None:

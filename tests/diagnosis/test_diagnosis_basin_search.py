@@ -8,7 +8,9 @@ from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, SAMPLES, device
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS

@@ -11,7 +11,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
@@ -20,9 +20,9 @@ from rtctl.diagnosis.search.candidates import (
     MOST_PAIRS,
     _given_way,
     _longest,
-    candidates_of,
-    in_turn,
-    pairs_of,
+    interleave,
+    propose_candidates,
+    propose_pairs,
 )
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 from rtctl.identification.fit_record import FitRecord
@@ -89,7 +89,7 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
     problem, parent = examined(ids, late, cubic)
-    pairs = pairs_of(parent)
+    pairs = propose_pairs(parent)
     assert len(pairs) == MOST_PAIRS
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
     start = {one.name: one.value for one in pairs[0].simulation.parameters}
@@ -115,10 +115,10 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
         },
     }
     problem, parent = examined(("mode.second",), attached)
-    begun = [dict(_shown(one)) for one in candidates_of(parent) if one.form == "mass_ratio"]
+    begun = [dict(_shown(one)) for one in propose_candidates(parent) if one.form == "mass_ratio"]
     assert len({one["frequency"] for one in begun}) == tried
     assert all(one["mass_ratio"] > 0.0 for one in begun)
-    best = halve_successively(problem, candidates_of(parent), lambda text: None)[0]
+    best = halve_successively(problem, propose_candidates(parent), lambda text: None)[0]
     found = {
         one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)
     }
@@ -135,6 +135,6 @@ def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start
         return SimpleNamespace(mechanisms=(name,), form="", start=start)
 
     first, other = [one("a", 0), one("a", 1), one("b", 0)], [one("c", 0), one("c", 1), one("d", 0)]
-    turns = [(*runner.mechanisms, runner.start) for runner in in_turn([first, other])]
+    turns = [(*runner.mechanisms, runner.start) for runner in interleave([first, other])]
     assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
-    assert in_turn([first]) == [first[0], first[2], first[1]]
+    assert interleave([first]) == [first[0], first[2], first[1]]

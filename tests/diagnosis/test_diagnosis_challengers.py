@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.search.challengers import unfinished
+from rtctl.diagnosis.search.challengers import list_unfinished
 
 
 def hypothesis(*mechanisms: str, cost: float = 1.0) -> Any:
@@ -18,18 +18,18 @@ def found(chosen: Any, *tried: list[Any], equivalent: tuple[Any, ...] = ()) -> A
     rankings = tuple(tuple(SimpleNamespace(hypothesis=one) for one in size) for size in tried)
     nominal = SimpleNamespace(hypothesis=hypothesis(cost=100.0))
     return SimpleNamespace(
-        nominal=nominal, chosen=SimpleNamespace(hypothesis=chosen), tried=rankings, equivalent=equivalent
+        nominal=nominal, chosen=SimpleNamespace(hypothesis=chosen), rankings=rankings, equivalent=equivalent
     )
 
 
 def test_single_causes_that_may_yet_end_as_low_stand_beside_the_best() -> None:
     delay, lag, hold = hypothesis("delay"), hypothesis("lag", cost=2.5), hypothesis("hold", cost=30.0)
-    assert unfinished(found(delay, [delay, lag, hold])) == (lag,)
-    assert unfinished(found(delay, [delay, lag, hold], equivalent=(lag,))) == (lag,)
+    assert list_unfinished(found(delay, [delay, lag, hold])) == (lag,)
+    assert list_unfinished(found(delay, [delay, lag, hold], equivalent=(lag,))) == (lag,)
 
 
 @pytest.mark.parametrize("pairs", [[], [hypothesis("delay", "cubic")]])
 def test_where_larger_sets_were_fitted_single_ones_had_ended(pairs: list[Any]) -> None:
     delay, lag = hypothesis("delay"), hypothesis("lag", cost=2.5)
     chosen = pairs[0] if pairs else delay
-    assert unfinished(found(chosen, [delay, lag], pairs)) == ()
+    assert list_unfinished(found(chosen, [delay, lag], pairs)) == ()

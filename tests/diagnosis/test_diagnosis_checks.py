@@ -12,8 +12,9 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.diagnosis.problem.hypothesis import Problem
-from rtctl.diagnosis.screening.checks import foreign, short, split
+from rtctl.diagnosis.nominal_fit.foreign_model import foreign
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.screening.checks import short, split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset

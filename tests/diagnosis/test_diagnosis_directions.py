@@ -12,7 +12,9 @@ from plant_sim.oscillator.equation.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.finite_differences import slope
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_slopes
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of

@@ -9,10 +9,11 @@ import pytest
 from diagnosis_cases import device, measured, noise_drive, write_case
 
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import SUBJECTS
@@ -74,7 +75,7 @@ def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) ->
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = candidates_of(run_residual_tests(nominal, problem, ("mode.second",)))
+    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
     assert {runner.form for runner in made} == {"gain", "mass_ratio"}
     for runner in made:
         (other,) = {"gain", "mass_ratio"} - {runner.form}
@@ -130,7 +131,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.diagnosis.problem.hypothesis._determined", lambda *of: True)
+        patch.setattr("rtctl.diagnosis.problem.fit._determined", lambda *of: True)
         end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}

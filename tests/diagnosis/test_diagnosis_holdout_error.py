@@ -9,7 +9,7 @@ import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.search.holdout_error import free_run_error, gain
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, gain
 from rtctl.identification.fit_record import FitRecord
 
 
@@ -26,7 +26,7 @@ def record_of(seed: int, wrong_start_mm: float = 0.0) -> FitRecord:
 
 
 def test_a_wrong_first_reading_does_not_count_against_the_true_model() -> None:
-    error = free_run_error(device(FRICTION), record_of(4, wrong_start_mm=0.2), "displacement")
+    error = compute_free_run_error(device(FRICTION), record_of(4, wrong_start_mm=0.2), "displacement")
     assert float(np.sqrt(np.mean(error**2))) == pytest.approx(NOISE_MM, rel=0.1)
 
 
@@ -45,7 +45,7 @@ def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infi
     wild = device(
         {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
     )
-    assert math.isinf(float(np.mean(free_run_error(wild, record_of(4), "displacement") ** 2)))
+    assert math.isinf(float(np.mean(compute_free_run_error(wild, record_of(4), "displacement") ** 2)))
 
 
 def test_a_model_that_no_sensible_step_resolves_at_a_records_amplitude_has_an_infinite_error_too() -> None:
@@ -53,7 +53,7 @@ def test_a_model_that_no_sensible_step_resolves_at_a_records_amplitude_has_an_in
         "id": "stiffness.quintic",
         "parameters": {"coefficient": {"value": 1e30, "unit": "1/(mm^4*s^2)"}},
     }
-    error = free_run_error(device(stiff), record_of(4), "displacement")
+    error = compute_free_run_error(device(stiff), record_of(4), "displacement")
     assert np.isinf(error).all()
 
 
@@ -74,7 +74,7 @@ def test_what_each_record_has_for_itself_is_fitted_to_a_test_record_too() -> Non
     )  # fmt: skip
     record = FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
     for within in (1.0, 0.5):
-        error = free_run_error(humming(-0.08, 0.02), record, "displacement", within)
+        error = compute_free_run_error(humming(-0.08, 0.02), record, "displacement", within)
         assert len(error) == len(reading) - 1
         assert float(np.sqrt(np.mean(error**2))) == pytest.approx(NOISE_MM, rel=0.1)
 
@@ -97,4 +97,4 @@ def test_a_motion_begins_where_the_models_sensor_reads_its_first_sample() -> Non
         values = np.array([one.value for one in plant.parameters])
         reading = plant.predict(stimulus, values, np.array([[well, 0.0]])).outputs["displacement"][0]
         record = FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
-        assert np.abs(free_run_error(plant, record, "displacement")).max() < 1e-6
+        assert np.abs(compute_free_run_error(plant, record, "displacement")).max() < 1e-6

@@ -9,14 +9,16 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import without_each
-from rtctl.diagnosis.search.holdout_support import supported
-from rtctl.diagnosis.search.model_selection import ranked
-from rtctl.diagnosis.search.outcome import verdict_of
-from rtctl.diagnosis.search.stepwise import SearchResult, _less_what_is_idle
+from rtctl.diagnosis.search.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.holdout_support import drop_unsupported
+from rtctl.diagnosis.search.model_selection import rank_hypotheses
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.stepwise import _less_what_is_idle
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS
@@ -55,10 +57,10 @@ def searched() -> tuple[Problem, SearchResult]:
     nominal = run_residual_tests(fit_of(problem), problem, IDS)
     both = run_residual_tests(fit_of(problem, "friction.coulomb", "sensor.offset"), problem, IDS)
     tried = tuple(
-        ranked(problem, field, both, plain=False)
+        rank_hypotheses(problem, field, both, plain=False)
         for field in ([fit_of(problem, "friction.coulomb")], [both.hypothesis])
     )
-    without = without_each(problem, nominal.hypothesis, both.hypothesis)
+    without = refit_without_each(problem, nominal.hypothesis, both.hypothesis)
     return problem, SearchResult(nominal, both, True, (), tried, without)
 
 
@@ -66,7 +68,7 @@ def supported_by(
     searched: tuple[Problem, SearchResult], tests: Sequence[FitRecord]
 ) -> tuple[set[str], tuple[str, ...]]:
     problem, found = searched
-    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
+    left, dropped = drop_unsupported(found, problem, tests, IDS, WorkBudget.of(60.0))
     assert left.chosen.tests == found.chosen.tests
     return set(left.chosen.hypothesis.mechanisms), dropped
 
@@ -95,13 +97,13 @@ def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
     )
     nominal = run_residual_tests(fit_of(problem), problem, IDS)
     offset = run_residual_tests(fit_of(problem, "sensor.offset"), problem, IDS)
-    tried = (ranked(problem, [offset.hypothesis], offset, plain=False),)
+    tried = (rank_hypotheses(problem, [offset.hypothesis], offset, plain=False),)
     found = SearchResult(nominal, offset, True, (), tried, (nominal.hypothesis,))
     assert 0.0 < nominal.hypothesis.cost - offset.hypothesis.cost < 0.05 * offset.hypothesis.cost
     tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
-    left, dropped = supported(found, problem, tests, IDS, Budget.of(60.0))
+    left, dropped = drop_unsupported(found, problem, tests, IDS, WorkBudget.of(60.0))
     assert dropped == (("sensor.offset",) if verdict == "adequate" else ())
-    assert verdict_of(left, 0.9) == verdict
+    assert classify_outcome(left, 0.9) == verdict
 
 
 def test_without_test_records_nothing_is_dropped(searched: tuple[Problem, SearchResult]) -> None:
@@ -113,11 +115,11 @@ def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_
 ) -> None:
     problem, found = searched
     tests = [record_of(7, 0.0)]
-    assert supported(found, problem, tests, IDS, Budget.of(0.0)) == (found, ())
+    assert drop_unsupported(found, problem, tests, IDS, WorkBudget.of(0.0)) == (found, ())
     monkeypatch.setattr(
-        "rtctl.diagnosis.search.holdout_support.free_run_error", lambda *_: np.full(9, np.inf)
+        "rtctl.diagnosis.search.holdout_support.compute_free_run_error", lambda *_: np.full(9, np.inf)
     )
-    assert supported(found, problem, tests, IDS, Budget.of(60.0)) == (found, ())
+    assert drop_unsupported(found, problem, tests, IDS, WorkBudget.of(60.0)) == (found, ())
 
 
 def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(
@@ -129,7 +131,7 @@ def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(
     made = fit_hypothesis(problem, beside, ("friction.coulomb", "stiffness.viscoelastic"), iterations=0)
     assert made is not None
     both = run_residual_tests(made, problem, IDS)
-    tried = (found.tried[0], ranked(problem, [made], both, plain=False))
+    tried = (found.rankings[0], rank_hypotheses(problem, [made], both, plain=False))
     left = _less_what_is_idle(problem, SearchResult(found.nominal, both, True, (), tried), IDS)
     assert left.chosen.hypothesis.mechanisms == ("friction.coulomb",)
     assert left.chosen.tests == both.tests

@@ -11,8 +11,8 @@ from vo2_model_cases import UNITS
 
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
@@ -25,7 +25,7 @@ from rtctl.diagnosis.search.catalogue_search import (
     StoppedByUser,
     _Mended,
 )
-from rtctl.diagnosis.search.stepwise import level_of
+from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -77,7 +77,7 @@ def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
     assert found.gain.ratio_low > 1.0
     write_model(found.model, tmp_path / "model-extended.toml")
     model = read_model(tmp_path / "model-extended.toml")
-    given = found.search.learned.coarse["deflection"].given
+    given = found.search.hysteresis_refit.coarse["deflection"].given
     assert not np.array_equal(model.deflection_preisach.grid, given.grid)
     assert model.mechanisms == ()
 
@@ -104,10 +104,10 @@ def test_one_may_stop_before_the_loops_are_learned(stepped):
 
 
 def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped, monkeypatch):
-    at_nominal = found.search._replace(chosen=found.search.nominal, learned=None, without=())
+    at_nominal = found.search._replace(chosen=found.search.nominal, hysteresis_refit=None, leave_one_out=())
     problem = dataclasses.replace(found.problem, executor=None)
     ask = finer_loops.LoopRefitter(
-        found.search.learned.coarse, problem, found.tests, mechanism_ids("vo2"), 0.01
+        found.search.hysteresis_refit.coarse, problem, found.tests, mechanism_ids("vo2"), 0.01
     )
     monkeypatch.setattr(finer_loops, "LEAST_GAIN", 100.0)
     assert ask.behind(at_nominal) is at_nominal
@@ -124,7 +124,7 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert found.verdict == "explained"
     assert [cause.id for cause in found.causes] == ["actuation.delay"]
     assert PUT_RIGHT in found.warnings
-    before, after = found.search.learned.before, found.search.chosen.hypothesis
+    before, after = found.search.hysteresis_refit.before, found.search.chosen.hypothesis
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
@@ -135,16 +135,16 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
     monkeypatch.setattr(finer_loops, "NEGLIGIBLE", 0.0)
     problem, model = few_levels
     found = answer(problem, model, ids=FEW)
-    delayed, clean = found.search.learned.before, dataclasses.replace(found.problem, executor=None)
+    delayed, clean = found.search.hysteresis_refit.before, dataclasses.replace(found.problem, executor=None)
     more = delayed.simulation.extended(("sensor.ageing",))
     both = fit_hypothesis(clean, more, (*delayed.mechanisms, "sensor.ageing"), delayed.starts)
     assert both is not None
     assert both.cost < 0.995 * delayed.cost
     search = found.search._replace(
-        chosen=run_residual_tests(both, clean, FEW), passes=False, learned=None, without=()
+        chosen=run_residual_tests(both, clean, FEW), passes=False, hysteresis_refit=None, leave_one_out=()
     )
     loops = finer_loops.LoopRefitter(
-        found.problem.subject.identified(model, problem), clean, found.tests, FEW, level_of(0.05)
+        found.problem.subject.identified(model, problem), clean, found.tests, FEW, significance_level(0.05)
     )
     after = loops.behind(search)
     assert after.passes
@@ -166,7 +166,7 @@ def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
     problem = beyond(dataset(share=0.0, steps=FEW_LEVELS), ZONE_MA)
     found = answer(problem, identified(problem), ids=("actuation.deadband", "sensor.lag"))
     assert [cause.id for cause in found.causes] == ["actuation.deadband"]
-    assert found.search.learned is not None
+    assert found.search.hysteresis_refit is not None
     report = {one.name: one.value for one in found.search.chosen.hypothesis.simulation.parameters}
     assert report["actuation.deadband.zone"] == pytest.approx(ZONE_MA, rel=1e-3)
     assert report["current_gain"] == pytest.approx(1.0, abs=5e-4)
@@ -184,7 +184,7 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(mon
         assert [cause.id for cause in one.causes] == ["actuation.delay"]
         assert one.search.passes
     assert PUT_RIGHT in found.warnings
-    assert as_they_are.search.learned is None
+    assert as_they_are.search.hysteresis_refit is None
     assert found.gain.after < 0.6 * as_they_are.gain.after
 
 
@@ -198,9 +198,9 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(mo
     ask = SearchRequest(
         dataclasses.replace(found.problem, executor=None),
         found.search.nominal.hypothesis, case[1], case[0], found.tests,
-        FEW, DiagnosisOptions(), Budget.of(60.0), lambda text: None,
+        FEW, DiagnosisOptions(), WorkBudget.of(60.0), lambda text: None,
     )  # fmt: skip
-    assert _Mended(ask, []).at_last(found.search).learned is not None
+    assert _Mended(ask, []).at_last(found.search).hysteresis_refit is not None
     several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))
     assert _Mended(ask, []).at_last(several) is several
     left = found.search._replace(passes=False)
@@ -209,10 +209,10 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(mo
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
     for module in (causes, rtctl.diagnosis.diagnose):
-        monkeypatch.setattr(module, "explaining_more", lambda *anything: "A law.")
+        monkeypatch.setattr(module, "find_better_alternative", lambda *anything: "A law.")
     found = answer(*few_levels, ids=FEW)
     assert found.verdict == "unexplained"
-    assert found.search.learned is None
+    assert found.search.hysteresis_refit is None
     assert any("A law." in warning for warning in found.warnings)
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.report.answer import Cause, apart_from_identification
+from rtctl.diagnosis.report.answer import apart_from_identification
+from rtctl.diagnosis.result import Cause
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 
 LAGS = ("hysteresis.rate_dependence", 0.9, ())

@@ -10,7 +10,8 @@ from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_d
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.isolability import isolability
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import mechanism_slopes
 from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests

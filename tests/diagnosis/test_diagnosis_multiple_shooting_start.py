@@ -8,14 +8,9 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
-from rtctl.diagnosis.problem.hypothesis import (
-    FAR_OFF,
-    FURTHER,
-    Problem,
-    bounds,
-    fit_hypothesis,
-    sensitivity_of,
-)
+from rtctl.diagnosis.problem.bounds import FAR_OFF, FURTHER, bounds
+from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import resolved
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of

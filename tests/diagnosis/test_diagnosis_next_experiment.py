@@ -32,7 +32,9 @@ from rtctl.diagnosis.experiment_design.design import (
 )
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, _chosen, next_experiment
 from rtctl.diagnosis.experiment_design.t_optimality import PARTED, Pair, Played, played, together
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.files import scenario_text
 from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.fit_record import FitRecord

@@ -12,7 +12,8 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _without_running_away, fit_nominal
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import OSCILLATOR

@@ -12,13 +12,20 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.diagnose import _verdict, allowing
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.catalogue_search import StoppedByUser
-from rtctl.diagnosis.search.nonparametric import SUSPECT, explaining_more, explaining_the_past, past_in
-from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.nonparametric import (
+    SUSPECT,
+    compute_memory_p_value,
+    find_better_alternative,
+    find_memory_alternative,
+)
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -41,7 +48,7 @@ def named_by(
     nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
     named = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, (identity,))), lambda text: None
     )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
@@ -77,7 +84,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     ("device", "said"), [("cools slowly", "The time constant depends on direction (1"), ("dead band", "")]
 )
 def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, said: str) -> None:
-    found = explaining_more(*searched(device), Budget.of())
+    found = find_better_alternative(*searched(device), WorkBudget.of())
     assert found.startswith(said) if said else not found
 
 
@@ -115,7 +122,7 @@ def of(made: Simulation) -> Problem:
     ("hidden", "said"), [("root", "The damping force grows with another power"), ("dry", "")]
 )
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
-    found = explaining_more(*braked(hidden), Budget.of())
+    found = find_better_alternative(*braked(hidden), WorkBudget.of())
     assert found.startswith(said) if said else not found
 
 
@@ -124,7 +131,9 @@ def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_leas
     problem, nominal, named = named_by(
         of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
-    assert explaining_more(problem, nominal, named, Budget.of()).startswith("The restoring force has a kink")
+    assert find_better_alternative(problem, nominal, named, WorkBudget.of()).startswith(
+        "The restoring force has a kink"
+    )
 
 
 RELAXING = {"level": 900.0, "order": 0.5, "time": 8e-3}
@@ -147,7 +156,7 @@ def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise
     }
     made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
     problem, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
-    found = explaining_more(problem, nominal, named, Budget.of())
+    found = find_better_alternative(problem, nominal, named, WorkBudget.of())
     assert found.startswith(said) if said else not found
 
 
@@ -163,15 +172,15 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     problem = late_by(9.0, 0.03)
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert past_in(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
-    assert explaining_the_past(
-        problem, nominal, run_residual_tests(nominal, problem, ()), Budget.of()
+    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    assert find_memory_alternative(
+        problem, nominal, run_residual_tests(nominal, problem, ()), WorkBudget.of()
     ).startswith("A force follows")
     friction, nominal, named = braked("dry")
     report: list[str] = []
-    assert past_in(run_residual_tests(named, friction, ()), friction) > SUSPECT
-    assert not explaining_the_past(
-        friction, nominal, run_residual_tests(named, friction, ()), Budget.of(), report.append
+    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert not find_memory_alternative(
+        friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )
     assert not report, "no law was fitted where nothing is suspected"
 
@@ -185,9 +194,9 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     def stop(text: str) -> None:
         raise StoppedByUser(text)
 
-    verdict, said, stopped = _verdict(search, problem, [None], Budget.of(), stop)
+    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), stop)
     assert (verdict, stopped) == ("partly_explained", True)
     assert "may explain it better than friction.coulomb" in said[-1]
-    verdict, said, stopped = _verdict(search, problem, [None], Budget.of(), lambda text: None)
+    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), lambda text: None)
     assert (verdict, stopped) == ("unexplained", False)
     assert "leaves less: not named" in said[-1]

@@ -21,7 +21,9 @@ from rtctl.diagnosis.nominal_fit.predictability import (
     period_of,
     unforeseeable,
 )
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen

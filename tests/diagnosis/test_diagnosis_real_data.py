@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.diagnosis.diagnose import Diagnosis, diagnose
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.session.model_validation import simulation_for

@@ -9,8 +9,10 @@ import pytest
 from diagnosis_cases import PERIOD_S, device
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
-from rtctl.diagnosis.residual.quantization import heard, rounding_errors, step_of
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.quantization import quantization_step
+from rtctl.diagnosis.residual.quantization import heard, rounding_errors
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
@@ -79,7 +81,7 @@ def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.M
 def test_readings_without_steps_are_left_as_they_are() -> None:
     readings = np.random.default_rng(0).standard_normal(400)
     readings[100:200] = readings[100]
-    assert step_of([readings]) == 0.0
+    assert quantization_step([readings]) == 0.0
     assert heard(readings, 0.0, 20).all()
     assert len(rounding_errors(readings, 0.0)) == 0
 
@@ -87,9 +89,9 @@ def test_readings_without_steps_are_left_as_they_are() -> None:
 @pytest.mark.parametrize("scale", [1.0, 3e-7])
 def test_the_step_is_that_of_the_grid_though_levels_are_skipped(scale: float) -> None:
     fast = scale * np.round(np.array([0, 7, 3, 40, 12, 41]).repeat(50).astype(float))
-    assert step_of([fast]) == pytest.approx(scale)
-    assert step_of([fast, fast + 0.3 * scale]) == 0.0
-    assert step_of([np.zeros(50)]) == 0.0
+    assert quantization_step([fast]) == pytest.approx(scale)
+    assert quantization_step([fast, fast + 0.3 * scale]) == 0.0
+    assert quantization_step([np.zeros(50)]) == 0.0
 
 
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:

@@ -13,7 +13,8 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.nominal_fit.segmentation import MOST, cut_up, remembers
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of

@@ -9,8 +9,10 @@ from vo2_model_cases import simulation
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.hypothesis import Problem, bounds, sensitivity_of
-from rtctl.diagnosis.search.shape_grid import shape_grid
+from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.fit import sensitivity_of
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.plants.subjects import SUBJECTS

@@ -13,11 +13,13 @@ from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.stepwise import _unstuck
 from rtctl.diagnosis.search.successive_halving import (
@@ -111,7 +113,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     found = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
     )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
@@ -148,7 +150,7 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
     field = _to_the_end(
-        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, Budget.of(99.0)
+        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, WorkBudget.of(99.0)
     )
     assert len(entered) == 1
     assert len(field) == 1
@@ -206,7 +208,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         [found, stuck],
         ids,
         lambda text: None,
-        Budget.of(60.0),
+        WorkBudget.of(60.0),
     )
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
@@ -241,7 +243,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         DRIFT,
     )
     field = halve_successively(
-        problem, candidates_of(run_residual_tests(nominal, problem, ids)), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ids)), lambda text: None
     )
     assert (DRIFT,) in [one.mechanisms for one in field]
 

@@ -16,7 +16,8 @@ from vo2_model_cases import UNITS
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.problem.hypothesis import Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.unknown_initial_state import (
     WARM_PERIODS,
     WARM_PERIODS_OF_WELLS,

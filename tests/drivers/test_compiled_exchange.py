@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.compiled.exchange import CompiledExchange, Kernel, attach
+from drivers.compiled.exchange import Kernel, LineExchange, attach
 from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.compiled.serial import exchange_serial
 from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp, write_then_read_request
@@ -97,7 +97,7 @@ def test_it_sends_the_same_bytes(
     memory = memory_of(profile)
     memory.line[SEQUENCE] = sequence - 1
     with far_end(memory, wire) as far:
-        assert CompiledExchange(KERNELS[wire], memory).run(levels) == Ended.SILENT
+        assert LineExchange(KERNELS[wire], memory).run(levels) == Ended.SILENT
         assert far.recv(4096) == asked(wire, profile, levels, sequence)
 
 
@@ -155,7 +155,7 @@ def test_it_believes_the_same_of_what_arrives(wire: str, profile: DeviceProfile,
             ended, found = after_the_request(far, memory, wire, arrives)
         else:
             far.sendall(arrives)
-            run = CompiledExchange(KERNELS[wire], memory)
+            run = LineExchange(KERNELS[wire], memory)
             ended, found = run.run([1.0] * len(profile.commands)), run
     wanted = believed(wire, profile, arrives)
     if wanted is None:
@@ -174,10 +174,10 @@ def test_it_believes_the_same_of_what_arrives(wire: str, profile: DeviceProfile,
 
 def after_the_request(
     far: socket.socket, memory: WireMemory, wire: str, arrives: bytes
-) -> tuple[int, CompiledExchange]:
+) -> tuple[int, LineExchange]:
     """`arrives` comes once the request is there; then nothing more."""
     memory.line[TIMEOUT_NS] = 10**10
-    run = CompiledExchange(KERNELS[wire], memory)
+    run = LineExchange(KERNELS[wire], memory)
     ends: list[int] = []
     thread = threading.Thread(target=lambda: ends.append(run.run([1.0] * len(memory.levels))))
     thread.start()
@@ -241,7 +241,7 @@ def test_an_answer_in_pieces_under_a_hail_of_signals_is_whole(wire: str) -> None
         if wire != "tcp":
             near.setblocking(False)
         attach(memory, near.fileno())
-        run = CompiledExchange(KERNELS[wire], memory)
+        run = LineExchange(KERNELS[wire], memory)
         thread = threading.Thread(target=answer)
         try:
             signal.setitimer(signal.ITIMER_REAL, 5e-4, 5e-4)
@@ -259,10 +259,10 @@ def test_how_a_line_ends_is_told_by_its_errno(wire: str) -> None:
     memory = memory_of(VO2, timeout_s=1.0)
     with far_end(memory, wire) as far:
         far.close()
-        ended = CompiledExchange(KERNELS[wire], memory).run([5.0])
+        ended = LineExchange(KERNELS[wire], memory).run([5.0])
         assert (ended, int(memory.line[ERRNO])) == (Ended.SYSTEM, 32)  # EPIPE
     attach(memory, os.open("/dev/null", os.O_RDONLY))
-    ended = CompiledExchange(KERNELS[wire], memory).run([5.0])
+    ended = LineExchange(KERNELS[wire], memory).run([5.0])
     os.close(int(memory.line[0]))
     assert (ended, int(memory.line[ERRNO])) == (Ended.SYSTEM, 88 if wire == "tcp" else 9)  # ENOTSOCK, EBADF
 
@@ -272,6 +272,6 @@ def test_a_level_beyond_float32_is_not_sent(wire: str) -> None:
     memory = memory_of(VO2)
     with far_end(memory, wire) as far:
         far.setblocking(False)
-        assert CompiledExchange(KERNELS[wire], memory).run([1e39]) == Ended.OVERFLOW
+        assert LineExchange(KERNELS[wire], memory).run([1e39]) == Ended.OVERFLOW
         with pytest.raises(BlockingIOError):
             far.recv(4096)

@@ -17,8 +17,8 @@ from rtctl.border.wire_memory import (
     SEQUENCE,
     STATUS,
     TIME_US,
+    CompiledExchange,
     Ended,
-    UnlockedExchange,
     wire_memory,
 )
 
@@ -88,10 +88,10 @@ class ScriptedLine:
         *sensed, reference = self._memory.reading.tolist()
         return Measurement(tuple(sensed), reference, *self._memory.line[COUNTER : STATUS + 1].tolist())
 
-    def unlocked(self) -> UnlockedExchange:
+    def compiled_exchange(self) -> CompiledExchange:
         if not _PLAYED:
             _PLAYED.append(first_class(played, *wire_memory(VO2)))
-        return UnlockedExchange(_PLAYED[0], self._memory, self.conclude)
+        return CompiledExchange(_PLAYED[0], self._memory, self.conclude)
 
     def close(self, safe_levels: Sequence[float]) -> None:
         self.closed_with.append(tuple(safe_levels))

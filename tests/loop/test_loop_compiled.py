@@ -83,7 +83,7 @@ class Taken:
     events: list[str]
 
 
-def taken(case: Case, unlocked: bool, clock: Clock | None = None) -> Taken:
+def taken(case: Case, compiled: bool, clock: Clock | None = None) -> Taken:
     driver = ScriptedLine(case.answers)
     estimator, controller = decides(case)
     limits = (case.limit,)
@@ -102,7 +102,7 @@ def taken(case: Case, unlocked: bool, clock: Clock | None = None) -> Taken:
         timings=Recorder(TIMING_COLUMNS),
         stop_requested=lambda: False,
         step=None if case.model is None else compiled_step(estimator, controller, limits),
-        unlocked=unlocked,
+        compiled=compiled,
         guard=None if case.rules is None else ReadingGuard(case.rules),
         energy=EnergyGuard(limits, ["current [mA]"]),
         changes=channel,
@@ -112,7 +112,7 @@ def taken(case: Case, unlocked: bool, clock: Clock | None = None) -> Taken:
     )
     outcome = run_loop(parts, plan, BEFORE_FIRST)
     if outcome.taken_in:  # a first level that is none comes before every sample
-        assert outcome.taken_in == BLOCKS if unlocked else outcome.taken_in.startswith("Python")
+        assert outcome.taken_in == BLOCKS if compiled else outcome.taken_in.startswith("Python")
     assert parts.timing.lateness.count == parts.timing.compute.count == outcome.steps
     table = np.column_stack(list(signals.table().values()))
     return Taken(
@@ -287,7 +287,7 @@ def test_a_signal_ends_the_sleep_and_its_handler_stops_the_run() -> None:
         signals=Recorder(signal_columns(driver.profile, estimator, controller)),
         timings=Recorder(TIMING_COLUMNS),
         stop_requested=lambda: bool(asked),
-        unlocked=True,
+        compiled=True,
     )
     plan = LoopPlan(period_s=1.0, setpoints=np.full(5, 5.0), settle_steps=0)
     prepare(driver)
@@ -317,7 +317,7 @@ def test_periods_that_are_judged_end_the_run() -> None:
         timings=Recorder(TIMING_COLUMNS),
         stop_requested=lambda: False,
         timing=StepTiming(stop_after=1),
-        unlocked=True,
+        compiled=True,
     )
     plan = LoopPlan(period_s=1e-5, setpoints=np.full(20_000, 5.0), settle_steps=0)
     outcome = run_loop(parts, plan, BEFORE_FIRST)

@@ -17,7 +17,8 @@ from rtctl.border.kernels import background_kernel
 from rtctl.border.wire_memory import TIME_US
 from rtctl.loop.compiled.support import BLOCKS
 from rtctl.scenario.schema import Scenario, load_scenario
-from rtctl.session.closed_loop import open_driver, play
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 
 pytestmark = pytest.mark.skipif(not AVAILABLE, reason="this machine has no compiled loop")
 SAMPLES = 1500
@@ -57,7 +58,7 @@ def test_both_ways_leave_the_same_recording_and_the_same_device(name: str, tmp_p
         device = SimulatedDevice(load_plant(bundled_plant(name), 7))
         device._high = (8.0,)
         driver = InProcessDriver(device)
-        table, outcome = play(asked, driver, levels, open_driver(driver, asked), lambda: False)
+        table, outcome, *_ = play(asked, driver, levels, open_driver(driver, asked), lambda: False)
         assert (outcome.fault, outcome.taken_in == BLOCKS) == (None, unlocked)
         after = device.memory()._replace(epoch_s=0.0)
         found.append(({key: values.tobytes() for key, values in table.items()}, after, device.read()))
@@ -70,7 +71,7 @@ def test_asked_faster_than_its_clock_counts_it_takes_a_microsecond_a_reading(tmp
     """A compiled loop that catches up asks again at once; the time of two readings must not be the same."""
     device = SimulatedDevice(load_plant(bundled_plant("vo2_a"), 7))
     device.set_enable(True)
-    exchange = device.unlocked()
+    exchange = device.compiled_exchange()
     assert exchange is not None
     exchange.memory.levels[0] = 5.0
     exchange.lend()
@@ -94,7 +95,7 @@ def test_live_it_keeps_the_machines_time(tmp_path: Path) -> None:
     )
     device = SimulatedDevice(load_plant(bundled_plant("vo2_a"), 7))
     driver = InProcessDriver(device)
-    table, outcome = play(asked, driver, np.full(600, 5.0), open_driver(driver, asked), lambda: False)
+    table, outcome, *_ = play(asked, driver, np.full(600, 5.0), open_driver(driver, asked), lambda: False)
     assert outcome.taken_in == BLOCKS
     assert outcome.fault in (None, Fault.WATCHDOG_TRIPPED), "a stalled machine trips it"
     assert len(table["index"]) == outcome.steps

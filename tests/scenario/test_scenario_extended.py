@@ -32,7 +32,7 @@ ME = {
 
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.run_files.draw_run", lambda path, scenario, result: None)
 
 
 def extension(identity: str, parameters: str) -> str:

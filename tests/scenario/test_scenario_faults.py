@@ -33,7 +33,7 @@ Change = Callable[[Measurement], Measurement]
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take most of a short run's time."""
-    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.run_files.draw_run", lambda path, scenario, result: None)
 
 
 class FaultyDevice(WatchedDevice):

@@ -47,7 +47,7 @@ def test_it_meets_its_checks_and_repeats_to_the_byte(
     assert all(check["met"] for check in summary["checks"])
     assert summary["checks"]
     monkeypatch.setattr(
-        "rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None
+        "rtctl.session.run_files.draw_run", lambda path, scenario, result: None
     )  # once is enough
     assert (tmp_path / "one" / "run.png").stat().st_size > 10_000
     assert run(name, model_file, tmp_path / "two") == 0

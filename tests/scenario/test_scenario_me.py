@@ -22,7 +22,7 @@ SHORT = [STEPS, "reference.hold=0.3 s", "scenario.duration=1.2 s", "clock.settle
 @pytest.fixture(autouse=True)
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take most of a short run's time."""
-    monkeypatch.setattr("rtctl.session.closed_loop.draw_run", lambda path, scenario, result: None)
+    monkeypatch.setattr("rtctl.session.run_files.draw_run", lambda path, scenario, result: None)
 
 
 def device_settings(name: str) -> list[str]:

@@ -13,7 +13,7 @@ from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.quantities import convert
-from rtctl.diagnosis.problem.hypothesis import MOST_SCALES
+from rtctl.diagnosis.problem.bounds import MOST_SCALES
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring import mechanism_ids
 

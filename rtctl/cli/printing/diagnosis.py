@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rtctl.diagnosis.diagnose import Diagnosis
+from rtctl.diagnosis.result import Diagnosis
 
 VERDICTS = {
     "adequate": "Nothing is wrong: what is left is {rest}.",

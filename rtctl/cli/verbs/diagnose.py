@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from rtctl.diagnosis.problem.budget import SECONDS
+from rtctl.api.diagnosis_defaults import SECONDS, WORK
+
+MILLION = 1e6
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,8 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--mechanisms", metavar="ID[,ID...]", help="try only these of the catalogue (default: all of them)"
     )
     parser.add_argument(
+        "--work", type=float, default=WORK / MILLION, metavar="MILLION",
+        help=f"million simulated steps after which no further fit begins (default {WORK / MILLION:g})",
+    )  # fmt: skip
+    parser.add_argument(
         "--seconds", type=float, default=SECONDS, metavar="S",
-        help=f"processor time after which no further fit is begun and the best so far is told (default {SECONDS:g})",
+        help="outer guard of wall-clock time; an answer that it cut depends on the machine and says so "
+        f"(default {SECONDS:g})",
     )  # fmt: skip
 
 
@@ -36,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     folder = output_folder(args.out)
     diagnosis = diagnose(
         args.dataset, args.model, mechanisms=args.mechanisms, false_claim_rate=args.false_claims,
-        seconds=args.seconds, progress=not is_quiet(args),
+        work=MILLION * args.work, seconds=args.seconds, progress=not is_quiet(args),
     )  # fmt: skip
     failure = ""
     try:

@@ -21,9 +21,8 @@ def run(args: argparse.Namespace) -> int:
     """The verb. Returns 0: the run has taken it and applies it at its next step."""
     import json
 
-    from rtctl.loop.parameter_text import read_change
     from rtctl.output.progress import say
-    from rtctl.session.control_socket import send
+    from rtctl.session.control_socket import read_change, send
 
     change = read_change(args.run, args.change)
     send(args.run, change.name, change.value)

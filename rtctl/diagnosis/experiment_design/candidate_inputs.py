@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import check
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.scenario.schema import profile_of, scenario_of
 

@@ -15,7 +15,8 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.candidate_inputs import Input, band_limited, menu
 from rtctl.diagnosis.experiment_design.design import ALIKE, DECIDES, Planned, Scored, planned
 from rtctl.diagnosis.experiment_design.t_optimality import Played, information, played, rest
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 

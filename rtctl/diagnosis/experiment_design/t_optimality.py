@@ -18,7 +18,8 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.nominal_fit.predictability import PARTED, followed, period_of
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows
 from rtctl.diagnosis.screening.unknown_initial_state import has_two_wells
 from rtctl.identification.fit_record import FitRecord

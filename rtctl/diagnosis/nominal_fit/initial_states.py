@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.oscillator.initial_state import local_state
 from rtctl.identification.oscillator.weak_form import half_width
 

@@ -15,7 +15,10 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, bounds, fit_hypothesis, sensitivity_of
+from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
 from rtctl.identification.oscillator.weak_form import half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut, settled

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.foreign_model import foreign
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
 from rtctl.diagnosis.nominal_fit.predictability import as_far_as_followed, beginnings, foreseeable
 from rtctl.diagnosis.nominal_fit.segmentation import cut_up, remembers
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-from rtctl.diagnosis.screening.checks import foreign
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 
 LONG_MEMORY = (
     "the nominal model drifts away and never forgets its start: causes were judged within {} short stretches, each "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rtctl.border.mechanisms import Scales, plain_unit
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.report.answer import estimates_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 TIMES = 2.0

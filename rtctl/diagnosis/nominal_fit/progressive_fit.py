@@ -12,7 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts, costs_of
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 
 STANDS_OUT = 1.2
 """Times what is left in the others, by RMS: their median."""

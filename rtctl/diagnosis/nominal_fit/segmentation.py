@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, misfit
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.oscillator.weak_form import half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut
 

@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.subject import FittedRecords
 
 LARGEST_MOVE = 0.3
 """Of the outputs' RMS, by one step: beyond it the motion has escaped, or turned chaotic."""
-
-
-class Steps(NamedTuple):
-    """Of a parameter's scale: friction and deadbands have no derivative at 0, only a slope over a small step."""
-
-    sizes: tuple[float, ...]
-    """One after the other, until one moves the outputs little."""
-    small: float
-    """Of the outputs' RMS: beyond it a slope is bent, and the bend looks like a direction of its own."""
 
 
 class Moves(NamedTuple):
@@ -35,7 +24,7 @@ class Moves(NamedTuple):
     """(lanes,): one, or near it: no escape."""
 
 
-def moves(moved: FloatArray, problem: Problem, outputs: Sequence[str]) -> Moves:
+def moves(moved: FloatArray, problem: FittedRecords, outputs: Sequence[str]) -> Moves:
     """How far differences (lanes, outputs, n) go beside the motion."""
     sizes = np.array([problem.size(name) for name in outputs])
     with np.errstate(invalid="ignore", over="ignore"):
@@ -46,7 +35,7 @@ def moves(moved: FloatArray, problem: Problem, outputs: Sequence[str]) -> Moves:
 
 
 def slope(
-    moved: Callable[[float], FloatArray], problem: Problem, outputs: Sequence[str], otherwise: float
+    moved: Callable[[float], FloatArray], problem: FittedRecords, outputs: Sequence[str], otherwise: float
 ) -> FloatArray | float:
     """(outputs, n) from what a step moves, `moved(step)` (outputs, n); `otherwise` where the motion escapes by any."""
     found: FloatArray | float = otherwise

@@ -8,17 +8,14 @@ import numpy as np
 
 from rtctl.border.errors import InputError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.compile_time import working_time
+from rtctl.border.work import metered
+from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.fit_record import FitRecord
 
 MOST_SAMPLES = 100_000
 """Of all records to fit: hundreds of fits are made of them, and what 100,000 samples do not show is small."""
 LEAST_SAMPLES = 1_000
 """Of a record."""
-MOST_RUNS_SECONDS = 4.0
-"""Of processor time [s] that one run over the records to fit may take; a fit takes some hundred."""
-SHORT = 64
-"""Samples that a kernel is compiled with."""
 FEWER = (
     "the records to fit hold {} samples, more than the {} that a diagnosis gets through in time: of {} records {} "
     'samples were used, the first ones of each; mark other records as use = "test", or cut them with rows, to choose '
@@ -26,9 +23,9 @@ FEWER = (
 )
 UNRESOLVED = "{}: on record {}: {}. Its samples are {:.3g} s apart: is its rate in Hz, its time in seconds?"
 SLOW = (
-    "{}: one run of the model over the records to fit takes more than {:g} s of processor time, and a diagnosis makes "
-    "hundreds: its fastest motion is far quicker than the samples, which are {:.3g} s apart. Is the time in seconds, "
-    "the rate in Hz? Are the units of the model's parameters right?"
+    "{}: one run of the model over the records to fit takes more than {:.3g} million integration steps, and a "
+    "diagnosis makes hundreds: its fastest motion is far quicker than the samples, which are {:.3g} s apart. "
+    "Is the time in seconds, the rate in Hz? Are the units of the model's parameters right?"
 )
 
 
@@ -48,17 +45,29 @@ def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[s
     return kept, [FEWER.format(total, MOST_SAMPLES, len(kept), used)]
 
 
-def check_speed(simulation: Simulation, records: Sequence[FitRecord], source: str) -> None:
-    """Raises InputError, naming `source`, where no sensible step resolves the model, or so many that no fit ends."""
+def check_speed(
+    simulation: Simulation,
+    records: Sequence[FitRecord],
+    source: str,
+    most_steps: float = BudgetThresholds().one_run,
+) -> None:
+    """Refuse a model of which a free run over the records takes so many steps that no fit ends.
+
+    Args:
+        simulation: The model of the file, at its own values.
+        records: Records to fit.
+        source: The dataset, as an error names it.
+        most_steps: Work of one run over all records [steps].
+
+    Raises:
+        InputError: No sensible step resolves the model, or a run takes more than `most_steps`.
+    """
     values = np.array([parameter.value for parameter in simulation.parameters])
-    begun = None
-    for record in records:
-        try:
-            if begun is None:
-                simulation.predict(record.beginning(SHORT).stimulus, values)
-                begun = working_time()
-            simulation.predict(record.stimulus, values)
-        except ValueError as error:
-            raise InputError(UNRESOLVED.format(source, record.name, error, record.period_s)) from None
-        if working_time() - begun > MOST_RUNS_SECONDS:
-            raise InputError(SLOW.format(source, MOST_RUNS_SECONDS, record.period_s))
+    with metered() as meter:
+        for record in records:
+            try:
+                simulation.predict(record.stimulus, values)
+            except ValueError as error:
+                raise InputError(UNRESOLVED.format(source, record.name, error, record.period_s)) from None
+            if meter.steps > most_steps:
+                raise InputError(SLOW.format(source, 1e-6 * most_steps, record.period_s))

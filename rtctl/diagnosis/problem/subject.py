@@ -5,23 +5,70 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.finite_differences import Steps
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.measured.dataset import Dataset
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]
 Records = Sequence[FitRecord]
+
+
+class FittedModel(Protocol):
+    """A fitted hypothesis as a kind of plant sees it."""
+
+    @property
+    def simulation(self) -> Simulation:
+        """Simulation at the fitted values."""
+        ...
+
+    @property
+    def sensitivity(self) -> Sensitivity:
+        """Outputs that were fitted, and their derivatives."""
+        ...
+
+    def values_of(self, record: int) -> FloatArray:
+        """Return all parameters (parameters,) of one record, in units."""
+        ...
+
+    def start(self, record: int) -> FloatArray:
+        """Return the fitted initial state (states,) of one record."""
+        ...
+
+
+class FittedRecords(Protocol):
+    """The records of a diagnosis problem as a kind of plant sees them."""
+
+    @property
+    def subject(self) -> Subject:
+        """Kind of plant."""
+        ...
+
+    @property
+    def records(self) -> tuple[FitRecord, ...]:
+        """Records to fit."""
+        ...
+
+    @property
+    def scales(self) -> Scales:
+        """Sizes of what the records show."""
+        ...
+
+    @property
+    def steps_per_period(self) -> float | None:
+        """Integration steps of the fits in a period of the motion; None: the simulation's own."""
+        ...
+
+    def size(self, output: str) -> float:
+        """Return the RMS of a measured output, in its unit."""
+        ...
 
 
 class Placed(Protocol):
@@ -48,9 +95,18 @@ class Past(NamedTuple):
     """Forces that are linear in the past of the motion, and the laws of no name that act so."""
 
     forces: tuple[Force, ...]
-    slopes: Callable[[Hypothesis, Problem, int], FloatArray]
+    slopes: Callable[[FittedModel, FittedRecords, int], FloatArray]
     """(forces, outputs, n) of a record."""
     laws: tuple[str, ...]
+
+
+class Steps(NamedTuple):
+    """Of a parameter's scale: friction and deadbands have no derivative at 0, only a slope over a small step."""
+
+    sizes: tuple[float, ...]
+    """One after the other, until one moves the outputs little."""
+    small: float
+    """Of the outputs' RMS: beyond it a slope is bent, and the bend looks like a direction of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +127,7 @@ class Subject:
     about_mean: bool
     """Whether an output's size is that of its variation; else that of its distance from zero."""
     forces: tuple[Force, ...]
-    slopes: Callable[[Hypothesis, Problem, int], FloatArray]
+    slopes: Callable[[FittedModel, FittedRecords, int], FloatArray]
     """(forces, outputs, n) of a record: what each force does to the outputs."""
     steps: Steps
     """Of finite differences along directions."""
@@ -113,7 +169,7 @@ class Subject:
     where they show no such thing."""
     identified: Callable[[Any, Dataset], Mapping[str, Any]]
     """The same parts whatever those records show; empty where the dataset has none of them."""
-    relearned: Callable[[Mapping[str, Any], Hypothesis, Problem, Callable[[str], None]], Placed] | None
+    relearned: Callable[[Mapping[str, Any], FittedModel, FittedRecords, Callable[[str], None]], Placed] | None
     """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
     raise to stop. None where there are none."""
     corrections: Mapping[str, float]
@@ -125,8 +181,9 @@ class Subject:
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""
-    extended_model: Callable[[Any, TestedHypothesis], Any]
-    """The model of a file with the values and mechanisms of a fitted hypothesis."""
+    extended_model: Callable[[Any, Simulation, Mapping[str, Mapping[str, Estimate]]], Any]
+    """Return the model of a file with the values and mechanisms of a fitted simulation, and the estimates (with their
+    intervals) of its parameters by mechanism ("": the nominal model) and name."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """To a file, with its provenance."""
 

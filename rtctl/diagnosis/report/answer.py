@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
 from rtctl.border.mechanisms import plain_unit
-from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.result import Cause
 from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
-from rtctl.diagnosis.search.model_selection import Ranked
-from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
+from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.wald_test import WrongValue
 from rtctl.identification.vo2.coarse_loops import UNITS, left_by
 
-NORMAL_95 = 1.96
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
 IDENTIFICATION_ERROR = 0.1
@@ -30,35 +30,6 @@ HYSTERESIS_STATEMENT = (
     "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
     "leave {}. Learned anew from the staircases and the fitted records."
 )
-
-
-class Estimate(NamedTuple):
-    """A parameter of a cause with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
-
-
-class Cause(NamedTuple):
-    """One named effect."""
-
-    id: str
-    statement: str
-    kind: str
-    probability: float
-    parameters: Mapping[str, Estimate]
-    share_removed: float
-    indistinguishable_from: tuple[str, ...]
-
-    def as_json(self) -> dict[str, Any]:
-        """As the file formats have it."""
-        return {
-            **self._asdict(),
-            "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
-            "indistinguishable_from": list(self.indistinguishable_from),
-        }
 
 
 def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothesis) -> list[Cause]:
@@ -87,16 +58,16 @@ def causes_of(search: SearchResult, noise_cost: float, estimated: TestedHypothes
 
 def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
     """The loops as a cause; None where they were not learned anew, or only put right."""
-    if found.learned is None or not found.learned.is_cause:
+    if found.hysteresis_refit is None or not found.hysteresis_refit.is_cause:
         return None
     removable = found.nominal.hypothesis.cost - noise_cost
-    removed = found.learned.before.cost - found.chosen.hypothesis.cost
+    removed = found.hysteresis_refit.before.cost - found.chosen.hypothesis.cost
     parameters = {}
-    for output, one in found.learned.coarse.items():
+    for output, one in found.hysteresis_refit.coarse.items():
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(left_by(found.learned.coarse)),
+        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(left_by(found.hysteresis_refit.coarse)),
         kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
@@ -140,54 +111,16 @@ def wrong_value_cause(wrong: WrongValue) -> Cause:
     )
 
 
-def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:
-    """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
-    hypothesis = examined.hypothesis
-    sensitivity = hypothesis.sensitivity
-    errors = examined.projected.standard_errors * sensitivity.scale
-    found = {}
-    for position, k in enumerate(sensitivity.free):
-        parameter: FreeParameter = hypothesis.simulation.parameters[k]
-        if parameter.mechanism == mechanism:
-            spread = NORMAL_95 * float(errors[position])
-            found[parameter.declared.name] = Estimate(
-                parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
-            )
-    apart = set(sensitivity.of_record.tolist())
-    forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
-    acting = {
-        one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism
-    }
-    for k, parameter in enumerate(hypothesis.simulation.parameters):
-        if k in apart and parameter.mechanism == mechanism:
-            spread = NORMAL_95 * _own_error(examined)
-            value = parameter.value
-            found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
-        elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
-            value = parameter.value
-            form = parameter.declared.of_form or parameter.declared.name
-            if form in forms and acting[form] == 0.0:  # another form of it acts
-                continue
-            found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
-    return found
-
-
-def _own_error(examined: TestedHypothesis) -> float:
-    """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
-    samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
-    return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
-
-
 def _probabilities(search: SearchResult) -> dict[str, float]:
     """Of each id, from the BIC weights of all sets of the chosen size; never certain.
 
     Where the chosen one was preferred for what it leaves within stretches, sets of a lower BIC count as much.
     """
-    ranking: Sequence[Ranked] = search.tried[-1] if search.tried else ()
+    ranking: Sequence[RankedHypothesis] = search.rankings[-1] if search.rankings else ()
     if not ranking:
         return {}
     size = len(search.chosen.hypothesis.mechanisms)
-    ranking = next((one for one in search.tried if len(one[0].hypothesis.mechanisms) == size), ranking)
+    ranking = next((one for one in search.rankings if len(one[0].hypothesis.mechanisms) == size), ranking)
     mine = frozenset(search.chosen.hypothesis.mechanisms)
     first = next((one.bic for one in ranking if frozenset(one.hypothesis.mechanisms) == mine), ranking[0].bic)
     weights = [math.exp(-0.5 * min(max(one.bic - first, 0.0), 1400.0)) for one in ranking]
@@ -204,7 +137,7 @@ def _share(search: SearchResult, identity: str, noise_cost: float) -> float:
     chosen = search.chosen.hypothesis
     rest = frozenset(chosen.mechanisms) - {identity}
     without = search.nominal.hypothesis.cost
-    for one in search.without:
+    for one in search.leave_one_out:
         if frozenset(one.mechanisms) == rest:
             without = one.cost
     removable = search.nominal.hypothesis.cost - noise_cost
@@ -222,23 +155,3 @@ def _equivalents(search: SearchResult, identity: str) -> tuple[str, ...]:
         if identity not in theirs and len(theirs - mine) == 1 and len(mine - theirs) == 1:
             found += list(theirs - mine)
     return tuple(dict.fromkeys(found))
-
-
-def as_json(
-    verdict: str,
-    causes: Sequence[Cause],
-    gain: Gain | None,
-    where: Sequence[Mapping[str, Any]],
-    next_experiment: Mapping[str, Any] | None,
-    extra: Mapping[str, Any],
-) -> dict[str, Any]:
-    """`diagnosis.json`."""
-    content: dict[str, Any] = {
-        "verdict": verdict,
-        "causes": [cause.as_json() for cause in causes],
-        "gain": None if gain is None else {"metric": "rms_error_test", **gain._asdict()},
-        "where": list(where),
-    }
-    if next_experiment is not None:
-        content["next_experiment"] = dict(next_experiment)
-    return content | dict(extra)

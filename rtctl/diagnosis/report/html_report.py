@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.report.pictures import Picture, pictures
 from rtctl.diagnosis.report.sections import (
     candidates,
@@ -19,6 +18,7 @@ from rtctl.diagnosis.report.sections import (
     readable,
     verdict_sentence,
 )
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.measured.dataset import Dataset
 from rtctl.output.html_page import figure, page, tile
 

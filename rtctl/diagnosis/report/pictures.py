@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.diagnose import Diagnosis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
-from rtctl.diagnosis.search.holdout_error import free_run
+from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.vo2.adapted_grid import switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
@@ -59,9 +59,9 @@ def pictures(found: Diagnosis) -> list[Picture]:
             shape.coordinate, shape.unit, shape.knots, shape.force, shape.error, shape.force_unit
         )
         made.append(Picture("shape", figure, f"missing force against {shape.coordinate}"))
-    if found.search.learned is not None and "deflection" in found.search.learned.coarse:
+    if found.search.hysteresis_refit is not None and "deflection" in found.search.hysteresis_refit.coarse:
         made.append(Picture("loops", _loops(found), "where relays switch, and what the loops leave"))
-    if found.search.tried:
+    if found.search.rankings:
         made.append(Picture("candidates", _candidates(found), "error that each candidate leaves"))
     if len(found.isolability.ids) > 1:
         found_at = found.isolability
@@ -85,7 +85,7 @@ def _before_after(found: Diagnosis, output: str) -> list[BeforeAfter]:
 def _one(
     record: FitRecord, before: Simulation, after: Simulation, found: Diagnosis, output: str
 ) -> BeforeAfter:
-    old, new = free_run(before, record, output), free_run(after, record, output)
+    old, new = simulate_free_run(before, record, output), simulate_free_run(after, record, output)
     after_it = new.outputs[output][0]
     velocity = (
         new.outputs["velocity"][0] if "velocity" in new.outputs else np.gradient(after_it, record.period_s)
@@ -141,7 +141,7 @@ def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatA
 
 def _loops(found: Diagnosis) -> Figure:
     """Of the deflection, given and learned anew, along the staircases."""
-    learned = found.search.learned
+    learned = found.search.hysteresis_refit
     assert learned is not None
     shown = learned.coarse["deflection"]
     reads = (shown.given, learned.loops["deflection"])
@@ -179,7 +179,7 @@ def _error_scale(found: Diagnosis) -> float:
 
 def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:
     """Label and hypothesis, best first."""
-    sizes = found.search.tried
+    sizes = found.search.rankings
     size = len(found.search.chosen.hypothesis.mechanisms)
     ranking = next(
         (r for r in sizes if r and len(r[0].hypothesis.mechanisms) == size), sizes[-1] if sizes else ()

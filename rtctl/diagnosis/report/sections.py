@@ -8,9 +8,10 @@ from html import escape
 from typing import Any
 
 from rtctl.border.mechanisms import plain_unit
-from rtctl.diagnosis.diagnose import Diagnosis
-from rtctl.diagnosis.report.answer import Estimate, estimates_of
+from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.report.pictures import ranking_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.output.html_page import significant, table
 
 MOST_ROWS = 8
@@ -96,8 +97,8 @@ def candidates(found: Diagnosis) -> str:
     ranking = ranking_of(found)
     if not ranking:
         return "<p>None: the re-fitted nominal model passes every question below, so no cause was looked for.</p>"
-    count = sum(len(size) for size in found.search.tried)
-    best = next(r for r in found.search.tried if r[0].hypothesis is ranking[0][1])
+    count = sum(len(size) for size in found.search.rankings)
+    best = next(r for r in found.search.rankings if r[0].hypothesis is ranking[0][1])
     rows = [
         [escape(" + ".join(one.hypothesis.mechanisms)), f"{one.bic - best[0].bic:,.1f}"]
         for one in best[:MOST_ROWS]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import kurtosis
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 EXCESS = 3.0

@@ -16,8 +16,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.diagnosis.problem.finite_differences import moves
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-from rtctl.diagnosis.search.shape_grid import shape_grid
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.shape_grid import shape_grid
 
 
 class Direction(NamedTuple):

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows
 from rtctl.diagnosis.residual.quantization import heard, rounding_errors
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.hypothesis import Problem
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.noise.residual_noise import sampled_alike
 
 STANDS_OUT = 60.0

@@ -9,7 +9,6 @@ from itertools import product
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.diagnosis.problem.hypothesis import Problem
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.screening.spikes import without_spikes
 from rtctl.identification.fit_record import FitRecord, fit_record
@@ -29,8 +28,6 @@ ANOTHER_SLOPE = 0.3
 CERTAIN = 6.0
 """Standard errors of a correlation, where one sample in TOGETHER is a reading of its own."""
 TOGETHER = 10.0
-FOREIGN_SHARE = 0.6
-"""Of the signal's RMS that a re-fitted model of the same device would not leave."""
 
 
 def split(
@@ -142,23 +139,6 @@ def short(records: Sequence[FitRecord], rate: float) -> list[str]:
     return [
         f"the fit records hold {periods:.2g} periods of the motion, {duration:.3g} s: slow or weak effects and the "
         "damping cannot be told from the start; record longer"
-    ]
-
-
-def foreign(problem: Problem, outputs: Sequence[str], cost: float) -> list[str]:
-    """Warning where the re-fitted nominal model, at this cost of a fit, leaves most of the signal."""
-    output = problem.subject.output
-    power = 0.0
-    for record in problem.records:
-        for name in outputs:
-            signal = record.measured[name][record.first :] / problem.size(name)
-            power += float(np.sum((signal - signal.mean()) ** 2))
-        share = float(np.sqrt(2.0 * cost / max(power, 1e-300)))
-    if not share > FOREIGN_SHARE:
-        return []
-    return [
-        f"the nominal model, re-fitted, leaves {share:.0%} of the {output}'s RMS: is it a model of this device, "
-        "are the units and signs right? A cause named on this basis is doubtful; try rtctl identify first"
     ]
 
 

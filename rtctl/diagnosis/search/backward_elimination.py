@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.noise.residual_noise import NoiseModel
@@ -16,10 +18,10 @@ NEGLIGIBLE = 1.1
 ITERATIONS = 20
 
 
-def pruned(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+def eliminate_negligible(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
     """`chosen` without the causes that hardly matter, least first; itself where all of them do."""
     while len(_added(nominal, chosen)) > 1:
-        rests = without_each(problem, nominal, chosen)
+        rests = refit_without_each(problem, nominal, chosen)
         best = min(rests, key=lambda one: one.cost, default=None)
         if best is None or best.cost > NEGLIGIBLE * chosen.cost:
             break
@@ -27,7 +29,7 @@ def pruned(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothe
     return chosen
 
 
-def without_each(
+def refit_without_each(
     problem: Problem, nominal: Hypothesis, chosen: Hypothesis, known: Sequence[Hypothesis] = ()
 ) -> tuple[Hypothesis, ...]:
     """`chosen` less each of its causes in turn; taken from `known` where it is there. Those that diverge are left out.
@@ -41,7 +43,7 @@ def without_each(
     found: list[Hypothesis] = []
     for cause in causes:
         rest = tuple(name for name in chosen.mechanisms if name != cause)
-        one = by_set.get(frozenset(rest)) or fitted_without(problem, nominal, chosen, rest)
+        one = by_set.get(frozenset(rest)) or refit_without(problem, nominal, chosen, rest)
         found += [one] if one is not None else []
     return tuple(found)
 
@@ -50,7 +52,7 @@ def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
     return tuple(name for name in chosen.mechanisms if name not in nominal.mechanisms)
 
 
-def fitted_without(
+def refit_without(
     problem: Problem, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS,
     below: float = np.inf,
 ) -> Hypothesis | None:  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter
-from rtctl.diagnosis.problem.hypothesis import defaulted
+from rtctl.diagnosis.problem.fit import defaulted
 from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters_of
 from rtctl.diagnosis.residual.projection import Projected
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of
@@ -37,7 +37,7 @@ FURTHEST = 0.5
 """Of its value, or of its typical size if that is more: what one of a set's own parameters makes room by at most."""
 
 
-def candidates_of(parent: TestedHypothesis, least: float = 0.0) -> list[Candidate]:
+def propose_candidates(parent: TestedHypothesis, least: float = 0.0) -> list[Candidate]:
     """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes.
 
     Those with a score of `least` times the best one's or more.
@@ -58,7 +58,7 @@ def candidates_of(parent: TestedHypothesis, least: float = 0.0) -> list[Candidat
     return made
 
 
-def in_turn(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
+def interleave(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
     """All of several parents' runners: of each set the first one, the best sets of every parent before any second best,
     then further ones. Where time runs out, no set goes without a fit for another's second start.
     """
@@ -74,7 +74,7 @@ def in_turn(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
     return [runner for _, _, runner in sorted(order, key=lambda one: one[:2])]
 
 
-def pairs_of(parent: TestedHypothesis) -> list[Candidate]:
+def propose_pairs(parent: TestedHypothesis) -> list[Candidate]:
     """The parent's set with two further mechanisms at once: of all pairs those that promise most together.
 
     One effect alone bends the nominal parameters until the other, beside it, is far from where it would be right, and

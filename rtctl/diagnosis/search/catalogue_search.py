@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError
 from rtctl.border.options import check_number
-from rtctl.diagnosis.problem.budget import SECONDS, Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-from rtctl.diagnosis.search.holdout_support import supported
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.search.holdout_support import drop_unsupported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
-from rtctl.diagnosis.search.nonparametric import explaining_more
-from rtctl.diagnosis.search.outcome import verdict_of
-from rtctl.diagnosis.search.stepwise import SearchResult, as_it_is, level_of, search
+from rtctl.diagnosis.search.nonparametric import find_better_alternative
+from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.stepwise import as_it_is, search, significance_level
+from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 
-FIRST_LOOK = 20.0
-"""Of processor time [s]: the search for a cause that acts beside static loops that are too coarse."""
 WORTH_PUTTING_RIGHT = 1.05
 """Times what of the noise cannot be predicted, on test records: a set that passes and leaves less there hardly gains by
 other loops."""
@@ -31,9 +32,13 @@ STOPPED = (
 NOT_PUT_RIGHT = "stopped by the user before the static loops were learned anew behind these causes"
 LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
 NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
-OUT_OF_TIME = (
-    "the search ended after {:.0f} s of processor time and tells the best that it had found; more causes, or others, "
-    "were not looked at"
+OUT_OF_WORK = (
+    "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
+    "sets of causes were not tried: a larger budget (--work) tries them"
+)
+CUT_BY_CLOCK = (
+    "the wall-clock guard ended the search after {:.0f} s, before its work budget was used up, so this answer depends "
+    "on the speed of the machine; a longer guard (--seconds) avoids that"
 )
 
 
@@ -47,15 +52,18 @@ class DiagnosisOptions:
 
     false_claim_rate: float = 0.05
     threads: int = max(1, min(2, os.cpu_count() or 1))
-    seconds: float = SECONDS
-    """Processor time of the diagnosis, after which no further fit is begun."""
+    work: float = field(default_factory=lambda: BudgetThresholds().search)
+    """Simulated steps after which no further fit begins."""
+    seconds: float = math.inf
+    """Outer guard of wall-clock time [s]; an answer that it cut says so."""
 
     def __post_init__(self) -> None:
         limits = "must be above 0 and below 0.5, such as 0.05"
         rate = check_number("false_claim_rate", self.false_claim_rate, limits)
         if not 0.0 < rate < 0.5:
             raise InputError(f"false_claim_rate {rate:g} {limits}")
-        check_number("seconds", self.seconds, f"must be 0 or more, such as {SECONDS:g} s", low=0.0)
+        check_number("work", self.work, "must be 0 or more simulated steps, such as 1e9", low=0.0)
+        check_number("seconds", self.seconds, "must be 0 or more seconds, such as 1800", low=0.0)
 
 
 class SearchRequest(NamedTuple):
@@ -68,12 +76,12 @@ class SearchRequest(NamedTuple):
     tests: tuple[FitRecord, ...]
     ids: Sequence[str]
     options: DiagnosisOptions
-    budget: Budget
+    budget: WorkBudget
     report: Callable[[str], None]
 
     def relearning(self, loops: Mapping[str, Any]) -> LoopRefitter:
         """What it takes to learn these loops, by output, anew."""
-        level = level_of(self.options.false_claim_rate)
+        level = significance_level(self.options.false_claim_rate)
         return LoopRefitter(loops, self.problem, self.tests, self.ids, level, self.report, self.budget)
 
 
@@ -91,7 +99,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
             loops = None
         if loops is not None:
             first, said, stopped = _searched(
-                ask._replace(budget=Budget.of(min(FIRST_LOOK, ask.options.seconds)))
+                ask._replace(budget=ask.budget.further(ask.budget.thresholds.first_look))
             )
             if stopped:
                 return first, said, True
@@ -99,14 +107,15 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
                 found = loops.behind(first)
             except StoppedByUser:
                 return first, [LOOPS_STOPPED], True
-            if found.learned:
+            if found.hysteresis_refit:
                 return found, [], False
     mended = _Mended(ask, [])
     if first is None or first.out_of_time:
         first, said, stopped = _searched(ask, mended.correct if whole else as_it_is)
     found = first
-    if whole and not stopped and found.learned is None:
-        found, unsupported = supported(found, found.finer or ask.problem, ask.tests, ask.ids, ask.budget)
+    if whole and not stopped and found.hysteresis_refit is None:
+        problem = found.refined_problem or ask.problem
+        found, unsupported = drop_unsupported(found, problem, ask.tests, ask.ids, ask.budget)
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)
@@ -125,16 +134,16 @@ class _Mended(NamedTuple):
     def correct(self, found: SearchResult) -> SearchResult:
         """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
         ask, subject = self.ask, self.ask.problem.subject
-        partly = verdict_of(found, subject.least_removed) == "partly_explained"
+        partly = classify_outcome(found, subject.least_removed) == "partly_explained"
         if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
             return found
         loops = subject.identified(ask.model, ask.dataset)
         if not loops:
             return found
-        law = explaining_more(
+        law = find_better_alternative(
             ask.problem, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.report
         )
-        found = found._replace(outdone=law)
+        found = found._replace(better_alternative=law)
         if not law:
             found = ask.relearning(loops).behind(found)
         self.tried.append(found)
@@ -148,8 +157,8 @@ class _Mended(NamedTuple):
             return self.correct(found)
         last = self.tried[-1]
         if last.chosen.hypothesis is found.chosen.hypothesis:
-            return found._replace(outdone=last.outdone)
-        if last.learned is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
+            return found._replace(better_alternative=last.better_alternative)
+        if last.hysteresis_refit is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
             return found
         return last._replace(out_of_time=found.out_of_time)
 
@@ -193,7 +202,14 @@ def _searched(
     try:
         rate = ask.options.false_claim_rate
         found = search(ask.problem, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, correct)
-        return found, [OUT_OF_TIME.format(ask.options.seconds)] if found.out_of_time else [], False
+        return found, [_why_it_ended(ask)] if found.out_of_time else [], False
     except StoppedByUser:
         so_far = known[-1]
         return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
+
+
+def _why_it_ended(ask: SearchRequest) -> str:
+    """Return the note of a search that ended before it was through."""
+    if ask.budget.cut_by_clock:
+        return CUT_BY_CLOCK.format(ask.options.seconds)
+    return OUT_OF_WORK.format(1e-6 * ask.options.work)

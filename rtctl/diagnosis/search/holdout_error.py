@@ -53,24 +53,28 @@ def gain(
     """Free runs of both models over `records`; `rate` [1/s] of the motion sets the blocks. None without records."""
     if not records:
         return None
-    old = [free_run_error(before, record, output) for record in records]
-    new = [free_run_error(after, record, output) for record in records]
+    old = [compute_free_run_error(before, record, output) for record in records]
+    new = [compute_free_run_error(after, record, output) for record in records]
     low, high = _interval(old, new, rate, records[0].period_s)
     first, second = _rms(old), _rms(new)
     ratio = first / second if second > 0.0 else math.inf
     return Gain(output, unit, first, second, noise_floor, ratio, low, high)
 
 
-def free_run_error(simulation: Simulation, record: FitRecord, output: str, within: float = 1.0) -> FloatArray:
+def compute_free_run_error(
+    simulation: Simulation, record: FitRecord, output: str, within: float = 1.0
+) -> FloatArray:
     """Simulated minus measured (n,) over the scored samples, from the fitted start; infinite if it diverges."""
-    run = free_run(simulation, record, output, within)
+    run = simulate_free_run(simulation, record, output, within)
     if run.diverged_at[0] >= 0:
         return np.full(record.samples - record.first, np.inf)
     error: FloatArray = (run.outputs[output][0] - record.measured[output])[record.first :]
     return error
 
 
-def free_run(simulation: Simulation, record: FitRecord, output: str, within: float = 1.0) -> Prediction:
+def simulate_free_run(
+    simulation: Simulation, record: FitRecord, output: str, within: float = 1.0
+) -> Prediction:
     """Of one lane. What is the record's own is fitted to this share of its scored samples, `within`, first.
 
     That is its start, two numbers: the first sample is noisy, and a lightly damped device rings with that noise for a

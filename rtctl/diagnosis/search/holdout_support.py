@@ -7,12 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import without_each
-from rtctl.diagnosis.search.holdout_error import free_run_error
-from rtctl.diagnosis.search.stepwise import SearchResult, equivalents, in_its_place
+from rtctl.diagnosis.search.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.stepwise import find_equivalents, replace_chosen
 from rtctl.identification.fit_record import FitRecord
 
 SMALL = 0.02
@@ -23,8 +25,8 @@ SHOWN = 0.5
 """Of a test record, where numbers of its own (a hum's) are fitted: they are judged by the rest, which has to follow."""
 
 
-def supported(
-    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: Budget
+def drop_unsupported(
+    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: WorkBudget
 ) -> tuple[SearchResult, tuple[str, ...]]:
     """Less the small causes without which the error on `tests` is no larger; and which those are.
 
@@ -37,7 +39,7 @@ def supported(
         removed = nominal.cost - chosen.cost
         little = found.passes and removed < LITTLE * chosen.cost
         alone = len(_causes(found)) == 1
-        rests = (nominal,) if alone and little else () if alone else found.without
+        rests = (nominal,) if alone and little else () if alone else found.leave_one_out
         small = [one for one in rests if little or one.cost - chosen.cost < SMALL * removed]
         if not small:
             break
@@ -59,12 +61,12 @@ def _with(fewer: Hypothesis, found: SearchResult, problem: Problem, ids: Sequenc
     """`found` with `fewer` chosen, by the larger set's gate."""
     if fewer is found.nominal.hypothesis:
         chosen = found.nominal._replace(tests=found.chosen.tests)
-        return found._replace(chosen=chosen, equivalent=(), without=())
+        return found._replace(chosen=chosen, equivalent=(), leave_one_out=())
     examined = run_residual_tests(fewer, problem, ids)._replace(tests=found.chosen.tests)
-    found = in_its_place(problem, found, examined)
+    found = replace_chosen(problem, found, examined)
     return found._replace(
-        without=without_each(problem, found.nominal.hypothesis, fewer, found.hypotheses),
-        equivalent=equivalents(problem, found.tried, examined, plain=not found.passes),
+        leave_one_out=refit_without_each(problem, found.nominal.hypothesis, fewer, found.hypotheses),
+        equivalent=find_equivalents(problem, found.rankings, examined, plain=not found.passes),
     )
 
 
@@ -78,6 +80,6 @@ def _squares(one: Hypothesis, problem: Problem, tests: Sequence[FitRecord], show
     for k, record in enumerate(tests):
         for name in one.sensitivity.outputs:
             if name in record.measured:
-                error = free_run_error(one.simulation, record, name, shown or 1.0)
+                error = compute_free_run_error(one.simulation, record, name, shown or 1.0)
                 total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / problem.size(name) ** 2
     return total

@@ -14,22 +14,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Placed
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, fitted_without, without_each
-from rtctl.diagnosis.search.holdout_error import free_run_error, gain
+from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, refit_without, refit_without_each
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, gain
 from rtctl.diagnosis.search.holdout_support import SMALL
-from rtctl.diagnosis.search.outcome import LEAST_GAIN
-from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.outcome import LEAST_GAIN, HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
 ID = "hysteresis.shape"
 WORSE = 0.95
 """Of the error before: no output's on test records may rise to one over it."""
-TWICE = 25.0
-"""Seconds that have to be left of the diagnosis for loops to be learned behind a smaller set first."""
 AS_IDENTIFIED = 3.0
 """Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
 more, however far off the loops are between their levels."""
@@ -37,22 +36,6 @@ more, however far off the loops are between their levels."""
 
 def _silent(text: str) -> None:
     """Nobody listens."""
-
-
-class HysteresisRefit(NamedTuple):
-    """A static part that was learned anew."""
-
-    coarse: Mapping[str, Any]
-    """By output, what showed it."""
-    loops: Mapping[str, Any]
-    """By output, the part itself."""
-    before: Hypothesis
-    """The same causes with the part as it was."""
-
-    @property
-    def is_cause(self) -> bool:
-        """Whether the identification's own records show it; else the part is only put right."""
-        return any(one.is_coarse for one in self.coarse.values())
 
 
 class LoopRefitter(NamedTuple):
@@ -65,7 +48,7 @@ class LoopRefitter(NamedTuple):
     level: float
     report: Callable[[str], None] = _silent
     """Hears what is under way, and may raise to stop."""
-    budget: Budget | None = None
+    budget: WorkBudget | None = None
     """Of the diagnosis: without end where there is none."""
 
     def behind(self, found: SearchResult) -> SearchResult:
@@ -74,7 +57,7 @@ class LoopRefitter(NamedTuple):
         known = _without_its_correction(self.problem, nominal, found.chosen.hypothesis)
         fewer = _less_what_is_small(self.problem, nominal, known)
         # what is small beside the causes may be the error of the loops
-        if fewer is not known and self._lasts(TWICE):
+        if fewer is not known and self._lasts(self.problem.thresholds.budget.refit_twice):
             alone = self._behind(found, fewer)
             if alone is not found and alone.passes:
                 return alone
@@ -102,11 +85,11 @@ class LoopRefitter(NamedTuple):
             return found
         return found._replace(
             chosen=examined, passes=examined.p_value > self.level, equivalent=(),
-            without=without_each(problem, bare, again), learned=learned,
+            leave_one_out=refit_without_each(problem, bare, again), hysteresis_refit=learned,
         )  # fmt: skip
 
-    def _lasts(self, seconds: float) -> bool:
-        return self.budget is None or self.budget.left > seconds
+    def _lasts(self, steps: float) -> bool:
+        return self.budget is None or self.budget.left > steps
 
     def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
         """Loops behind `known`, and `known` fitted with them; None where they leave no less.
@@ -156,7 +139,7 @@ def _without_its_correction(problem: Problem, nominal: Hypothesis, chosen: Hypot
         return chosen
     if rest == nominal.mechanisms:
         return nominal
-    return fitted_without(problem, nominal, chosen, rest) or chosen
+    return refit_without(problem, nominal, chosen, rest) or chosen
 
 
 def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
@@ -164,7 +147,7 @@ def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis
     removed = nominal.cost - known.cost
     fewer = known
     while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
-        rest = min(without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
+        rest = min(refit_without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
         if rest is None or rest.cost - known.cost > SMALL * removed:
             break
         fewer = rest
@@ -174,7 +157,7 @@ def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis
 def _less_what_they_replace(problem: Problem, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
     """Without the causes that hardly matter once the loops are finer."""
     while len(again.mechanisms) > len(bare.mechanisms):
-        fewer = min(without_each(problem, bare, again), key=lambda one: one.cost, default=None)
+        fewer = min(refit_without_each(problem, bare, again), key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
             break
         again = fewer
@@ -189,7 +172,9 @@ def over_noise(found: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
     """
     simulation, most = found.hypothesis.simulation, 0.0
     for name, noise in zip(found.hypothesis.sensitivity.outputs, found.noise, strict=True):
-        errors = [free_run_error(simulation, record, name) for record in tests if name in record.measured]
+        errors = [
+            compute_free_run_error(simulation, record, name) for record in tests if name in record.measured
+        ]
         if errors and noise.variance > 0.0:
             most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
     return most

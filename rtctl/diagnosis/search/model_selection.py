@@ -7,29 +7,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import leftover, project
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, sampled_alike
 
 
-class Ranked(NamedTuple):
+class RankedHypothesis(NamedTuple):
     """A set of causes with its fit: `bic` in the whitened residual of the best of its size."""
 
     hypothesis: Hypothesis
     bic: float
-    examined: TestedHypothesis | None
 
 
-def ranked(
+def rank_hypotheses(
     problem: Problem, field: Sequence[Hypothesis], best: TestedHypothesis, *, plain: bool
-) -> tuple[Ranked, ...]:
+) -> tuple[RankedHypothesis, ...]:
     """Lowest BIC first; `plain`: of white residuals, each with a variance of its own."""
     made = []
     for hypothesis in field:
         bic = plain_bic(problem, hypothesis) if plain else whitened_bic(problem, hypothesis, best.noise)
-        made.append(Ranked(hypothesis, bic, best if hypothesis is best.hypothesis else None))
+        made.append(RankedHypothesis(hypothesis, bic))
     return tuple(sorted(made, key=lambda one: one.bic))
 
 
@@ -42,7 +42,7 @@ def whitened_bic(problem: Problem, hypothesis: Hypothesis, noise: Sequence[Noise
     return projected.residual + unknowns(hypothesis) * float(np.log(projected.samples))
 
 
-def by_likelihood(problem: Problem, field: Sequence[Hypothesis]) -> Hypothesis:
+def select_likeliest(problem: Problem, field: Sequence[Hypothesis]) -> Hypothesis:
     """The likeliest, each with coloured noise of its own."""
     found = []
     for hypothesis in field:

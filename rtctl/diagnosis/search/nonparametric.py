@@ -7,17 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.statement import state_simulated
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.candidates import candidates_of
+from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.model_selection import whitened_bic
 from rtctl.diagnosis.search.successive_halving import FIRST_LAP, halve_successively
 
-SECONDS = 20.0
-"""Of processor time, for all laws: most of it takes a force that comes late."""
 ENOUGH = 24_000
 """Samples."""
 BETTER = 0.8
@@ -29,8 +29,8 @@ SUSPECT = 1e-3
 """P-value of forces along the past of the motion: below it a set that passes is compared with laws of such forces."""
 
 
-def explaining_more(
-    problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: Budget,
+def find_better_alternative(
+    problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
     """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
@@ -65,15 +65,15 @@ def _beyond_noise(problem: Problem, nominal: Hypothesis, law: Hypothesis, named:
     return _sentence(law) if clearly and _likelier(whole, named, problem, left) else ""
 
 
-def explaining_the_past(
-    problem: Problem, nominal: Hypothesis, named: TestedHypothesis, budget: Budget,
+def find_memory_alternative(
+    problem: Problem, nominal: Hypothesis, named: TestedHypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
     """The same behind causes that pass the gate, which does not ask for forces along the past of the motion: of a law
     of such forces that is likelier. It is looked for only where the residual has room for one.
     """
     past = problem.subject.past
-    if past is None or not past_in(named, problem) < SUSPECT:
+    if past is None or not compute_memory_p_value(named, problem) < SUSPECT:
         return ""
     few = _few(problem)
     first = replace(nominal, starts=nominal.starts[: len(few.records)])
@@ -85,12 +85,18 @@ def explaining_the_past(
 
 
 def _ahead(
-    problem: Problem, nominal: Hypothesis, laws: Sequence[str], budget: Budget, report: Callable[[str], None]
+    problem: Problem,
+    nominal: Hypothesis,
+    laws: Sequence[str],
+    budget: WorkBudget,
+    report: Callable[[str], None],
 ) -> Hypothesis | None:
     """The law that leaves least."""
-    runners = candidates_of(run_residual_tests(nominal, problem, laws))
+    runners = propose_candidates(run_residual_tests(nominal, problem, laws))
     runners.sort(key=lambda runner: laws.index(runner.mechanisms[-1]))
-    field = halve_successively(problem.glance, runners, report, budget.further(SECONDS))
+    field = halve_successively(
+        problem.glance, runners, report, budget.further(budget.thresholds.nonparametric)
+    )
     return field[0] if field else None
 
 
@@ -111,7 +117,7 @@ def _few(problem: Problem) -> Problem:
     return replace(problem, records=problem.records[:count])
 
 
-def past_in(named: TestedHypothesis, problem: Problem) -> float:
+def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
     """P-value of forces along the past of the motion in what `named` leaves; 1 of a subject that has none."""
     past = problem.subject.past
     if past is None:

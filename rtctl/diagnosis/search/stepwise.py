@@ -10,23 +10,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import fitted_without, pruned, without_each
-from rtctl.diagnosis.search.candidates import GROWN, candidates_of, in_turn, pairs_of
-from rtctl.diagnosis.search.challengers import NEAR, refit_challengers, refit_rivals, unfinished
-from rtctl.diagnosis.search.model_selection import Ranked, by_likelihood, plain_bic, ranked, whitened_bic
-from rtctl.diagnosis.search.successive_halving import each_once, halve_successively
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.search.hysteresis_refit import HysteresisRefit
+from rtctl.diagnosis.search.backward_elimination import (
+    eliminate_negligible,
+    refit_without,
+    refit_without_each,
+)
+from rtctl.diagnosis.search.candidates import GROWN, interleave, propose_candidates, propose_pairs
+from rtctl.diagnosis.search.challengers import NEAR, list_unfinished, refit_challengers, refit_rivals
+from rtctl.diagnosis.search.model_selection import (
+    RankedHypothesis,
+    plain_bic,
+    rank_hypotheses,
+    select_likeliest,
+    whitened_bic,
+)
+from rtctl.diagnosis.search.outcome import NEARLY, SearchResult
+from rtctl.diagnosis.search.successive_halving import best_of_each_set, halve_successively
 
 LARGEST_SET = 6
 BEAM = 3
@@ -53,42 +61,12 @@ EQUIVALENT = 10.0
 """Difference of BIC below which data do not decide between two sets."""
 LEVEL = 0.2
 """Of the rate of false claims, that of the gate: noise that is no autoregression makes its p-values a little small."""
-NEARLY = 1e-6
-"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
 NEEDED = 10.0
 """Difference of BIC by which a larger set must beat the smaller ones."""
 STUCK = 0.5
 """Times the cost of the nominal model: one that ends so low from elsewhere had not ended where it should."""
 MOVED = 1e-4
 """Of the cost: a fit that starts elsewhere and ends lower by more had stopped short."""
-
-
-class SearchResult(NamedTuple):
-    """What came of it."""
-
-    nominal: TestedHypothesis
-    chosen: TestedHypothesis
-    """The smallest set that passes, else the best of the largest size."""
-    passes: bool
-    equivalent: tuple[Hypothesis, ...]
-    """Others of its size that these data explain as well."""
-    tried: tuple[tuple[Ranked, ...], ...]
-    """By size, best first."""
-    without: tuple[Hypothesis, ...] = ()
-    """The chosen set less each one of its causes, fitted again."""
-    out_of_time: bool = False
-    """Larger sets, or some of this size, were not looked at."""
-    learned: HysteresisRefit | None = None
-    """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
-    outdone: str | None = None
-    """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
-    finer: Problem | None = None
-    """What was searched with steps as fine as the causes need; None: as asked."""
-
-    @property
-    def hypotheses(self) -> list[Hypothesis]:
-        """Every set that was."""
-        return [one.hypothesis for ranking in self.tried for one in ranking]
 
 
 def as_it_is(found: SearchResult) -> SearchResult:
@@ -103,33 +81,33 @@ def search(
     false_claim_rate: float,
     report: Callable[[str], None] = lambda text: None,
     kept: Callable[[SearchResult], None] = lambda found: None,
-    budget: Budget | None = None,
+    budget: WorkBudget | None = None,
     correct: Callable[[SearchResult], SearchResult] = as_it_is,
 ) -> SearchResult:
     """The causes of what `nominal`, fitted, gets wrong. `kept` hears what is known so far, should `told` raise.
 
     `put_right`: mends the model behind two causes that do not explain it, or behind the last ones, if that helps.
     """
-    budget = budget or Budget.of()
-    found = _grown(problem, nominal, ids, level_of(false_claim_rate), report, kept, budget, correct)
+    budget = budget or WorkBudget.of()
+    found = _grown(problem, nominal, ids, significance_level(false_claim_rate), report, kept, budget, correct)
     found = found._replace(out_of_time=budget.spent and not found.passes)
-    found = found._replace(equivalent=unfinished(found)) if found.out_of_time else found
-    if found.learned is not None:
+    found = found._replace(equivalent=list_unfinished(found)) if found.out_of_time else found
+    if found.hysteresis_refit is not None:
         return found
-    without = without_each(
-        found.finer or problem, found.nominal.hypothesis, found.chosen.hypothesis, found.hypotheses
+    without = refit_without_each(
+        found.refined_problem or problem, found.nominal.hypothesis, found.chosen.hypothesis, found.hypotheses
     )
-    return found._replace(without=without)
+    return found._replace(leave_one_out=without)
 
 
-def level_of(false_claim_rate: float) -> float:
+def significance_level(false_claim_rate: float) -> float:
     """Of the gate: a larger p-value passes."""
     return LEVEL * false_claim_rate
 
 
 def _grown(
     problem: Problem, nominal: Hypothesis, ids: Sequence[str], level: float,
-    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: Budget,
+    report: Callable[[str], None], kept: Callable[[SearchResult], None], budget: WorkBudget,
     correct: Callable[[SearchResult], SearchResult],
 ) -> SearchResult:  # fmt: skip
     at_nominal = run_residual_tests(nominal, problem, ids)
@@ -137,18 +115,18 @@ def _grown(
     kept(SearchResult(at_nominal, at_nominal, passes, (), ()))
     if passes:
         return SearchResult(at_nominal, at_nominal, True, (), ())
-    parents, tried, best, asked = [at_nominal], list[tuple[Ranked, ...]](), at_nominal, problem
+    parents, tried, best, asked = [at_nominal], list[tuple[RankedHypothesis, ...]](), at_nominal, problem
 
     def answer(found: SearchResult, *, plain: bool = False) -> SearchResult:
-        same = equivalents(problem, found.tried, found.chosen, plain=plain)
-        return found._replace(equivalent=same, finer=None if problem is asked else problem)
+        same = find_equivalents(problem, found.rankings, found.chosen, plain=plain)
+        return found._replace(equivalent=same, refined_problem=None if problem is asked else problem)
 
     for size in range(1, LARGEST_SET + 1):
         parents = parents if size <= GROWN else [best]
-        groups = [candidates_of(parent) for parent in parents]
+        groups = [propose_candidates(parent) for parent in parents]
         if size == 2:
-            groups = [pairs_of(at_nominal), *groups]
-        field = halve_successively(problem, in_turn(groups), report, budget)
+            groups = [propose_pairs(at_nominal), *groups]
+        field = halve_successively(problem, interleave(groups), report, budget)
         if not field:
             break
         lower = _unstuck(problem, nominal, field[0]) if size == 1 else None
@@ -171,7 +149,7 @@ def _grown(
             found = _returned(problem, SearchResult(at_nominal, last, True, (), tuple(tried)), ids, level)
             return answer(refit_rivals(problem, found, last, ids, level, report, budget))
         field = [*(one.hypothesis for one in parents), *field]
-        tried.append(ranked(problem, each_once(field), best, plain=not passes))
+        tried.append(rank_hypotheses(problem, best_of_each_set(field), best, plain=not passes))
         kept(SearchResult(at_nominal, best, False, (), tuple(tried)))
         found = SearchResult(at_nominal, best, True, (), tuple(tried))
         if passes or not budget.spent:
@@ -198,7 +176,7 @@ def _at_steps_it_needs(
     best: TestedHypothesis,
     parents: list[TestedHypothesis],
     ids: Sequence[str],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[Problem, TestedHypothesis, list[TestedHypothesis]]:
     """As they are, or with finer steps where those of `data` are what `best` leaves and `budget` lasts."""
     if budget.spent:
@@ -216,16 +194,18 @@ def _unstuck(problem: Problem, nominal: Hypothesis, first: Hypothesis) -> Hypoth
     """The nominal model from where the best single cause led, if it begins there below where it had ended, and ends
     far below: then it was stuck, and the cause is a way around.
     """
-    lower = fitted_without(problem, nominal, first, nominal.mechanisms, below=nominal.cost)
+    lower = refit_without(problem, nominal, first, nominal.mechanisms, below=nominal.cost)
     return lower if lower is not None and lower.cost < STUCK * nominal.cost else None
 
 
-def in_its_place(problem: Problem, found: SearchResult, fewer: TestedHypothesis) -> SearchResult:
+def replace_chosen(problem: Problem, found: SearchResult, fewer: TestedHypothesis) -> SearchResult:
     """`found` with `fewer` chosen, and ranked among the sets of its size."""
     size = len(fewer.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
-    known = [one.hypothesis for one in found.tried[size - 1]]
-    own = ranked(problem, each_once([fewer.hypothesis, *known]), fewer, plain=not found.passes)
-    return found._replace(chosen=fewer, tried=(*found.tried[: size - 1], own, *found.tried[size:]))
+    known = [one.hypothesis for one in found.rankings[size - 1]]
+    own = rank_hypotheses(
+        problem, best_of_each_set([fewer.hypothesis, *known]), fewer, plain=not found.passes
+    )
+    return found._replace(chosen=fewer, rankings=(*found.rankings[: size - 1], own, *found.rankings[size:]))
 
 
 def _returned(
@@ -242,11 +222,11 @@ def _returned(
     for cause in causes if len(causes) > 1 else ():
         rest = tuple(name for name in chosen.mechanisms if name != cause)
         most = known.get(frozenset(rest), np.inf)
-        one = fitted_without(problem, nominal, chosen, rest, below=np.inf if passes else most)
+        one = refit_without(problem, nominal, chosen, rest, below=np.inf if passes else most)
         if one is not None and _had_stopped_short(one.cost, most, chosen.cost):
             examined = run_residual_tests(one, problem, ids)
             if examined.p_value > level:
-                return in_its_place(problem, found, examined)
+                return replace_chosen(problem, found, examined)
     return found
 
 
@@ -267,10 +247,10 @@ def _less_what_is_idle(problem: Problem, found: SearchResult, ids: Sequence[str]
     rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in acting)
     if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
         return found
-    fewer = fitted_without(problem, nominal, chosen, rest, iterations=0)
+    fewer = refit_without(problem, nominal, chosen, rest, iterations=0)
     if fewer is None:
         return found
-    return in_its_place(
+    return replace_chosen(
         problem, found, run_residual_tests(fewer, problem, ids)._replace(tests=found.chosen.tests)
     )
 
@@ -284,14 +264,14 @@ def _less_what_is_allowed(problem: Problem, found: SearchResult, ids: Sequence[s
     most = 0.5 * samples * sum(square / problem.size(name) ** 2 for name, square in problem.allowed.items())
     chosen = found.chosen.hypothesis
     while problem.allowed and len(chosen.mechanisms) > len(found.nominal.hypothesis.mechanisms) + 1:
-        rests = without_each(problem, found.nominal.hypothesis, chosen, found.hypotheses)
+        rests = refit_without_each(problem, found.nominal.hypothesis, chosen, found.hypotheses)
         fewer = min(rests, key=lambda one: one.cost, default=None)
         if fewer is None or fewer.cost > found.chosen.hypothesis.cost + most:
             break
         chosen = fewer
     if chosen is found.chosen.hypothesis:
         return found
-    return in_its_place(
+    return replace_chosen(
         problem, found, run_residual_tests(chosen, problem, ids)._replace(tests=found.chosen.tests)
     )
 
@@ -305,10 +285,10 @@ def _stalled(size: int, last: TestedHypothesis) -> float:
 
 def _trimmed(problem: Problem, found: SearchResult, ids: Sequence[str], level: float) -> SearchResult:
     """Less the causes that hardly matter beside those that were found after them."""
-    fewer = pruned(problem, found.nominal.hypothesis, found.chosen.hypothesis)
+    fewer = eliminate_negligible(problem, found.nominal.hypothesis, found.chosen.hypothesis)
     if fewer is found.chosen.hypothesis:
         return found
-    found = in_its_place(problem, found, run_residual_tests(fewer, problem, ids))
+    found = replace_chosen(problem, found, run_residual_tests(fewer, problem, ids))
     return found._replace(passes=found.chosen.p_value > level)
 
 
@@ -330,13 +310,13 @@ def _front(
     rate: float,
     near: float,
     from_there: Callable[[Sequence[Hypothesis]], list[Hypothesis]],
-    budget: Budget,
+    budget: WorkBudget,
 ) -> tuple[TestedHypothesis, list[TestedHypothesis]]:
     """The one that passes best, else the lowest cost; and those within `near` times that, to extend if none passes.
 
     Where those that extend do not pass, others as good are asked too, one after the other, while `budget` lasts.
     """
-    likely = by_likelihood(problem, field[:BEAM])
+    likely = select_likeliest(problem, field[:BEAM])
     alike = [one for one in field[:ALIKE] if one.cost < AS_GOOD * field[0].cost]
     front = [field[0]] if likely is field[0] else [field[0], likely]
     examined = [run_residual_tests(one, problem, ids) for one in front]
@@ -376,8 +356,12 @@ def _by_stretches(problem: Problem, field: Sequence[Hypothesis]) -> list[Hypothe
     return [*close, *field[len(close) :]]
 
 
-def equivalents(
-    problem: Problem, tried: Sequence[Sequence[Ranked]], best: TestedHypothesis, *, plain: bool = False
+def find_equivalents(
+    problem: Problem,
+    tried: Sequence[Sequence[RankedHypothesis]],
+    best: TestedHypothesis,
+    *,
+    plain: bool = False,
 ) -> tuple[Hypothesis, ...]:
     """Sets of the same size that the data do not tell from the best; `plain`: by white residuals, as nothing passes."""
     size = len(best.hypothesis.mechanisms)

@@ -11,8 +11,10 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
 from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
-from rtctl.diagnosis.problem.budget import Budget
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis, polish
+from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.work_budget import WorkBudget
 
 FIRST_LAP = 6
 SECOND_LAP = 12
@@ -77,16 +79,16 @@ def halve_successively(
     problem: Problem,
     runners: Sequence[Candidate],
     report: Callable[[str], None],
-    budget: Budget | None = None,
+    budget: WorkBudget | None = None,
 ) -> list[Hypothesis]:
     """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
     `budget` lasts.
     """
-    return each_once(_to_the_end(problem, runners, report, budget or Budget.of(np.inf)))
+    return best_of_each_set(_to_the_end(problem, runners, report, budget or WorkBudget.of(np.inf)))
 
 
 def _to_the_end(
-    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: Budget
+    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: WorkBudget
 ) -> list[Hypothesis]:
     """Of each form of each set its best fit."""
     problem = problem.until(budget)
@@ -228,7 +230,7 @@ def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
     return found if found is not None and found.cost <= one.cost else one
 
 
-def each_once(field: Sequence[Hypothesis]) -> list[Hypothesis]:
+def best_of_each_set(field: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Of each set the first."""
     found: dict[frozenset[str], Hypothesis] = {}
     for one in field:

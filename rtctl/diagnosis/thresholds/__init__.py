@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from rtctl.diagnosis.thresholds.budget import BudgetThresholds
 from rtctl.diagnosis.thresholds.experiment import ExperimentThresholds
 from rtctl.diagnosis.thresholds.nominal_fit import NominalFitThresholds
 from rtctl.diagnosis.thresholds.report import ReportThresholds
@@ -16,6 +17,7 @@ from rtctl.diagnosis.thresholds.search import SearchThresholds
 from rtctl.diagnosis.thresholds.verification import VerificationThresholds
 
 __all__ = [
+    "BudgetThresholds",
     "ExperimentThresholds",
     "NominalFitThresholds",
     "ReportThresholds",
@@ -31,6 +33,7 @@ __all__ = [
 class Thresholds:
     """All thresholds of a diagnosis, by stage."""
 
+    budget: BudgetThresholds = field(default_factory=BudgetThresholds)
     screening: ScreeningThresholds = field(default_factory=ScreeningThresholds)
     nominal_fit: NominalFitThresholds = field(default_factory=NominalFitThresholds)
     residual: ResidualThresholds = field(default_factory=ResidualThresholds)

@@ -15,7 +15,9 @@ import numpy as np
 
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import left_over_stretches
 from rtctl.diagnosis.nominal_fit.predictability import unforeseeable
-from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem, fit_hypothesis
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.identification.fit_record import FitRecord
 

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.search.holdout_error import Gain
-from rtctl.diagnosis.search.outcome import HALF, LEAST_GAIN
-from rtctl.diagnosis.search.stepwise import SearchResult
+from rtctl.diagnosis.search.outcome import HALF, LEAST_GAIN, SearchResult
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
 QUIET = 1.1

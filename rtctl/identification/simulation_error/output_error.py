@@ -19,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.border.work import adopt_meter, current_meter
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.inference import infer
@@ -109,7 +110,7 @@ def threads(count: int) -> Iterator[Executor | None]:
         if count < 2:
             yield None
             return
-        with ThreadPoolExecutor(count) as executor:
+        with ThreadPoolExecutor(count, initializer=adopt_meter, initargs=(current_meter(),)) as executor:
             yield executor
 
 

@@ -15,11 +15,11 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import machine_code
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import PYTHON, UnlockedExchange, wire_memory
+from rtctl.border.wire_memory import PYTHON, CompiledExchange, wire_memory
 from rtctl.loop.compiled.block import SIGNALS, TIMINGS, run_block
-from rtctl.loop.compiled.state import LOOP, NOTHING, PI, Why
+from rtctl.loop.compiled.state import LOOP, NOTHING, PI, BlockExit
 from rtctl.loop.compiled.step import CompiledStep
-from rtctl.loop.sampler import Sampling, refuse_interrupted
+from rtctl.loop.sampler import Sampler, refuse_interrupted
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
 from rtctl.safety.guards import GuardMemory
@@ -30,14 +30,14 @@ MOST_ROWS = 1000
 LONGEST_S = 1.0
 
 
-class UnlockedSampling:
+class CompiledSampler:
     """Takes the samples of a `Sampling`."""
 
     def __init__(
         self,
-        sampling: Sampling,
-        exchange: UnlockedExchange,
-        find_exchange: Callable[[], UnlockedExchange | None],
+        sampling: Sampler,
+        exchange: CompiledExchange,
+        find_exchange: Callable[[], CompiledExchange | None],
     ) -> None:
         """`find_exchange` gives the driver's again, if it still has one."""
         parts = sampling.parts
@@ -66,14 +66,14 @@ class UnlockedSampling:
             while at.index < sampling.last:
                 self._lend()
                 self._exchange.lend()
-                why, row = self._block()
+                exit_reason, row = self._block()
                 self._exchange.give_back()
                 self._give_back()
-                if why is Why.LATE:
+                if exit_reason is BlockExit.LATE:
                     break
-                self._complete(why, row)
+                self._complete(exit_reason, row)
                 if (
-                    why is Why.EXCHANGE and self._find_exchange() is None
+                    exit_reason is BlockExit.EXCHANGE and self._find_exchange() is None
                 ):  # from here on only Python's way is left
                     while at.index < sampling.last and sampling.take():
                         pass
@@ -84,14 +84,14 @@ class UnlockedSampling:
                 begin = k * BUCKETS
                 histogram.add(self._counts[begin : begin + BUCKETS], int(self._counts[3 * BUCKETS + k]))
 
-    def _block(self) -> tuple[Why, tuple[float, ...]]:
+    def _block(self) -> tuple[BlockExit, tuple[float, ...]]:
         """Samples until something is up, and the row that was not recorded; the recorders are as far as it is."""
         signals = self._signals.ahead(self._most_rows)
         timings = self._timings.ahead(len(signals))
         signals = signals[: len(timings)]
         s = self._loop[0]
         s["signal_number"], s["timing_number"] = len(self._signals) + 1, len(self._timings) + 1
-        why = Why(
+        exit_reason = BlockExit(
             self._run(
                 self._exchange.function, *self._exchange.memory, self._loop, *self._decision, self._setpoints,
                 self._upcoming, self._parts.changes.attention, signals, signals.view(np.int64), timings,
@@ -101,34 +101,34 @@ class UnlockedSampling:
         rows = int(s["rows"])
         self._signals.advance(rows)
         self._timings.advance(rows)
-        row = tuple(signals[rows, :SIGNALS].tolist()) if why is Why.ENERGY else ()
-        return why, row
+        row = tuple(signals[rows, :SIGNALS].tolist()) if exit_reason is BlockExit.ENERGY else ()
+        return exit_reason, row
 
-    def _complete(self, why: Why, row: tuple[float, ...]) -> None:
+    def _complete(self, exit_reason: BlockExit, row: tuple[float, ...]) -> None:
         """What a block has left to Python. Raises DriverError."""
         sampling, parts, s = self._sampling, self._parts, self._loop[0]
         for _ in range(int(s["rows"])):  # who asks whether to stop also counts the exchanges
             refuse_interrupted(parts)
-        if why in (Why.DONE, Why.SIGNAL):
+        if exit_reason in (BlockExit.DONE, BlockExit.SIGNAL):
             refuse_interrupted(parts)
             return
         missed, lateness_s = int(s["missed"]), 1e-9 * int(s["lateness_ns"])
         begun_ns, answered_ns = int(s["begun_ns"]), int(s["answered_ns"])
         index = sampling.at.index + missed + 1
-        if why is Why.MISSED:
+        if exit_reason is BlockExit.MISSED:
             sampling.missed(missed)
             sampling.exchange(index, missed, lateness_s)
-        elif why is Why.EXCHANGE and s["ended"] == PYTHON:
+        elif exit_reason is BlockExit.EXCHANGE and s["ended"] == PYTHON:
             sampling.exchange(index, missed, lateness_s)
-        elif why is Why.EXCHANGE:
+        elif exit_reason is BlockExit.EXCHANGE:
             new = self._exchange.conclude(int(s["ended"]), sampling.levels)
             sampling.complete(index, missed, lateness_s, new, begun_ns, answered_ns)
-        elif why is Why.UNLIKELY:
+        elif exit_reason is BlockExit.UNLIKELY:
             new = self._exchange.conclude(0, sampling.levels)
             sampling.complete(index, missed, lateness_s, new, begun_ns, answered_ns)
-        elif why is Why.CHANGE:
+        elif exit_reason is BlockExit.CHANGE:
             sampling.decide(index, (missed + 1) * sampling.period_s, lateness_s, begun_ns, answered_ns)
-        elif why is Why.NOT_FINITE:
+        elif exit_reason is BlockExit.NOT_FINITE:
             parts.limits[0].clip(sampling.levels[0], 0.0, sampling.period_s)
         else:
             parts.energy.refuse_too_much(sampling.levels, sampling.period_s)
@@ -215,7 +215,7 @@ class UnlockedSampling:
             parts.guard.resume(GuardMemory(counts, s["equal"], s["lowest"], s["highest"], anchor))
 
 
-def compiled_block(exchange: UnlockedExchange) -> Any:
+def compiled_block(exchange: CompiledExchange) -> Any:
     """`run_block` for an exchange; made, or taken from the disk, before a device is armed: it may last many seconds."""
     numbers, rows = np.zeros(1, dtype=np.int64), np.zeros((1, SIGNALS + 1))
     floats, times = np.zeros(1), np.zeros((1, TIMINGS + 1))

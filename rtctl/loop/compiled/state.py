@@ -48,7 +48,7 @@ Loop = NDArray[Any]
 """(1,) of `LOOP`."""
 
 
-class Why(IntEnum):
+class BlockExit(IntEnum):
     """Why a block has ended; in all but the first three Python completes the sample that is under way."""
 
     DONE = 0
@@ -71,4 +71,4 @@ class Why(IntEnum):
     """The next level would put in too much."""
 
 
-DONE, SIGNAL, LATE, MISSED, EXCHANGE, UNLIKELY, CHANGE, NOT_FINITE, ENERGY = (int(why) for why in Why)
+DONE, SIGNAL, LATE, MISSED, EXCHANGE, UNLIKELY, CHANGE, NOT_FINITE, ENERGY = (int(code) for code in BlockExit)

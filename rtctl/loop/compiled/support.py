@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.records import DeviceProfile, Driver
-from rtctl.border.wire_memory import UnlockedExchange
+from rtctl.border.wire_memory import CompiledExchange
 from rtctl.controllers.playback import PlaybackController
 from rtctl.estimators.none import NoEstimator
 from rtctl.interfaces import Clock
-from rtctl.loop.compiled.sampler import UnlockedSampling, compiled_block
+from rtctl.loop.compiled.sampler import CompiledSampler, compiled_block
 from rtctl.loop.compiled.state import MOST_DELAY
 from rtctl.loop.compiled.step import CompiledStep
-from rtctl.loop.sampler import LoopParts, Sampling
+from rtctl.loop.sampler import LoopParts, Sampler
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
 from rtctl.timing.clock import MonotonicClock, NoSpin, SimulatedClock, TrackedSpin
@@ -19,26 +19,26 @@ from rtctl.timing.clock import MonotonicClock, NoSpin, SimulatedClock, TrackedSp
 BLOCKS = "compiled blocks, without the interpreter's lock"
 
 
-def unlocked_sampling(sampling: Sampling) -> tuple[UnlockedSampling | None, str]:
+def compiled_sampler(sampling: Sampler) -> tuple[CompiledSampler | None, str]:
     """The samples of a run in compiled blocks, or None; and what is said of that."""
     reason = why_not(sampling.parts, sampling.plan.reading_delay)
     driver = sampling.parts.driver
-    exchange = None if reason else unlocked_exchange(driver)
+    exchange = None if reason else compiled_exchange(driver)
     if exchange is None:
         return None, f"Python: {reason or 'this line is exchanged over in Python'}"
-    return UnlockedSampling(sampling, exchange, lambda: unlocked_exchange(driver)), BLOCKS
+    return CompiledSampler(sampling, exchange, lambda: compiled_exchange(driver)), BLOCKS
 
 
-def unlocked_exchange(driver: Driver) -> UnlockedExchange | None:
+def compiled_exchange(driver: Driver) -> CompiledExchange | None:
     """Of a driver that has one; made, or taken from the disk: before a device is armed, for it may last seconds."""
-    find = getattr(driver, "unlocked", None)
-    found: UnlockedExchange | None = None if find is None or not AVAILABLE else find()
+    find = getattr(driver, "compiled_exchange", None)
+    found: CompiledExchange | None = None if find is None or not AVAILABLE else find()
     return found
 
 
 def prepare(driver: Driver) -> None:
     """Compile before the device is opened."""
-    if has_one_of_each(driver.profile) and (exchange := unlocked_exchange(driver)) is not None:
+    if has_one_of_each(driver.profile) and (exchange := compiled_exchange(driver)) is not None:
         compiled_block(exchange)
 
 
@@ -50,7 +50,7 @@ def has_one_of_each(profile: DeviceProfile) -> bool:
 def why_not(parts: LoopParts, delay: int) -> str:
     """Why the samples cannot be taken in compiled blocks, where the driver does not matter; "": they can."""
     checks = (
-        (parts.unlocked, "clock.unlocked is false"),
+        (parts.compiled, "clock.unlocked is false"),
         (AVAILABLE, "this machine's system calls are not those that are compiled"),
         (has_one_of_each(parts.driver.profile), "compiled blocks know one command and one reading"),
         (_decides_compiled(parts), "estimator and controller are not one compiled step"),

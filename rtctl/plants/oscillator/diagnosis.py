@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,19 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.problem.finite_differences import Steps, slope
-from rtctl.diagnosis.problem.subject import Force, Past, Reader, Records, Subject
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.subject import (
+    FittedModel,
+    FittedRecords,
+    Force,
+    Past,
+    Reader,
+    Records,
+    Steps,
+    Subject,
+)
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 NORMAL_95 = 1.96
 
@@ -59,7 +65,7 @@ PAST = (
 )
 
 
-def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
+def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
@@ -69,7 +75,7 @@ def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
     return _pushed(hypothesis, problem, index, forces)
 
 
-def past_slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
+def past_slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """(len(PAST), outputs, n) of record `index`: forces linear in the past of the displacement."""
     radians = problem.scales.rate * problem.records[index].period_s
 
@@ -91,8 +97,8 @@ def _relaxed(z: FloatArray, rate: float) -> FloatArray:
 
 
 def _pushed(
-    hypothesis: Hypothesis,
-    problem: Problem,
+    hypothesis: FittedModel,
+    problem: FittedRecords,
     index: int,
     forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
 ) -> FloatArray:
@@ -126,23 +132,23 @@ def _quickly_held(stimulus: Stimulus) -> Stimulus:
     return replace(stimulus, holds={**stimulus.holds, "drive": "linear"})
 
 
-def extended_model(start: ModelFile, examined: TestedHypothesis) -> ModelFile:
-    """`start` with the values and mechanisms of `examined`; a parameter that was not fitted stays as it was."""
-    from rtctl.diagnosis.report.answer import Estimate, estimates_of
+def extended_model(
+    start: ModelFile, simulation: Simulation, estimates: Mapping[str, Mapping[str, Estimate]]
+) -> ModelFile:
+    """Return `start` with the estimated parameters and mechanisms; a parameter that was not fitted keeps its value."""
 
     def value(estimate: Estimate) -> Value:
         return Value(value=estimate.value, unit=estimate.unit, low=estimate.low, high=estimate.high)
 
-    nominal = estimates_of(examined, "")
+    nominal = estimates[""]
     parameters = {
         name: value(nominal[name]) if name in nominal else given
         for name, given in start.model.parameters.items()
     }
     tables = {table.id: table for table in start.model.mechanisms}
-    for mechanism in examined.hypothesis.simulation.mechanisms:
-        estimates = estimates_of(examined, mechanism.id)
+    for mechanism in simulation.mechanisms:
         kept = tables[mechanism.id].parameters if mechanism.id in tables else {}
-        values = kept | {name: value(estimate) for name, estimate in estimates.items()}
+        values = kept | {name: value(estimate) for name, estimate in estimates[mechanism.id].items()}
         tables[mechanism.id] = MechanismTable(id=mechanism.id, parameters=values)
     return ModelFile(
         model=ModelTable(kind=start.kind, parameters=parameters, mechanisms=tuple(tables.values()))

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import lfilter
@@ -18,8 +18,19 @@ from scipy.signal import lfilter
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.finite_differences import Steps, slope
-from rtctl.diagnosis.problem.subject import Force, Placed, Reader, Records, Signals, Subject
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.subject import (
+    FittedModel,
+    FittedRecords,
+    Force,
+    Placed,
+    Reader,
+    Records,
+    Signals,
+    Steps,
+    Subject,
+)
 from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.identification.vo2.coarse_loops import Coarse, Samples, coarse_loops, identified_loops, relearned
 from rtctl.identification.vo2.identify import quality_of
@@ -31,10 +42,6 @@ from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
 from rtctl.simulations.vo2.simulation import Vo2Simulation
-
-if TYPE_CHECKING:
-    from rtctl.diagnosis.problem.hypothesis import Hypothesis, Problem
-    from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 SLOW = (5.0, 25.0, 125.0)
 """Times the heating's time constant: of averages over the past."""
@@ -117,7 +124,7 @@ def low_pass(x: FloatArray, samples: float) -> FloatArray:
     return smooth
 
 
-def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
+def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """(forces, outputs, n) of record `index`: on the current in parts of its RMS variation, on a reading of its."""
     record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
@@ -146,7 +153,7 @@ def slopes(hypothesis: Hypothesis, problem: Problem, index: int) -> FloatArray:
     return found
 
 
-def _path(current: FloatArray, hypothesis: Hypothesis, period_s: float) -> Course:
+def _path(current: FloatArray, hypothesis: FittedModel, period_s: float) -> Course:
     tau_s = next(
         (one.value for one in hypothesis.simulation.parameters if one.name == "time_constant"),
         NOMINAL_TIME_CONSTANT_S,
@@ -177,16 +184,16 @@ def _branch(temperature: FloatArray) -> FloatArray:
     return branch_of(np.ascontiguousarray(temperature), 2.0 * BRANCH_RADIUS)
 
 
-def extended_model(start: Vo2Model, examined: TestedHypothesis) -> Vo2Model:
-    """`start` with the values and mechanisms of `examined`, with 95 % intervals."""
-    from rtctl.diagnosis.report.answer import estimates_of
-
-    simulation = VO2.inner(examined.hypothesis.simulation)
-    intervals = {}
-    for mechanism in ("", *(one.id for one in simulation.mechanisms)):
-        for name, one in estimates_of(examined, mechanism).items():
-            intervals[f"{mechanism}.{name}" if mechanism else name] = (one.low, one.high)
-    return with_extensions(simulation, intervals)  # type: ignore[arg-type]
+def extended_model(
+    start: Vo2Model, simulation: Simulation, estimates: Mapping[str, Mapping[str, Estimate]]
+) -> Vo2Model:
+    """Return the model of a fitted simulation, which holds `start` already, with 95 % intervals."""
+    intervals = {
+        f"{mechanism}.{name}" if mechanism else name: (estimate.low, estimate.high)
+        for mechanism, by_name in estimates.items()
+        for name, estimate in by_name.items()
+    }
+    return with_extensions(VO2.inner(simulation), intervals)  # type: ignore[arg-type]
 
 
 def _write(path: Path, model: Vo2Model, provenance: dict[str, Any]) -> None:
@@ -238,7 +245,10 @@ class _Placed(NamedTuple):
 
 
 def _relearned(
-    coarse: Mapping[str, Coarse], hypothesis: Hypothesis, problem: Problem, report: Callable[[str], None]
+    coarse: Mapping[str, Coarse],
+    hypothesis: FittedModel,
+    problem: FittedRecords,
+    report: Callable[[str], None],
 ) -> Placed:
     """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
     plain = VO2.inner(hypothesis.simulation)

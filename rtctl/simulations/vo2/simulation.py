@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
+from rtctl.border.work import count_work
 from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.current import pieces_of
 from rtctl.simulations.vo2.film import ReadOut, follow
@@ -24,6 +25,10 @@ from rtctl.simulations.vo2.relaxation import heat_pieces
 
 STEPS_PER_TIME_CONSTANT = 8.0
 MOST_SUBSTEPS = 64
+STEPS_OF_AN_INSTANT = 10.0
+"""Steps of an oscillator's integrator that take as long as heat and both loops at one instant."""
+STEPS_OF_A_READING = 2.0
+"""The same of the readings at one instant."""
 
 
 class Visited(NamedTuple):
@@ -165,6 +170,7 @@ class Vo2Simulation:
         steps_s = np.repeat(pieces.durations_s / substeps, substeps)
         warm = self._warm(pieces, substeps, steps_s, active, values)
         v = np.sqrt(np.maximum(warm.power, 0.0))
+        count_work(STEPS_OF_AN_INSTANT * len(v))
         seen = peaks = v
         if warm.lagging is not warm.power:
             seen, peaks = np.sqrt(np.maximum(warm.lagging, 0.0)), np.sqrt(np.maximum(warm.peaks, 0.0))
@@ -234,6 +240,7 @@ class Vo2Simulation:
     def _readings(self, history: Read, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Resistance and deflection (samples,) of one lane."""
         active, nominal = self._active(values), self._nominal(values)
+        count_work(STEPS_OF_A_READING * len(history.reading))
         read = history
         for mechanism in active:
             if mechanism.film is not None:

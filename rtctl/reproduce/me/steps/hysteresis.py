@@ -10,7 +10,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import MechanismTable, ModelFile, Value
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import Diagnosis, diagnose
+from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Record

@@ -18,9 +18,10 @@ from rtctl.reproduce.study import Picture, Run, Section, Table
 from rtctl.reproduce.vo2.bench import devices, in_parallel, seeds, spread, variant
 from rtctl.reproduce.vo2.steps.excitation import SteadyLoops, major_branches, mean_of, measured
 from rtctl.scenario.bundled import bundled_scenarios
-from rtctl.scenario.command_sequence import played_levels
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import checked_scenario
-from rtctl.session.closed_loop import open_driver, play
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 from rtctl.wiring import build_driver
 
 FREQUENCIES_HZ = (1.0, 3.0, 10.0, 30.0)
@@ -137,8 +138,8 @@ def folded(job: Sine) -> SteadyLoops:
     }
     scenario = checked_scenario(tables, "figure 6")
     driver = build_driver(scenario, bundled_scenarios())
-    levels = played_levels(scenario)[0]
-    signals, outcome = play(scenario, driver, levels, open_driver(driver, scenario), lambda: False)
+    levels = command_sequences(scenario)[0]
+    signals, outcome, *_ = play(scenario, driver, levels, open_driver(driver, scenario), lambda: False)
     if outcome.fault is not None:
         raise RunError(f"{job}: {outcome.fault}: {outcome.message}")
     turns = job.frequency_hz * PERIOD_S * (np.arange(len(levels)) + 1.0)  # a reading is from its period's end

@@ -24,9 +24,10 @@ from rtctl.reproduce.study import Picture, Run, Section, Table
 from rtctl.reproduce.vo2.bench import model_of, seeds, spread, variant
 from rtctl.reproduce.vo2.models import Identification, all_identified, data_of, identification
 from rtctl.scenario.bundled import bundled_scenarios
-from rtctl.scenario.command_sequence import played_levels
+from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import checked_scenario
-from rtctl.session.closed_loop import open_driver, play
+from rtctl.session.loop_setup import open_driver
+from rtctl.session.open_loop import play
 from rtctl.wiring import build_driver
 
 PERIOD_S = 1e-3
@@ -145,8 +146,8 @@ def sine(plant: str, frequency_hz: float, seed: int) -> Recorded:
     }
     scenario = checked_scenario(tables, "a sine of the current")
     driver = build_driver(scenario, bundled_scenarios())
-    levels = played_levels(scenario)[0]
-    signals, outcome = play(scenario, driver, levels, open_driver(driver, scenario), lambda: False)
+    levels = command_sequences(scenario)[0]
+    signals, outcome, *_ = play(scenario, driver, levels, open_driver(driver, scenario), lambda: False)
     if outcome.fault is not None:
         raise RunError(f"{plant}, {frequency_hz} Hz: {outcome.fault}: {outcome.message}")
     return Recorded(signals["current"], signals["resistance"], signals["deflection"])

@@ -1,0 +1,122 @@
+"""What a diagnosis returns: verdict, causes with evidence, gain, extended model, next experiment; `diagnosis.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.experiment_design.isolability import Isolability
+from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.localization import Place
+from rtctl.diagnosis.residual.missing_force import Shape
+from rtctl.diagnosis.residual.noise_floor import left_over_noise
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.identification.fit_record import FitRecord
+
+
+class Cause(NamedTuple):
+    """A named effect that the model lacks, or a value that is off, with its evidence."""
+
+    id: str
+    """Mechanism of the catalogue, or `parameter.<name>`."""
+    statement: str
+    """One sentence with the fitted values."""
+    kind: str
+    """"mechanism" or "parameter"."""
+    probability: float
+    """From the BIC weights of all sets of causes of the same size."""
+    parameters: Mapping[str, Estimate]
+    share_removed: float
+    """Fraction of the removable squared error that comes back without this cause."""
+    indistinguishable_from: tuple[str, ...]
+    """Ids that would explain the data as well in its place."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the entry of `causes` in `diagnosis.json`."""
+        return {
+            **self._asdict(),
+            "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
+            "indistinguishable_from": list(self.indistinguishable_from),
+        }
+
+
+class Fits(NamedTuple):
+    """The re-fitted nominal model and the extended one; the same one twice where no cause is named."""
+
+    before: TestedHypothesis
+    after: TestedHypothesis
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis:
+    """The answer of a diagnosis and all that its report shows."""
+
+    verdict: str
+    """"adequate", "explained", "partly_explained" or "unexplained"."""
+    causes: tuple[Cause, ...]
+    """Most probable first."""
+    gain: Gain | None
+    """Free-run errors on the test records before and after; None without test records."""
+    where: tuple[Place, ...]
+    """Coordinates along which the residual of the nominal model lives, largest share first."""
+    search: SearchResult
+    problem: Problem
+    tests: tuple[FitRecord, ...]
+    """Test records."""
+    fits: Fits
+    """Fits of whole records, which gain, extended model and figures are computed from."""
+    before: Simulation
+    """Simulation with the parameter values of the model file."""
+    model: Any
+    """Extended model, of the type of the subject's model file; without provenance."""
+    units: Mapping[str, str]
+    """Unit by signal name."""
+    isolability: Isolability
+    noise_rms: float
+    """RMS of the noise of the subject's output, in its unit."""
+    next_experiment: NextExperiment | None = None
+    shape: Shape | None = None
+    """Shape of the missing force, where causes do not explain all of it."""
+    warnings: tuple[str, ...] = field(default=())
+    stopped: bool = False
+    """Whether the user stopped it."""
+    cut_by_clock: bool = False
+    """Whether the wall-clock guard ended the search: then the answer depends on the machine."""
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the search ended early and nothing it had found explains the data."""
+        return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """Content of `diagnosis.json`, without provenance."""
+        chosen = self.search.chosen
+        content: dict[str, Any] = {
+            "verdict": self.verdict,
+            "causes": [cause.as_json() for cause in self.causes],
+            "gain": None if self.gain is None else {"metric": "rms_error_test", **self.gain._asdict()},
+            "where": [{"coordinate": place.coordinate, "share": place.share} for place in self.where],
+        }
+        if self.next_experiment is not None:
+            content["next_experiment"] = dict(self.next_experiment.json)
+        return content | {
+            "warnings": list(self.warnings),
+            "stopped": self.stopped,
+            "cut_by_clock": self.cut_by_clock,
+            "tests": [test._asdict() for test in chosen.tests],
+            "p_value": chosen.p_value,
+            "left_over_noise": left_over_noise(chosen),
+            "out_of_time": self.search.out_of_time,
+            "isolability": {
+                "ids": list(self.isolability.ids),
+                "visible": self.isolability.visible.tolist(),
+                "cosine": self.isolability.cosine.tolist(),
+            },
+        }

@@ -1,0 +1,61 @@
+"""The files of a run that has ended: `summary.json`, `signals.parquet`, `timing.parquet` and `run.png`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.arrays import FloatArray
+from rtctl.evaluation.metrics import write_json
+from rtctl.plants.support import Tuning
+from rtctl.scenario.schema import Scenario
+from rtctl.session.run_folder import run_metadata, write_tables
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunResult:
+    """The results of a run."""
+
+    summary: dict[str, Any]
+    """The content of `summary.json`."""
+    signals: Mapping[str, FloatArray]
+    """The recorded signals (n,) by name."""
+    units: Mapping[str, str]
+    """The unit of each signal."""
+    timing: Mapping[str, FloatArray]
+    """Lateness, round trip and compute time of each sample (n,) [us]."""
+    tuning: Tuning | None
+    """How the controller was tuned; None: it was given, or there is none."""
+
+
+def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
+    """Write all files of a run; the summary after the recordings, so that a folder with a summary has them whole.
+
+    Args:
+        folder: the folder of the run.
+        scenario: the checked scenario.
+        tables: the scenario as it was run, overrides included; it goes into the recording's metadata.
+        result: the results.
+    """
+    (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
+    write_tables(folder, result.signals, result.timing, result.units, run_metadata(tables))
+    write_json(folder / "summary.json", result.summary)
+    if len(result.signals["index"]) > 1:  # last: a picture takes longest, and nothing depends on it
+        draw_run(folder / "run.png", scenario, result)
+
+
+def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
+    """Draw setpoint, estimate, reference and command of a run into a PNG file at `path`."""
+    from rtctl.plots import plot_run
+
+    plot_run(
+        path,
+        scenario.scenario.period_s * result.signals["index"],
+        result.signals,
+        title=scenario.scenario.title,
+        closed_loop=scenario.reference is not None,
+        range_um=result.summary["range_um"],
+        profile=scenario.profile,
+    )
