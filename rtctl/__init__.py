@@ -10,20 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rtctl.api.acquisition import acquire
+    from rtctl.api.campaigns import reproduce_study, sweep
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.diagnosing import Diagnosis, diagnose
     from rtctl.api.fit import Fit
     from rtctl.api.identification import identify
     from rtctl.api.inputs import read_dataset
+    from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
+    from rtctl.api.recordings import Replayed, change, recover, replay
     from rtctl.api.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
+    from rtctl.measured.writer import write_dataset
 
 __version__ = "0.1.0"
 
 _MODULES = {
     "acquire": "rtctl.api.acquisition",
+    "reproduce_study": "rtctl.api.campaigns",
+    "sweep": "rtctl.api.campaigns",
     "Comparison": "rtctl.api.comparison",
     "RecordScore": "rtctl.api.comparison",
     "simulate": "rtctl.api.comparison",
@@ -32,9 +38,18 @@ _MODULES = {
     "Fit": "rtctl.api.fit",
     "identify": "rtctl.api.identification",
     "read_dataset": "rtctl.api.inputs",
+    "Latency": "rtctl.api.machines",
+    "demonstrate": "rtctl.api.machines",
+    "measure_latency": "rtctl.api.machines",
+    "serve": "rtctl.api.machines",
+    "serve_device": "rtctl.api.machines",
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",
+    "Replayed": "rtctl.api.recordings",
+    "change": "rtctl.api.recordings",
+    "recover": "rtctl.api.recordings",
+    "replay": "rtctl.api.recordings",
     "Run": "rtctl.api.running",
     "run": "rtctl.api.running",
     "DriverError": "rtctl.border.errors",
@@ -44,6 +59,7 @@ _MODULES = {
     "RunError": "rtctl.border.errors",
     "Dataset": "rtctl.measured.dataset",
     "Record": "rtctl.measured.dataset",
+    "write_dataset": "rtctl.measured.writer",
 }
 """Module of each public name."""
 
@@ -55,20 +71,32 @@ __all__ = [
     "Fault",
     "Fit",
     "InputError",
+    "Latency",
     "Model",
     "Parameter",
     "Record",
     "RecordScore",
+    "Replayed",
     "RtctlError",
     "Run",
     "RunError",
     "acquire",
+    "change",
+    "demonstrate",
     "diagnose",
     "identify",
+    "measure_latency",
     "read_dataset",
     "read_model",
+    "recover",
+    "replay",
+    "reproduce_study",
     "run",
+    "serve",
+    "serve_device",
     "simulate",
+    "sweep",
+    "write_dataset",
 ]
 
 

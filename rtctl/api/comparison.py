@@ -11,10 +11,10 @@ import numpy as np
 
 from rtctl.api.inputs import PathText, path_of, stored_dataset_of
 from rtctl.api.model import Model, model_of
-from rtctl.api.showing import html_table, number
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, reporter
 from rtctl.session.model_validation import (
     ComparedRecord,

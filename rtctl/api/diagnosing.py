@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 from rtctl.api.diagnosis_defaults import SECONDS, WORK
 from rtctl.api.inputs import PathText, dataset_of, path_of, stored_dataset_of
 from rtctl.api.model import Model, model_of
-from rtctl.api.showing import html_table, number
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, StoppedByUser
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, Parameter
-from rtctl.api.showing import html_table, number
+from rtctl.output.notebook import html_table, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -93,9 +93,9 @@ def load_scenario(
     from rtctl.scenario import schema
     from rtctl.scenario.bundled import find_scenario
 
-    overrides = _overrides(settings)
+    overrides = override_texts(settings)
     for table, part in (parts or {}).items():
-        overrides += [] if part is None else _overrides(_part_settings(table, part))
+        overrides += [] if part is None else override_texts(_part_settings(table, part))
     if not isinstance(scenario, Mapping):
         path = find_scenario(str(path_of("scenario", scenario)))
         checked, tables = schema.load_scenario(path, overrides)
@@ -106,7 +106,7 @@ def load_scenario(
     return LoadedScenario(schema.checked_scenario(tables, "scenario"), tables, Path(), "scenario")
 
 
-def _overrides(settings: Settings) -> list[str]:
+def override_texts(settings: Settings) -> list[str]:
     """Return `settings` as KEY=VALUE texts, values as TOML has them."""
     if isinstance(settings, str):
         return [settings]

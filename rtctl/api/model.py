@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.api.inputs import path_of
-from rtctl.api.showing import html_table, number
 from rtctl.border.errors import InputError, nearest
+from rtctl.output.notebook import html_table, number
 
 
 class Parameter(NamedTuple):

@@ -13,10 +13,10 @@ import numpy as np
 
 from rtctl.api.inputs import LoadedScenario, PathText, Settings, driver_of, load_scenario, path_of
 from rtctl.api.model import Model
-from rtctl.api.showing import html_table, number
 from rtctl.api.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
+from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, Reporter, reporter
 
 if TYPE_CHECKING:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.border.arrays import FloatArray
+from rtctl.output.notebook import html_table, number
 
 
 class Signal(NamedTuple):
@@ -74,6 +75,10 @@ class Record:
         """Whether the signal was measured in this record."""
         return name in self.signals
 
+    def __repr__(self) -> str:
+        names = ", ".join(self.signals)
+        return f"<Record {self.name} ({self.use}): {self.samples} samples at {1.0 / self.period_s:g} Hz of {names}>"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dataset:
@@ -101,3 +106,23 @@ class Dataset:
     def used_for(self, use: str) -> tuple[Record, ...]:
         """Records of one use, in order."""
         return tuple(record for record in self.records if record.use == use)
+
+    def __repr__(self) -> str:
+        return f"<Dataset {self.name} of a {self.plant}: {len(self.records)} records, {self._signals_in_words()}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [
+                one.name,
+                one.use,
+                str(one.samples),
+                number(1.0 / one.period_s, "Hz"),
+                number(one.samples * one.period_s, "s"),
+            ]
+            for one in self.records
+        ]  # fmt: skip
+        headers = ["record", "use", "samples", "sample rate", "duration"]
+        return html_table(f"{self.name}, a {self.plant}", headers, rows, [self._signals_in_words()])
+
+    def _signals_in_words(self) -> str:
+        return ", ".join(f"{name} [{unit}]" for name, unit in self.units.items())

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rtctl.api.recordings import Replayed
 from rtctl.output.progress import print_table
 
 
@@ -97,3 +98,19 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
     ]  # fmt: skip
     title = "errors against the reference deflection, um and percent of range; round trips p50 / p99"
     print_table(title, headers, rows)
+
+
+def print_replay(replayed: Replayed) -> None:
+    """Print whether a run came out the same, and where it first did not."""
+    first = replayed.first
+    if first is None:
+        print(
+            f"{replayed.rows} samples replayed: estimates, terms and commands are the recorded ones, to the bit"
+        )
+        return
+    print(
+        f"{replayed.rows} samples replayed; they differ first at sample {first.index}: {first.column} was "
+        f"{first.recorded!r}, is {first.replayed!r}"
+    )
+    for name, rows in replayed.differing.items():
+        print(f"  {name}: {rows} samples differ")
