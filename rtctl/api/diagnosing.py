@@ -13,7 +13,8 @@ from rtctl.api.diagnosis_defaults import SECONDS, WORK
 from rtctl.api.inputs import PathText, dataset_of, path_of, stored_dataset_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, StoppedByUser
+from rtctl.diagnosis.problem.cancellation import CancellationToken
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
@@ -193,23 +194,18 @@ def diagnose(
     simulation = simulation_of(model.content, stored, source)
     data = dataset_of(dataset)
     ids = _chosen(mechanisms, simulation.kind)
-    with watched_search(f"diagnose {data.name}", report) as heard:
+    with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
     return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
 
 
 @contextmanager
-def watched_search(title: str, report: Reporter) -> Iterator[Callable[[str], None]]:
-    """Yield what hears of each fit of a search; after Ctrl-C or SIGTERM it ends the search."""
-    with stop_on_interrupt() as stop_requested, report.fits(title) as show:
-
-        def hear(text: str) -> None:
-            if stop_requested():
-                show("stopping: writing what is done")
-                raise StoppedByUser
-            show(text)
-
-        yield hear
+def watched_search(
+    title: str, cancellation: CancellationToken, report: Reporter
+) -> Iterator[Callable[[str], None]]:
+    """Yield what hears of each fit of a search; Ctrl-C or SIGTERM cancels it, a second Ctrl-C interrupts at once."""
+    with stop_on_interrupt(cancellation.cancel), report.fits(title) as show:
+        yield lambda text: show("stopping: writing what is done" if cancellation.cancelled else text)
 
 
 def _chosen(asked: Sequence[str] | str | None, kind: str) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
 from rtctl.diagnosis.nominal_fit.nominal_fit import NominalFit, fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import far_off
+from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -36,12 +37,7 @@ from rtctl.diagnosis.residual.tones import tones
 from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
-from rtctl.diagnosis.search.catalogue_search import (
-    DiagnosisOptions,
-    SearchRequest,
-    StoppedByUser,
-    find_causes,
-)
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
 from rtctl.diagnosis.search.holdout_error import Gain, gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
 from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
@@ -109,7 +105,7 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose `simulation` (of `model`) by the records of `dataset`. Raises InputError, RunError.
 
-    `told` hears what is under way, and may raise Stopped.
+    `report` hears what is under way.
     """
     options = options or DiagnosisOptions()
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
@@ -135,11 +131,11 @@ def diagnose(
         problem = Problem(
             subject=subject, records=fit, scales=scales,
             executor=executor if len(fit) > 1 else None,
-            steps_per_period=subject.steps_per_period,
+            steps_per_period=subject.steps_per_period, cancellation=options.cancellation,
         )  # fmt: skip
         try:
             first = fit_nominal(problem, comparable, report)
-        except StoppedByUser:
+        except CancelledError:
             raise RunError(TOO_EARLY) from None
         problem, nominal = first.problem, first.nominal
         warnings += [*short(fit, problem.scales.rate), *first.said]
@@ -279,7 +275,7 @@ def _unless_outdone(
     if law is None:
         try:
             law = _law(verdict, found, problem, budget, report)
-        except StoppedByUser:
+        except CancelledError:
             return verdict, [NOT_COMPARED.format(names)], True
     return ("unexplained", [OUTDONE.format(names, law)], False) if law else (verdict, [], False)
 

@@ -10,9 +10,10 @@ from types import FrameType
 
 
 @contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
+def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
     """Yield a function that says whether a stop was requested by Ctrl-C or SIGTERM; a second one is immediate.
 
+    The first one also calls `cancel`.
     Signals reach the main thread only: elsewhere the function always says False.
     """
     if threading.current_thread() is not threading.main_thread():
@@ -25,6 +26,7 @@ def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
         if requested:
             raise KeyboardInterrupt
         requested = True
+        cancel()
 
     before = {number: signal.signal(number, request) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -11,6 +11,7 @@ from vo2_model_cases import UNITS
 
 import rtctl.diagnosis.diagnose
 from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.report.pictures import noise_density, pictures
@@ -22,7 +23,6 @@ from rtctl.diagnosis.search.catalogue_search import (
     NOT_PUT_RIGHT,
     DiagnosisOptions,
     SearchRequest,
-    StoppedByUser,
     _Mended,
 )
 from rtctl.diagnosis.search.stepwise import significance_level
@@ -45,6 +45,17 @@ def answer(problem, model, report=lambda text: None, ids=None, **options):
     simulation = vo2_simulation(model, UNITS, "model.toml")
     chosen = DiagnosisOptions(threads=1, **options)
     return diagnose(problem, model, simulation, ids or mechanism_ids("vo2"), chosen, report)
+
+
+def stopped_at(text, problem, model, **options):
+    """The answer where the user stops as soon as `text` is reported."""
+    cancellation = CancellationToken()
+
+    def report(reported):
+        if reported == text:
+            cancellation.cancel()
+
+    return answer(problem, model, report, cancellation=cancellation, **options)
 
 
 def late(problem: Dataset) -> Dataset:
@@ -93,11 +104,7 @@ def test_a_delay_beside_them_is_named_as_well(stepped):
 
 
 def test_one_may_stop_before_the_loops_are_learned(stepped):
-    def report(text):
-        if text == "the static loops, learned anew: resistance":
-            raise StoppedByUser
-
-    found = answer(*stepped, report, seconds=1.0)
+    found = stopped_at("the static loops, learned anew: resistance", *stepped, seconds=1.0)
     assert found.stopped
     assert LOOPS_STOPPED in found.warnings
     assert finer_loops.ID not in [cause.id for cause in found.causes]
@@ -217,11 +224,7 @@ def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monke
 
 
 def test_one_may_stop_before_the_loops_are_put_right(few_levels):
-    def report(text):
-        if text == "the static loops, learned anew: resistance":
-            raise StoppedByUser
-
-    found = answer(*few_levels, report, ids=FEW[:1])
+    found = stopped_at("the static loops, learned anew: resistance", *few_levels, ids=FEW[:1])
     assert found.stopped
     assert NOT_PUT_RIGHT in found.warnings
     assert [cause.id for cause in found.causes] == ["actuation.delay"]

@@ -12,13 +12,13 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.diagnose import _verdict, allowing
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.diagnosis.search.catalogue_search import StoppedByUser
 from rtctl.diagnosis.search.nonparametric import (
     SUSPECT,
     compute_memory_p_value,
@@ -190,11 +190,9 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     search = SearchResult(
         run_residual_tests(nominal, problem, ()), run_residual_tests(named, problem, ()), False, (), ()
     )
-
-    def stop(text: str) -> None:
-        raise StoppedByUser(text)
-
-    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), stop)
+    stopping = replace(problem, cancellation=CancellationToken())
+    stopping.cancellation.cancel()
+    verdict, said, stopped = _verdict(search, stopping, [None], WorkBudget.of(), lambda text: None)
     assert (verdict, stopped) == ("partly_explained", True)
     assert "may explain it better than friction.coulomb" in said[-1]
     verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), lambda text: None)

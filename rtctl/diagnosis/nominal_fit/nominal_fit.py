@@ -48,12 +48,14 @@ class NominalFit(NamedTuple):
 
 
 def fit_nominal(problem: Problem, simulation: Simulation, report: Callable[[str], None]) -> NominalFit:
-    """Raises RunError where the model diverges and follows next to nothing; `told` may raise to stop."""
+    """Fit the nominal model. Raises RunError where it diverges and follows next to nothing, CancelledError."""
     mechanisms = tuple(mechanism.id for mechanism in simulation.mechanisms)
     report("the nominal model")
+    problem.cancellation.raise_if_cancelled()
     nominal = fitted_nominal(problem, simulation, mechanisms)
     if nominal is None:
         report("the nominal model as far as it follows the records")
+        problem.cancellation.raise_if_cancelled()
         short, nominal = _without_running_away(problem, simulation, mechanisms)
         if short.samples < problem.samples:
             left = PARTS.format("run away from", "", short.samples, problem.samples, len(short.records))
@@ -64,6 +66,7 @@ def fit_nominal(problem: Problem, simulation: Simulation, report: Callable[[str]
     beyond: list[str] = []
     if (sure := foreseeable(problem, nominal)) is not problem:
         report("the nominal model as far as what it does is foreseeable")
+        problem.cancellation.raise_if_cancelled()
         again = fitted_nominal(sure, simulation, mechanisms)
         if again is not None:
             beyond = [UNFORESEEABLE.format(problem.samples, sure.samples, len(sure.records))]
@@ -72,6 +75,7 @@ def fit_nominal(problem: Problem, simulation: Simulation, report: Callable[[str]
     said = [*foreign(problem, nominal.sensitivity.outputs, nominal.cost), *beyond]
     if remembers(problem, nominal):
         report("the nominal model within short stretches")
+        problem.cancellation.raise_if_cancelled()
         short = cut_up(problem, nominal)
         within = fitted_nominal(short, simulation, mechanisms)
         if within is None:
@@ -79,6 +83,7 @@ def fit_nominal(problem: Problem, simulation: Simulation, report: Callable[[str]
         return NominalFit(short, within, whole, [*said, LONG_MEMORY.format(len(short.records))])
     if (followed := beginnings(problem, nominal)) is not None:
         report("the nominal model as far as it follows the records")
+        problem.cancellation.raise_if_cancelled()
         short, nominal = finely(*followed)
         where = ("part from", ", as between two motions")
         said.append(PARTS.format(*where, short.samples, problem.samples, len(short.records)))

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from rtctl.border.mechanisms import Scales
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.quantization import quantization_step
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.problem.work_budget import WorkBudget
@@ -33,6 +34,8 @@ class Problem:
     allowed: Mapping[str, float] = field(default_factory=dict)
     """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
     thresholds: Thresholds = field(default_factory=Thresholds)
+    cancellation: CancellationToken = field(default_factory=CancellationToken)
+    """Asked between fits."""
     enough: Callable[[], bool] = _never
     """Asked between the steps of a fit, which then ends where it is."""
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
@@ -64,6 +65,11 @@ class FittedRecords(Protocol):
     @property
     def steps_per_period(self) -> float | None:
         """Integration steps of the fits in a period of the motion; None: the simulation's own."""
+        ...
+
+    @property
+    def cancellation(self) -> CancellationToken:
+        """Request to stop, asked between fits."""
         ...
 
     def size(self, output: str) -> float:
@@ -170,8 +176,8 @@ class Subject:
     identified: Callable[[Any, Dataset], Mapping[str, Any]]
     """The same parts whatever those records show; empty where the dataset has none of them."""
     relearned: Callable[[Mapping[str, Any], FittedModel, FittedRecords, Callable[[str], None]], Placed] | None
-    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears each, and may
-    raise to stop. None where there are none."""
+    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears
+    each. None where there are none."""
     corrections: Mapping[str, float]
     """Nominal parameters by which a session may differ from the identification's, and their values there."""
     offsets: Mapping[str, str]

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError
 from rtctl.border.options import check_number
+from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
@@ -42,10 +43,6 @@ CUT_BY_CLOCK = (
 )
 
 
-class StoppedByUser(Exception):  # noqa: N818 - not an error
-    """Raised by `told` where the user asked to stop: the answer is then of what is done."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisOptions:
     """What a user may choose."""
@@ -56,6 +53,8 @@ class DiagnosisOptions:
     """Simulated steps after which no further fit begins."""
     seconds: float = math.inf
     """Outer guard of wall-clock time [s]; an answer that it cut says so."""
+    cancellation: CancellationToken = field(default_factory=CancellationToken)
+    """Ends the diagnosis after the fit under way, once it is cancelled."""
 
     def __post_init__(self) -> None:
         limits = "must be above 0 and below 0.5, such as 0.05"
@@ -95,7 +94,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
     if whole and ask.tests:
         try:
             loops = _finer(ask)
-        except StoppedByUser:
+        except CancelledError:
             loops = None
         if loops is not None:
             first, said, stopped = _searched(
@@ -105,7 +104,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
                 return first, said, True
             try:
                 found = loops.behind(first)
-            except StoppedByUser:
+            except CancelledError:
                 return first, [LOOPS_STOPPED], True
             if found.hysteresis_refit:
                 return found, [], False
@@ -119,7 +118,7 @@ def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[
         said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
         try:
             found = mended.at_last(found)
-        except StoppedByUser:
+        except CancelledError:
             return found, [*said, NOT_PUT_RIGHT], True
     return found, said, stopped
 
@@ -184,6 +183,7 @@ def _finer(ask: SearchRequest) -> LoopRefitter | None:
     if ask.problem.subject.relearned is None:
         return None
     ask.report("whether the static loops are too coarse")
+    ask.problem.cancellation.raise_if_cancelled()
     coarse = ask.problem.subject.coarse(ask.model, ask.dataset)
     return ask.relearning(coarse) if coarse else None
 
@@ -197,13 +197,14 @@ def _searched(
 
     def noted(text: str) -> None:
         ask.report(text)
+        ask.problem.cancellation.raise_if_cancelled()
         tried.append(text)
 
     try:
         rate = ask.options.false_claim_rate
         found = search(ask.problem, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, correct)
         return found, [_why_it_ended(ask)] if found.out_of_time else [], False
-    except StoppedByUser:
+    except CancelledError:
         so_far = known[-1]
         return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
 

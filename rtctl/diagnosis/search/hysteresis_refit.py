@@ -47,7 +47,7 @@ class LoopRefitter(NamedTuple):
     ids: Sequence[str]
     level: float
     report: Callable[[str], None] = _silent
-    """Hears what is under way, and may raise to stop."""
+    """Called with what is under way."""
     budget: WorkBudget | None = None
     """Of the diagnosis: without end where there is none."""
 

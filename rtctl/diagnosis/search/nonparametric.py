@@ -35,8 +35,8 @@ def find_better_alternative(
 ) -> str:  # fmt: skip
     """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
 
-    Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `told` hears each
-    fit, and may raise to stop.
+    Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `report` hears
+    each fit.
     """
     few = _few(problem)
     glance = few.glance

@@ -158,6 +158,7 @@ def _grown(
             found = _less_what_is_allowed(problem, _less_what_is_idle(problem, found, ids), ids)
             return answer(refit_rivals(problem, found, best, ids, level, report, budget))
         report(f"{size} causes do not explain it")
+        problem.cancellation.raise_if_cancelled()
         if size == GROWN and not budget.spent:
             mended = correct(SearchResult(at_nominal, best, False, (), tuple(tried)))
             if mended.passes:

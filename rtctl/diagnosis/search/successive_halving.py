@@ -99,6 +99,7 @@ def _to_the_end(
         if budget.spent:
             break
         report(" + ".join(runner.mechanisms))
+        problem.cancellation.raise_if_cancelled()
         parent = runner.parent
         if id(parent) not in parents:
             parents[id(parent)] = parent.cost if glance is problem else _cost_there(glance, parent)

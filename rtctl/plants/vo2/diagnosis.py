@@ -272,6 +272,7 @@ def _relearned(
     loops = {}
     for output, found in samples.items():
         report(f"the static loops, learned anew: {output}")
+        problem.cancellation.raise_if_cancelled()
         loops[output] = relearned(coarse[output], found)
     return _Placed(coarse, loops)
 
