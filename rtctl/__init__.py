@@ -8,23 +8,22 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from rtctl.version import __version__ as __version__
+
 if TYPE_CHECKING:
     from rtctl.api.acquisition import acquire
     from rtctl.api.campaigns import reproduce_study, sweep
     from rtctl.api.comparison import Comparison, RecordScore, simulate
+    from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
     from rtctl.api.fit import Fit
     from rtctl.api.identification import identify
-    from rtctl.api.inputs import read_dataset
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.recordings import Replayed, change, recover, replay
     from rtctl.api.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
-    from rtctl.measured.writer import write_dataset
-
-__version__ = "0.1.0"
 
 _MODULES = {
     "acquire": "rtctl.api.acquisition",
@@ -37,7 +36,7 @@ _MODULES = {
     "diagnose": "rtctl.api.diagnosing",
     "Fit": "rtctl.api.fit",
     "identify": "rtctl.api.identification",
-    "read_dataset": "rtctl.api.inputs",
+    "read_dataset": "rtctl.api.datasets",
     "Latency": "rtctl.api.machines",
     "demonstrate": "rtctl.api.machines",
     "measure_latency": "rtctl.api.machines",
@@ -59,7 +58,7 @@ _MODULES = {
     "RunError": "rtctl.border.errors",
     "Dataset": "rtctl.measured.dataset",
     "Record": "rtctl.measured.dataset",
-    "write_dataset": "rtctl.measured.writer",
+    "write_dataset": "rtctl.api.datasets",
 }
 """Module of each public name."""
 

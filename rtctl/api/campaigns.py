@@ -83,9 +83,9 @@ def reproduce_study(
     """
     from datetime import date
 
-    from rtctl import __version__
     from rtctl.reproduce.report import write_report
     from rtctl.reproduce.run import run_study
+    from rtctl.version import __version__
 
     if study not in STUDIES:
         raise InputError(f'no study "{study}"{nearest(str(study), STUDIES)}')

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from rtctl.api.inputs import PathText, path_of, stored_dataset_of
+from rtctl.api.datasets import stored_dataset_of
+from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.dataset import Dataset

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rtctl.api.datasets import dataset_of, stored_dataset_of
 from rtctl.api.diagnosis_defaults import SECONDS, WORK
-from rtctl.api.inputs import PathText, dataset_of, path_of, stored_dataset_of
+from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.problem.cancellation import CancellationToken

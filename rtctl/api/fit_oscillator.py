@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtctl import __version__
 from rtctl.api.fit import Fit
 from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.measured.dataset import Dataset
 from rtctl.output.progress import Reporter
+from rtctl.version import __version__
 from rtctl.wiring import build_simulation
 
 if TYPE_CHECKING:

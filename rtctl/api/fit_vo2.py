@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl import __version__
 from rtctl.api.fit import Fit
 from rtctl.api.model import Model
 from rtctl.identification.vo2.coarse_loops import coarse_loops, left_by
@@ -15,6 +14,7 @@ from rtctl.identification.vo2.staircase import steady_states, still_moving
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import Reporter
+from rtctl.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from rtctl.api.datasets import dataset_of
 from rtctl.api.fit import Fit
-from rtctl.api.inputs import PathText, dataset_of, path_of
+from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.dataset import Dataset

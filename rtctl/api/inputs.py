@@ -1,4 +1,4 @@
-"""What a call accepts: paths as text or Path, datasets and scenarios as objects or as files."""
+"""What a call accepts: paths as text or Path, scenarios as files, names or tables, parts by kind or as objects."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from rtctl.border.errors import InputError
 
 if TYPE_CHECKING:
     from rtctl.border.records import Driver
-    from rtctl.measured.dataset import Dataset
-    from rtctl.measured.stored import StoredDataset
     from rtctl.scenario.schema import Scenario
 
 PathText: TypeAlias = str | PathLike[str]
@@ -29,40 +27,6 @@ def path_of(name: str, value: Any) -> Path:
             f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}"
         )
     return Path(os.fspath(value))
-
-
-def read_dataset(path: PathText) -> Dataset:
-    """Read a dataset's manifest (`dataset.toml`) and all its records into memory.
-
-    Raises:
-        InputError: A file is missing, or a key, a unit or the numbers are wrong; all findings at once, one a line.
-    """
-    from rtctl.measured.reading import read_dataset as read
-
-    return read(path_of("dataset", path))
-
-
-def dataset_of(dataset: Dataset | PathText) -> Dataset:
-    """Return `dataset`, read from its manifest where it is a path. Raises InputError."""
-    from rtctl.measured.dataset import Dataset
-
-    return dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-
-
-def stored_dataset_of(dataset: Dataset | PathText) -> StoredDataset:
-    """Return the dataset as one whose records are read one at a time. Raises InputError."""
-    from rtctl.measured.dataset import Dataset
-    from rtctl.measured.reading import open_dataset
-    from rtctl.measured.stored import RecordHead, StoredDataset
-
-    if not isinstance(dataset, Dataset):
-        return open_dataset(path_of("dataset", dataset))
-    records = dataset.records
-    return StoredDataset(
-        path=dataset.path, name=dataset.name, plant=dataset.plant, identity=dataset.identity,
-        units=dataset.units, holds=dataset.holds, read=lambda k: records[k],
-        heads=tuple(RecordHead(one.name, one.file, one.use, one.repeat, one.conditions) for one in records),
-    )  # fmt: skip
 
 
 class LoadedScenario(NamedTuple):

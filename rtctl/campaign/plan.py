@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl import __version__
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import parse_quantity
@@ -22,6 +21,7 @@ from rtctl.models.oscillator import read_oscillator_model
 from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.orbits.forced import Forced
 from rtctl.session.model_validation import simulation_for
+from rtctl.version import __version__
 from rtctl.wiring import build_forced, find_plant
 
 STEPS_PER_PERIOD = 128

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from types import ModuleType
 
-from rtctl import __version__
 from rtctl.border.errors import RtctlError
+from rtctl.version import __version__
 
 VERBS = {
     "run": "play a scenario in closed loop (or open loop) and score it",

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
 from rtctl.output.notebook import html_table, number
 
 
@@ -56,12 +57,12 @@ class Record:
 
     def __post_init__(self) -> None:
         if not self.period_s > 0.0:
-            raise ValueError(f"record {self.name}: period_s must be > 0 s, got {self.period_s!r}")
+            raise InputError(f"record {self.name}: period_s must be > 0 s, got {self.period_s!r}")
         lengths = {name: values.shape for name, values in self.signals.items()}
         if len(set(lengths.values())) != 1 or any(len(shape) != 1 for shape in lengths.values()):
-            raise ValueError(f"record {self.name}: signals must be 1-D and of one length, got {lengths}")
+            raise InputError(f"record {self.name}: signals must be 1-D and of one length, got {lengths}")
         if not 0 <= self.ignore_first < self.samples:
-            raise ValueError(
+            raise InputError(
                 f"record {self.name}: ignore_first = {self.ignore_first} leaves nothing "
                 f"of {self.samples} samples"
             )
