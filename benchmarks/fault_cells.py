@@ -29,7 +29,7 @@ from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario, load_scenario
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import play
-from rtctl.wiring import build_driver
+from rtctl.wiring import build_driver, load_plant
 
 PERIOD_S, TIMEOUT_S, WATCHDOG_S = 10e-3, 100e-3, 200e-3
 STEPS = 400
@@ -305,7 +305,7 @@ def unsafe_entries(entries: Sequence[Entry], sent: set[float], low: float, high:
     """
     import plant_sim.catalogue as catalogue
 
-    plant = catalogue.load_plant(catalogue.bundled_plant("vo2_a"))
+    plant = load_plant(catalogue.bundled_plant("vo2_a"))
     resting = {0.0, *plant.safe}
     commands = [entry for entry in entries if entry.event == "command"]
     times = [entry.time_us for entry in commands]

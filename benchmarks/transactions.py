@@ -23,11 +23,12 @@ from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 from drivers.inprocess import InProcessDriver
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires, serve
 from rtctl.border.records import VO2, Driver
 from rtctl.border.registers import COMMAND, ENABLE, READING, READING_COUNT, float32_words
+from rtctl.wiring import load_plant
 
 BLOCKS = 10
 CURRENT_MA = 5.0

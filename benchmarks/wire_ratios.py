@@ -22,9 +22,10 @@ from pathlib import Path
 
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from drivers.serial_frames import SerialDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.wire.serve import Wires, serve
 from rtctl.border.records import VO2, Driver
+from rtctl.wiring import load_plant
 
 LEVEL_MA = 5.0
 REACH = {"modbus-tcp": 1.4, "modbus-rtu": 1.8, "serial": 1.4}

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rtctl.api.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
+    from rtctl.registry import PlantKind, load_plugin, register
 
 _MODULES = {
     "acquire": "rtctl.api.acquisition",
@@ -59,6 +60,9 @@ _MODULES = {
     "Dataset": "rtctl.measured.dataset",
     "Record": "rtctl.measured.dataset",
     "write_dataset": "rtctl.api.datasets",
+    "PlantKind": "rtctl.registry",
+    "load_plugin": "rtctl.registry",
+    "register": "rtctl.registry",
 }
 """Module of each public name."""
 
@@ -73,6 +77,7 @@ __all__ = [
     "Latency",
     "Model",
     "Parameter",
+    "PlantKind",
     "Record",
     "RecordScore",
     "Replayed",
@@ -84,10 +89,12 @@ __all__ = [
     "demonstrate",
     "diagnose",
     "identify",
+    "load_plugin",
     "measure_latency",
     "read_dataset",
     "read_model",
     "recover",
+    "register",
     "replay",
     "reproduce_study",
     "run",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import IntFlag
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
+from rtctl.border.records import DeviceProfile
 from rtctl.timing.clock import Tick
 
 Column = tuple[str, str]
@@ -79,6 +81,28 @@ class Controller(Protocol):
     def applied(self, levels: Sequence[float]) -> None:
         """What the limits let through of the last action (anti-windup)."""
         ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """What is known of a run when its parts are built; own estimators and controllers get it as `setup`."""
+
+    profile: DeviceProfile
+    """Commands, readings and reference of the device, with units."""
+    period_s: float
+    """Sample period [s]."""
+    delay: int
+    """Periods between a command and the first reading that knows of it, beyond one."""
+    low: tuple[float, ...]
+    """Lowest level of each command, in its unit."""
+    high: tuple[float, ...]
+    """Highest level of each command, in its unit."""
+    output_low: float
+    """Lowest output that a setpoint may ask for, in the unit of the reference."""
+    output_high: float
+    """Highest output that a setpoint may ask for, in the unit of the reference."""
+    model: Any = None
+    """The model of the run, of the type that its kind of plant reads; None: there is none."""
 
 
 class Clock(Protocol):

@@ -8,26 +8,45 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rtctl.border.errors import InputError, nearest
-from rtctl.border.model_file import ModelFile
-from rtctl.border.quantities import convert
+from rtctl.border.quantities import convert, read_toml
 from rtctl.border.records import DeviceProfile, Driver
 from rtctl.border.simulation import Simulation
-from rtctl.interfaces import Clock, Estimator
-from rtctl.models.vo2 import Vo2Model
+from rtctl.estimators.reading import ReadingEstimator
+from rtctl.interfaces import Clock, Estimator, Setup
 from rtctl.orbits.forced import Forced
+from rtctl.registry import (
+    Entry,
+    ModelFiles,
+    PlantKind,
+    find,
+    load,
+    mechanisms_of,
+    names,
+    plant_kinds,
+)
+from rtctl.registry.building import build
+from rtctl.registry.guarding import guarded_controller, guarded_estimator
+from rtctl.registry.loading import resolved
 from rtctl.safety.guards import ReadingGuard
 from rtctl.safety.limits import CommandLimits, Plausibility
-from rtctl.scenario.schema import InProcess, ModbusRtu, ModbusTcp, Scenario, Serial, Wire
+from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
+from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
+from rtctl.scenario.schema import Scenario
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
-    from rtctl.plants.support import PlantSupport
+    from plant_sim.plant import Plant
+    from rtctl.plants.support import Control, PlantSupport
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
-    """The driver of `[driver]`; plant files are looked up beside the scenario, then among the bundled ones."""
+    """Return the driver of `[driver]`; plant files are looked up beside the scenario, then among the bundled ones."""
     table, profile = scenario.driver, scenario.profile
-    builder: Callable[..., Driver] = _DRIVERS[table.kind]
+    if isinstance(table, OwnDriver):
+        made: Driver = build(table.entry, table.options, profile=profile, folder=folder)
+        check_profile(f'driver.kind = "{table.kind}"', made.profile, profile)
+        return made
+    builder: Callable[..., Driver] = load(find("driver", table.kind, "driver.kind"))
     if isinstance(table, Wire) and table.faults:
         return _with_faults(table, profile, lambda reached: builder(reached, profile, folder))
     return builder(table, profile, folder)
@@ -61,22 +80,26 @@ def _with_faults(
     return FaultyDriver(lambda where: build(table.model_copy(update={key: where})), plan, profile)
 
 
-def _in_process(table: InProcess, profile: DeviceProfile, folder: Path) -> Driver:
+def in_process(table: InProcess, profile: DeviceProfile, folder: Path) -> Driver:
+    """Return the driver of a simulated device in this process. Raises InputError where it is of another kind."""
     from drivers.inprocess import InProcessDriver
-    from plant_sim.catalogue import load_plant
     from plant_sim.device import SimulatedDevice
 
-    plant = load_plant(find_plant(table.device, folder), table.seed)
-    if plant.profile.kind != profile.kind:
-        raise InputError(
-            f'driver.device = "{table.device}" is a "{plant.profile.kind}", the scenario drives a "{profile.kind}"'
-        )
-    _check_units(table.device, plant.profile, profile)
+    plant = build_device(table.device, folder, table.seed)
+    check_profile(f'driver.device = "{table.device}"', plant.profile, profile)
     return InProcessDriver(SimulatedDevice(plant))
 
 
-def _check_units(device: str, found: DeviceProfile, wanted: DeviceProfile) -> None:
-    """A wire carries numbers alone: they must be in the units that the scenario believes."""
+def check_profile(where: str, found: DeviceProfile, wanted: DeviceProfile) -> None:
+    """Raise InputError where a device is of another kind than the scenario, or its numbers are in other units.
+
+    A wire carries numbers alone: they must be in the units that the scenario believes.
+    """
+    if found.kind != wanted.kind:
+        raise InputError(f'{where} is a "{found.kind}", the scenario drives a "{wanted.kind}"')
+    counts = [(len(one.commands), len(one.sensed)) for one in (found, wanted)]
+    if counts[0] != counts[1]:
+        raise InputError(f"{where} has {counts[0]} commands and readings, the scenario {counts[1]}")
     pairs = zip((*found.commands, *found.sensed), (*wanted.commands, *wanted.sensed), strict=True)
     for own, believed in pairs:
         try:
@@ -85,43 +108,91 @@ def _check_units(device: str, found: DeviceProfile, wanted: DeviceProfile) -> No
             same = False
         if not same:
             raise InputError(
-                f'driver.device = "{device}" has its {own.name} in {own.unit}, the scenario in {believed.unit}; '
+                f"{where} has its {own.name} in {own.unit}, the scenario in {believed.unit}; "
                 f'set scenario.{own.name}_unit = "{own.unit}"'
             )
 
 
-def _modbus_rtu(table: ModbusRtu, profile: DeviceProfile, folder: Path) -> Driver:
+def modbus_rtu(table: ModbusRtu, profile: DeviceProfile, folder: Path) -> Driver:
+    """Return the driver of a device on a serial line."""
     from drivers.modbus import ModbusRtuDriver
 
     return ModbusRtuDriver(port=table.port, baud=table.baud, unit=table.unit, profile=profile)
 
 
-def _modbus_tcp(table: ModbusTcp, profile: DeviceProfile, folder: Path) -> Driver:
+def modbus_tcp(table: ModbusTcp, profile: DeviceProfile, folder: Path) -> Driver:
+    """Return the driver of a device on a network."""
     from drivers.modbus import ModbusTcpDriver
 
     host, _, port = table.address.rpartition(":")
     return ModbusTcpDriver(host=host.strip("[]"), port=int(port), unit=table.unit, profile=profile)
 
 
-def _serial(table: Serial, profile: DeviceProfile, folder: Path) -> Driver:
+def serial(table: Serial, profile: DeviceProfile, folder: Path) -> Driver:
+    """Return the driver of a device with the plain serial protocol."""
     from drivers.serial_frames import SerialDriver
 
     return SerialDriver(port=table.port, baud=table.baud, pipeline=table.pipeline, profile=profile)
 
 
-_DRIVERS: dict[str, Callable[..., Driver]] = {
-    "inprocess": _in_process,
-    "modbus-rtu": _modbus_rtu,
-    "modbus-tcp": _modbus_tcp,
-    "serial": _serial,
-}
+def build_device(name: str, folder: Path, seed: int | None) -> Plant:
+    """Return a simulated device.
 
-DRIVER_KINDS = tuple(_DRIVERS)
+    Args:
+        name: plant file (as given, or beside `folder`), name of a registered kind of plant with a device,
+            "module:Class", or name of a bundled device.
+        folder: folder of the scenario.
+        seed: seed of its noise; None: its own.
+
+    Raises:
+        InputError: there is no such device, or it cannot be made.
+    """
+    if ":" in name or name in names("plant"):
+        entry = find("plant", name, "driver.device")
+        if load(entry).device is not None:
+            made: Plant = build(entry, {}, seed=seed)
+            return made
+    return load_plant(find_plant(name, folder), seed)
+
+
+def load_plant(path: Path, seed: int | None = None) -> Plant:
+    """Return the simulated device of a plant file, by its `[plant] kind`, or of a model file by its `[model] kind`.
+
+    Args:
+        path: plant file, or model file of a kind whose devices are their models.
+        seed: replaces that of its noise.
+
+    Raises:
+        InputError: the file does not describe a device.
+    """
+    tables = read_toml(path)
+    plant, model = tables.get("plant"), tables.get("model")
+    kinds = plant_kinds()
+    known = [name for name, one in kinds.items() if one.device is not None or one.device_file is not None]
+    key, kind = "plant.kind", plant.get("kind") if isinstance(plant, dict) else None
+    if plant is None and isinstance(model, dict) and model.get("kind") in kinds:
+        files = kinds[model["kind"]].model
+        kind = model["kind"] if files is not None and files.is_device else None
+    if kind is None:
+        raise InputError(f'{path}: key "{key}" is missing{nearest("", known)}')
+    if not isinstance(kind, str) or (kind not in known and ":" not in kind):
+        raise InputError(f'{path}: key "{key}": unknown kind {kind!r}{nearest(str(kind), known)}')
+    entry = find("plant", kind, key)
+    record: PlantKind = load(entry)
+    if record.device_file is not None:
+        made: Plant = record.part(record.device_file)(path, seed)
+        return made
+    options = {name: value for name, value in (plant or {}).items() if name != "kind"}
+    try:
+        built: Plant = build(entry, options, seed=seed)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return built
 
 
 def _support_of(plant: str) -> PlantSupport[Any]:
-    """How a kind of plant is controlled; imported here: it is heavy, and who only simulates needs none of it."""
-    from rtctl.plants import support_of
+    """Return how a kind of plant is controlled; imported here: it is heavy, and who only simulates needs none of it."""
+    from rtctl.plants.support import support_of
 
     return support_of(plant)
 
@@ -156,14 +227,59 @@ def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
 
 
 def build_estimator(scenario: Scenario, model: Any) -> Estimator:
-    """The estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
+    """Return the estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
     kind, plant = scenario.estimator.kind, scenario.scenario.plant
+    if isinstance(scenario.estimator, OwnEstimator):
+        entry = scenario.estimator.entry
+        _check_fits(entry, plant)
+        return guarded_estimator(
+            kind, build(entry, scenario.estimator.options, setup=setup_of(scenario, model))
+        )
+    if kind == "none":
+        return ReadingEstimator(scenario.profile)
     known = _support_of(plant).estimators
     if kind not in known:
         raise InputError(
-            f'key "estimator.kind": "{kind}" does not estimate a "{plant}"; known: {", ".join(known)}'
+            f'key "estimator.kind": "{kind}" does not estimate a "{plant}"; known: {", ".join((*known, "none"))}'
         )
     return known[kind](model)
+
+
+def build_control(scenario: Scenario, model: Any) -> Control:
+    """Return the controller of `[controller]` and its tuning. Raises InputError where it does not fit the plant."""
+    table = scenario.controller
+    if isinstance(table, OwnController):
+        _check_fits(table.entry, scenario.scenario.plant)
+        made = build(table.entry, table.options, setup=setup_of(scenario, model))
+        from rtctl.plants.support import Control
+
+        return Control(guarded_controller(table.kind, made, len(scenario.profile.commands)), None)
+    return _support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)
+
+
+def _check_fits(entry: Entry, plant: str) -> None:
+    if not entry.fits(plant):
+        raise InputError(
+            f'key "{entry.part}.kind": "{entry.name}" is registered for {", ".join(entry.plants)}, not for a "{plant}"'
+        )
+
+
+def setup_of(scenario: Scenario, model: Any) -> Setup:
+    """Return what an own estimator or controller may know of the run."""
+    limits, reach = (
+        build_limits(scenario, model),
+        _support_of(scenario.scenario.plant).output_range(scenario, model),
+    )
+    return Setup(
+        profile=scenario.profile,
+        period_s=scenario.scenario.period_s,
+        delay=scenario.reading_delay,
+        low=tuple(limit.low for limit in limits),
+        high=tuple(limit.high for limit in limits),
+        output_low=reach.low,
+        output_high=reach.high,
+        model=model,
+    )
 
 
 def build_limits(scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
@@ -203,27 +319,47 @@ def build_clock(scenario: Scenario) -> Clock:
     return scenario.clock.monotonic(scenario.scenario.period_s)
 
 
-def build_simulation(model: ModelFile | Vo2Model, units: Mapping[str, str], source: str) -> Simulation:
-    """`model` bound to a dataset's `units`. Raises InputError that names `source`, its file."""
-    from plant_sim.oscillator.model import oscillator_simulation
-    from rtctl.simulations.vo2 import vo2_simulation
-
-    if isinstance(model, Vo2Model):
-        return vo2_simulation(model, units, source)
-    known = {"oscillator": oscillator_simulation}
-    if model.kind not in known:
-        raise InputError(
-            f'{source}: a model of kind "{model.kind}" cannot be simulated{nearest(model.kind, known)}'
-        )
-    return known[model.kind](model, units, source)
+def read_model(path: Path, kind: str) -> Any:
+    """Return the model of the file `path`, which is of a known kind. Raises InputError."""
+    return resolved(_model_files(kind, str(path)).read, f'plant "{kind}"')(path)
 
 
-def build_forced(model: ModelFile, units: Mapping[str, str], source: str) -> Forced:
-    """An oscillator's `model` under harmonic drive, bound to `units`. Raises InputError that names `source`."""
-    from plant_sim.oscillator.forced import forced_oscillator
-    from plant_sim.oscillator.model import oscillator_simulation
+def build_simulation(
+    model: Any, units: Mapping[str, str], source: str, kind: str | None = None
+) -> Simulation:
+    """Return a model bound to the units of a dataset.
 
-    return forced_oscillator(oscillator_simulation(model, units, source), source)
+    Args:
+        model: model as `read_model` returns it.
+        units: unit of each signal.
+        source: file of the model, for messages.
+        kind: kind of plant; None: the model's own `kind`.
+
+    Raises:
+        InputError: the model cannot be simulated in these units.
+    """
+    files = _model_files(kind or str(model.kind), source)
+    names("mechanism")  # those of entry points enter the catalogues
+    made: Simulation = resolved(files.simulation, source)(model, units, source)
+    return made
+
+
+def _model_files(kind: str, source: str) -> ModelFiles:
+    known = {name: one for name, one in plant_kinds().items() if one.model is not None}
+    if kind not in known:
+        raise InputError(f'{source}: a model of kind "{kind}" cannot be simulated{nearest(kind, known)}')
+    files = known[kind].model
+    assert files is not None
+    return files
+
+
+def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
+    """Return `model` under harmonic drive, bound to `units`. Raises InputError that names `source`, its file."""
+    files = _model_files(model.kind, source)
+    if files.forced is None:
+        raise InputError(f'{source}: a model of kind "{model.kind}" is not driven harmonically')
+    made: Forced = resolved(files.forced, source)(model, units, source)
+    return made
 
 
 def serve_plant(
@@ -237,19 +373,12 @@ def serve_plant(
     journal: Path | None = None,
 ) -> None:
     """Serve a plant file or bundled plant until interrupted. Raises InputError."""
-    from plant_sim.catalogue import load_plant
     from plant_sim.wire.serve import Wires, serve
 
     wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
-    serve(load_plant(find_plant(name, Path()), seed), wires, journal)
+    serve(build_device(name, Path(), seed), wires, journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:
-    """Ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
-    from plant_sim.oscillator.mechanisms import MECHANISMS
-    from rtctl.simulations.vo2 import MECHANISMS as OF_VO2
-
-    known = {"oscillator": tuple(MECHANISMS), "vo2": tuple(OF_VO2)}
-    if kind not in known:
-        raise InputError(f'a model of kind "{kind}" has no mechanisms to choose from{nearest(kind, known)}')
-    return known[kind]
+    """Return the ids of all mechanisms that a kind of plant knows, in the order of its catalogue. Raises InputError."""
+    return tuple(mechanisms_of(kind))

@@ -17,10 +17,11 @@ import numpy as np
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires, served
 from rtctl.border.records import Measurement
+from rtctl.wiring import load_plant
 
 
 class Served(NamedTuple):

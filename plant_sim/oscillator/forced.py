@@ -9,7 +9,7 @@ so that one record of drive serves lanes of all frequencies and amplitudes, and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +27,12 @@ from plant_sim.oscillator.equation.terms import (
     STIFFNESS,
 )
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
+from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.sweep import BLOCK_STEPS, Trajectories, harmonic_nodes
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import FreeParameter
 
 LANES = 64
@@ -114,6 +116,11 @@ def _march(
         drive = Driven(nodes[: count * steps_per_period], 1.0 / steps_per_period)
         equation.march(z, w, drive, substeps, displacement[rows], speed[rows])
     return displacement, speed
+
+
+def forced_model(model: ModelFile, units: Mapping[str, str], source: str) -> ForcedOscillator:
+    """Return an oscillator's `model` under harmonic drive, bound to `units`. Raises InputError that names `source`."""
+    return forced_oscillator(oscillator_simulation(model, units, source), source)
 
 
 def forced_oscillator(simulation: OscillatorSimulation, source: str) -> ForcedOscillator:

@@ -188,7 +188,7 @@ def simulate(
         check_kind(model_kind(path_of("model", model)), stored, source)
     model = model_of(model)
     check_kind(model.kind, stored, source)
-    simulation = simulation_of(model.content, stored, source)
+    simulation = simulation_of(model.kind, model.content, stored, source)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier comparison in the same folder

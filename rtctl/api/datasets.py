@@ -73,11 +73,12 @@ def write_dataset(
     Raises:
         InputError: An unknown plant, signal or unit, or samples that are not finite.
     """
-    from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
     from rtctl.measured.writer import write_dataset as write
+    from rtctl.registry import plant_kinds
 
-    if plant not in PLANT_KINDS:
-        raise InputError(f'plant: there is no kind of plant "{plant}"{nearest(str(plant), PLANT_KINDS)}')
+    known = [kind for kind, record in plant_kinds().items() if record.signals]
+    if plant not in known:
+        raise InputError(f'plant: there are no datasets of a "{plant}"{nearest(str(plant), known)}')
     try:
         manifest = write(
             path_of("folder", folder), name=name, plant=plant, records=records, units=units, holds=holds

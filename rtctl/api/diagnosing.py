@@ -192,7 +192,7 @@ def diagnose(
     stored = stored_dataset_of(dataset)
     model = model_of(model)
     check_kind(model.kind, stored, source)
-    simulation = simulation_of(model.content, stored, source)
+    simulation = simulation_of(model.kind, model.content, stored, source)
     data = dataset_of(dataset)
     ids = _chosen(mechanisms, simulation.kind)
     with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:

@@ -36,8 +36,8 @@ SHOWN = {"resistance_preisach": "resistance", "deflection_preisach": "deflection
 """Fine read-outs whose residuals stand for the fit."""
 
 
-def fit_vo2(dataset: Dataset, options: Vo2FitOptions, report: Reporter) -> Fit:
-    """Identify a VO2 actuator. Raises InputError where the data cannot do it."""
+def fit_vo2(dataset: Dataset, start: Model | None, options: Vo2FitOptions, report: Reporter) -> Fit:
+    """Identify a VO2 actuator; `start` is None. Raises InputError where the data cannot do it."""
     model = identify_vo2(dataset, options, report.say)
     model = model.with_provenance(
         dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from rtctl.api.datasets import dataset_of
@@ -11,9 +12,7 @@ from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.dataset import Dataset
 from rtctl.output.progress import Progress, reporter
-
-KINDS = ("oscillator", "vo2")
-"""Kinds of plant that can be identified."""
+from rtctl.registry import Identification, PlantKind, plant_kinds
 
 
 # 8 parameters because each is an option of the command line
@@ -46,52 +45,44 @@ def identify(
     """
     report = reporter(progress)
     given = {"starts": starts, "seed": seed, "plays": plays, "cells": cells}
-    if kind is not None:
-        options = _options(kind, given, model)  # wrong options are known before any data are read
+    asked = {name: value for name, value in given.items() if value is not None}
+    # where the kind is given, wrong options are known before any data are read
+    data = dataset_of(dataset) if kind is None else None
+    record, how = _identification(str(kind) if data is None else data.plant)
+    options = _options(record, how, asked)
+    if model is not None and not how.takes_model:
+        source = (model.source or "") if isinstance(model, Model) else path_of("model", model)
+        raise InputError(f"model {source}: a {record.name} is identified from its data alone; leave it out")
+    if data is None:
         data = dataset_of(dataset)
-        _check_kind(kind, data)
-    else:
-        data = dataset_of(dataset)
-        options = _options(data.plant, given, model)
-    if data.plant == "vo2":
-        from rtctl.api.fit_vo2 import fit_vo2
-
-        return fit_vo2(data, options, report)
-    from rtctl.api.fit_oscillator import fit_oscillator
-
+        _check_kind(record.name, data)
     start = None if model is None else model_of(model)
     if start is not None and start.kind != data.plant:
         raise InputError(
             f'{start.source or "model"}: a model of a "{start.kind}", the data are of a "{data.plant}"'
         )
-    return fit_oscillator(data, start, options, report)
+    fit: Fit = record.part(how.fit)(data, start, options, report)
+    return fit
 
 
-def _options(kind: str, given: dict[str, int | None], model: Model | PathText | None) -> Any:
+def _identification(kind: str) -> tuple[PlantKind, Identification]:
+    """Return the record of a kind of plant, and how it is identified. Raises InputError where nothing identifies it."""
+    kinds = plant_kinds().values()
+    known = {one.name: (one, one.identification) for one in kinds if one.identification is not None}
+    if kind not in known:
+        raise InputError(f'kind: nothing identifies a "{kind}"{nearest(kind, known)}')
+    return known[kind]
+
+
+def _options(record: PlantKind, how: Identification, asked: Mapping[str, int]) -> Any:
     """Return the kind's options. Raises InputError for one that is out of its limits or of another kind of plant."""
-    if kind == "oscillator":
-        from rtctl.identification.oscillator.identify import OscillatorFitOptions
-
-        for name in ("plays", "cells"):
-            if given[name] is not None:
-                raise InputError(
-                    f"{name} {given[name]}: an option of a vo2, and this is an oscillator; leave it out"
-                )
-        return OscillatorFitOptions(**_set(given, {"starts": "starts", "seed": "seed"}))
-    if kind == "vo2":
-        from rtctl.identification.vo2.identify import Vo2FitOptions
-
-        if model is not None:
-            name = str((model.source or "") if isinstance(model, Model) else path_of("model", model))
-            raise InputError(f"model {name}: a vo2 is identified from its data alone; leave it out")
-        names = {"starts": "starts", "seed": "seed", "plays": "plays", "cells": "fine_cells"}
-        return Vo2FitOptions(**_set(given, names))
-    raise InputError(f'kind: nothing identifies a "{kind}"{nearest(str(kind), KINDS)}')
-
-
-def _set(given: dict[str, int | None], names: dict[str, str]) -> dict[str, Any]:
-    """Return the options that are not None under the names of their record."""
-    return {field: given[name] for name, field in names.items() if given[name] is not None}
+    names = how.option_names
+    for name, value in asked.items():
+        if name not in names:
+            raise InputError(
+                f"{name} {value}: no option of kind "{record.name}", which has {', '.join(names)}; leave it out"
+            )
+    return record.part(how.options)(**{names[name]: value for name, value in asked.items()})
 
 
 def _check_kind(kind: str, dataset: Dataset) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from rtctl.api.fit import Fit
 from rtctl.border.errors import InputError
 from rtctl.border.records import Driver
-from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured.reading import read_dataset
-from rtctl.models.vo2 import Vo2Model, write_model
+from rtctl.output.progress import Reporter
+from rtctl.registry import plant_kind
 from rtctl.scenario.bundled import bundled_scenarios
 from rtctl.scenario.schema import Scenario, load_scenario
 from rtctl.session.acquisition import acquire
@@ -21,7 +23,7 @@ def identify_first(
     folder: Path,
     stop_requested: Callable[[], bool],
     report: Callable[[str], None],
-) -> Vo2Model:
+) -> Any:
     """Identify the device at the scenario's driver, within the scenario's limits and clock.
 
     Args:
@@ -35,17 +37,23 @@ def identify_first(
         InputError: Only a device of the bundled excitation's kind is identified without a model.
         RunError: The acquisition failed.
     """
-    excitation, _ = load_scenario(bundled_scenarios() / "acquire_vo2.toml", [])
-    if excitation.scenario.plant != scenario.scenario.plant:
+    record = plant_kind(scenario.scenario.plant)
+    identification = record.identification
+    if identification is None or not identification.excitation:
         raise InputError(
-            f'a "{scenario.scenario.plant}" is not identified on the way: give its model by --model or scenario.model'
+            f'a "{record.name}" is not identified on the way: give its model by --model or scenario.model'
         )
+    excitation, _ = load_scenario(bundled_scenarios() / f"{identification.excitation}.toml", [])
     excitation = excitation.model_copy(update={"clock": scenario.clock, "limits": scenario.limits})
 
     def indented(text: str) -> None:
         report(f"  {text}")
 
     manifest = acquire(excitation, driver, folder / "dataset", stop_requested, indented)
-    model = identify_vo2(read_dataset(manifest), Vo2FitOptions(), indented)
-    write_model(model, folder / "model.toml")
-    return model
+    options = record.part(identification.options)()
+    listener = Reporter(quiet=False, listener=lambda text, share: None if share else indented(text))
+    fit: Fit = record.part(identification.fit)(read_dataset(manifest), None, options, listener)
+    for warning in fit.warnings:
+        indented(f"note: {warning}")
+    fit.save(folder / "model.toml")
+    return fit.model.content

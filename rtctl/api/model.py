@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.api.inputs import path_of
-from rtctl.border.errors import InputError, nearest
+from rtctl.border.errors import InputError
 from rtctl.output.notebook import html_table, number
 
 
@@ -77,13 +77,15 @@ class Model:
             yield self.save(Path(folder) / "model.toml")
 
     def _tables(self) -> dict[str, Any]:
+        """Return the table [model] of the file; an empty one of a kind whose models have no parameters with units."""
         if self.kind == "vo2":
             from rtctl.models.vo2 import model_tables
 
             tables: dict[str, Any] = model_tables(self.content)["model"]
             return tables
-        dumped: dict[str, Any] = self.content.model.model_dump(exclude_none=True)
-        return dumped
+        from rtctl.border.model_file import ModelFile
+
+        return self.content.model.model_dump(exclude_none=True) if isinstance(self.content, ModelFile) else {}
 
     def __repr__(self) -> str:
         extended = f", extended by {', '.join(self.mechanisms)}" if self.mechanisms else ""
@@ -106,10 +108,11 @@ def read_model(path: str | PathLike[str]) -> Model:
         InputError: The file is missing, is no model, or a key or unit of it is wrong; all findings at once.
     """
     from rtctl.models.kinds import model_kind
+    from rtctl.wiring import read_model as read_content
 
     file = path_of("model", path)
     kind = model_kind(file)
-    return Model(kind=kind, content=_read(kind, file), source=file)
+    return Model(kind=kind, content=read_content(file, kind), source=file)
 
 
 def model_of(model: Model | str | PathLike[str]) -> Model:
@@ -117,27 +120,14 @@ def model_of(model: Model | str | PathLike[str]) -> Model:
     return model if isinstance(model, Model) else read_model(model)
 
 
-def _read(kind: str, file: Path) -> Any:
-    from rtctl.models.oscillator import read_oscillator_model
-    from rtctl.models.vo2 import read_model as read_vo2_model
-
-    readers = {"oscillator": read_oscillator_model, "vo2": read_vo2_model}
-    if kind not in readers:
-        raise InputError(
-            f'{file}: key "model.kind": there is no kind of model "{kind}"{nearest(kind, readers)}'
-        )
-    return readers[kind](file)
-
-
 def _write(kind: str, content: Any, path: Path) -> None:
-    from rtctl.models.oscillator import write_oscillator_model
-    from rtctl.models.vo2 import write_model
+    from rtctl.registry import plant_kind
 
-    if kind == "vo2":
-        write_model(content, path)
-    else:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_oscillator_model(path, content)
+    record = plant_kind(kind, "model.kind")
+    if record.model is None or record.model.write is None:
+        raise InputError(f'{path}: models of a "{kind}" cannot be written')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    record.part(record.model.write)(path, content)
 
 
 def _parameter(table: Mapping[str, Any]) -> Parameter:

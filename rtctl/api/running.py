@@ -200,11 +200,14 @@ def _model(
     loaded: LoadedScenario, given: Path | None, device: Driver, folder: Path, stop: Any, report: Reporter
 ) -> tuple[Any, Path | None, bool]:
     """Return the model that the loop uses, its file, and whether the device was identified for it."""
+    from rtctl.plants.support import support_of
     from rtctl.wiring import model_of, model_path
 
     model = model_of(loaded.scenario, loaded.folder, given)
     if model is not None:
         return model, model_path(loaded.scenario, loaded.folder, given), False
+    if not getattr(support_of(loaded.scenario.scenario.plant), "needs_model", True):
+        return None, None, False
     from rtctl.api.identify_first import identify_first
 
     report.say("no --model given: identifying the device first")

@@ -107,7 +107,10 @@ def check(
 def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
     where, known = _keys_on(model, item["loc"][:-1])
     last = str(item["loc"][-1]) if item["loc"] else ""
-    key = ".".join([*where, last])
+    whole, _ = _keys_on(model, item["loc"])
+    key = ".".join(
+        [*where, last] if len(whole) > len(where) else where
+    )  # a table's own finding ends with its tag
     kind, message, context = item["type"], str(item["msg"]).removeprefix("Value error, "), item.get("ctx", {})
     if kind == "extra_forbidden":
         return f'unknown key "{key}"{nearest(last, known)}'
@@ -121,7 +124,8 @@ def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
     if kind == "literal_error":
         known_values = context["expected"].replace("'", "")
         return f'key "{key}": unknown value {item["input"]!r}; known: {known_values}'
-    return f'key "{key}": {message}' if key else message
+    names_key = message.startswith(('key "', 'unknown key "'))
+    return f'key "{key}": {message}' if key and not names_key else message
 
 
 def _keys_on(model: Any, location: tuple[Any, ...]) -> tuple[list[str], list[str]]:
@@ -149,6 +153,9 @@ def _fields(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def _tag_of(model: type[BaseModel]) -> str | None:
+    tag = getattr(model, "union_tag", None)  # of a table that several kinds share
+    if isinstance(tag, str):
+        return tag
     kind = model.model_fields.get("kind")
     return str(kind.default) if kind is not None else None
 

@@ -1,12 +1,12 @@
 """Records and protocols between the loop, a driver and a device.
 
-Units are those of the profile's channels: mA, ohm, um, Hz; times in seconds unless a name says otherwise.
+Quantities are in the units of the profile's channels; times in seconds unless a name says otherwise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import IntFlag
 from typing import NamedTuple, Protocol
 
@@ -58,6 +58,67 @@ class DeviceProfile:
     sensed: tuple[Channel, ...]
     reference: Channel
 
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """All of its quantities: commands, readings, reference."""
+        return (*self.commands, *self.sensed, self.reference)
+
+    def in_units(self, units: Mapping[str, str]) -> DeviceProfile:
+        """Return the profile with other units, by name of channel; channels without one keep theirs."""
+
+        def in_unit(channel: Channel) -> Channel:
+            return replace(channel, unit=units.get(channel.name, channel.unit))
+
+        return replace(
+            self,
+            commands=tuple(map(in_unit, self.commands)),
+            sensed=tuple(map(in_unit, self.sensed)),
+            reference=in_unit(self.reference),
+        )
+
+
+def device_profile(
+    kind: str,
+    *,
+    commands: Mapping[str, str],
+    sensed: Mapping[str, str],
+    reference: tuple[str, str],
+    signed: bool = True,
+) -> DeviceProfile:
+    """Return a profile with its channels laid out in the register map.
+
+    Args:
+        kind: name of the kind of plant.
+        commands: unit of each command, by name.
+        sensed: unit of each reading, by name.
+        reference: name and unit of the controlled output as an external instrument measures it.
+        signed: whether commands may be negative.
+
+    Raises:
+        ValueError: more channels than the map has room for, or two of one name.
+    """
+    named = [*commands, *sensed, reference[0]]
+    if not commands or not sensed or len(commands) > 8 or len(sensed) > 6:
+        raise ValueError(
+            f"profile {kind}: 1 to 8 commands and 1 to 6 readings are needed, got {len(commands)} and {len(sensed)}"
+        )
+    if len(set(named)) < len(named):
+        raise ValueError(f"profile {kind}: each channel needs a name of its own, got {', '.join(named)}")
+    at_command = (0, *range(8, 8 + 2 * len(commands), 2))
+    at_reading = (100, *range(110, 110 + 2 * len(sensed), 2))
+    return DeviceProfile(
+        kind=kind,
+        commands=tuple(
+            Channel(name=name, unit=unit, register=register, signed=signed)
+            for (name, unit), register in zip(commands.items(), at_command, strict=False)
+        ),
+        sensed=tuple(
+            Channel(name=name, unit=unit, register=register)
+            for (name, unit), register in zip(sensed.items(), at_reading, strict=False)
+        ),
+        reference=Channel(name=reference[0], unit=reference[1], register=107),
+    )
+
 
 VO2 = DeviceProfile(
     kind="vo2",
@@ -91,7 +152,6 @@ def oscillator_profile(*, drive_unit: str, displacement_unit: str) -> DeviceProf
 
 
 OSCILLATOR = oscillator_profile(drive_unit="V", displacement_unit="um")
-PROFILES = {profile.kind: profile for profile in (VO2, ME, OSCILLATOR)}
 
 
 class Device(Protocol):

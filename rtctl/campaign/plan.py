@@ -17,12 +17,11 @@ from rtctl.campaign.design import Axis, Design, grid_size
 from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, RecordsTable, read_campaign
 from rtctl.identification.fit_record import FitRecord, fit_record
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.models.oscillator import read_oscillator_model
-from rtctl.models.vo2 import Vo2Model, read_model
+from rtctl.models.kinds import model_kind
 from rtctl.orbits.forced import Forced
 from rtctl.session.model_validation import simulation_for
 from rtctl.version import __version__
-from rtctl.wiring import build_forced, find_plant
+from rtctl.wiring import build_forced, find_plant, read_model
 
 STEPS_PER_PERIOD = 128
 STEPS_OF_FASTEST = 64.0
@@ -40,7 +39,8 @@ class Plan(NamedTuple):
     """All that a task needs beside its number; it travels to workers as it is."""
 
     campaign: Campaign
-    model: ModelFile | Vo2Model
+    model: Any
+    """Of a kind of plant that can be simulated."""
     digest: str
     """Of the model's file and of the records."""
     units: Mapping[str, str]
@@ -68,8 +68,6 @@ class Plan(NamedTuple):
 
     def forced(self) -> Forced:
         """The model under harmonic drive, compiled where it is called."""
-        if not isinstance(self.model, ModelFile):
-            raise TypeError("only an oscillator is driven harmonically")
         return build_forced(self.model, self.units, self.campaign.campaign.model)
 
 
@@ -79,7 +77,7 @@ def read_plan(path: Path) -> Plan:
     if campaign.records is not None:
         return _of_records(path, campaign, campaign.records)
     model_path = find_plant(campaign.campaign.model, path.parent)
-    model = read_oscillator_model(model_path)
+    model = read_model(model_path, model_kind(model_path))
     units = _units(campaign, model, path)
     forced = build_forced(model, units, str(model_path))
     z, u = units["displacement"], units["drive"]
@@ -107,7 +105,7 @@ def _of_records(path: Path, campaign: Campaign, table: RecordsTable) -> Plan:
     dataset_path = path.parent / table.dataset
     stored = open_dataset(dataset_path)
     simulation = simulation_for(model_path, stored)
-    model = read_model(model_path) if simulation.kind == "vo2" else read_oscillator_model(model_path)
+    model = read_model(model_path, simulation.kind)
     dataset = read_dataset(dataset_path)
     records = tuple(
         fit_record(record, dataset.holds) for record in dataset.records if table.use in ("all", record.use)

@@ -49,7 +49,7 @@ from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.simulation_error.output_error import threads
 from rtctl.measured.dataset import Dataset
-from rtctl.plants.subjects import SUBJECTS, subject_for
+from rtctl.plants.subjects import subject_for, subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 RIVALS = 5
@@ -111,8 +111,8 @@ def diagnose(
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject = subject_for(simulation.kind, dataset)
     fit, tests, warnings = split(dataset, subject)
-    if subject.output != SUBJECTS[subject.kind].output:
-        warnings.append(OTHER_OUTPUT.format(SUBJECTS[subject.kind].signal, subject.signal))
+    if subject.output != subject_of(subject.kind).output:
+        warnings.append(OTHER_OUTPUT.format(subject_of(subject.kind).signal, subject.signal))
     fit, said = fewer(fit)
     warnings += said
     check_speed(simulation, fit, str(dataset.path))

@@ -23,7 +23,8 @@ from rtctl.measured.columns.units import convert_column
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import Manifest, RecordTable
-from rtctl.measured.manifest.signal_kinds import PLANT_KINDS, held_unit
+from rtctl.measured.manifest.signal_kinds import held_unit
+from rtctl.registry import plant_kind
 
 _TIME = "[time]"  # no signal's name: those come from the kinds of plants
 
@@ -44,7 +45,7 @@ class Reading:
 
     def is_optional(self, signal: str) -> bool:
         """Whether a record may lack the signal."""
-        return PLANT_KINDS[self.manifest.dataset.plant].signals[signal].optional
+        return plant_kind(self.manifest.dataset.plant).signals[signal].optional
 
     def present(self, entry: RecordTable) -> dict[str, str]:
         """Column of each signal that the record's file has to have, or has."""
@@ -181,7 +182,7 @@ def _on_time_base(
 def _initial(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
     """`initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
     plant, tables = reading.manifest.dataset.plant, reading.manifest.signals
-    known = PLANT_KINDS[plant].initial
+    known = plant_kind(plant).initial
     state: dict[str, float] = {}
     for key, raw in entry.initial.items():
         if key not in known:

@@ -11,9 +11,9 @@ import tomli_w
 
 from rtctl.border.errors import RunError
 from rtctl.measured.dataset import Record
-from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
 from rtctl.output.atomic_write import replacing
 from rtctl.recording import write_parquet
+from rtctl.registry import plant_kind
 
 
 def write_dataset(
@@ -33,7 +33,7 @@ def write_dataset(
     hold. `metadata` goes into each file's schema. An optional signal that is all NaN, of an absent
     instrument, is left out. Raises RunError, before any file is written, where a reader would refuse it.
     """
-    kinds = PLANT_KINDS[plant].signals
+    kinds = plant_kind(plant).signals
     units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}
     contents = [_measured(record, plant) for record in records]
     _check_writable(records, contents, units)
@@ -62,7 +62,7 @@ def _file_of(record: Record) -> str:
 
 def _measured(record: Record, plant: str) -> dict[str, Any]:
     """Signals in the order of the kind of plant, without instruments that were not there."""
-    kinds = PLANT_KINDS[plant].signals
+    kinds = plant_kind(plant).signals
     unknown = sorted(record.signals.keys() - kinds.keys())
     if unknown:
         raise RunError(f'record {record.name}: a plant "{plant}" has no signal {", ".join(unknown)}')

@@ -78,6 +78,11 @@ class Vo2Model:
     mechanisms: tuple[MechanismTable, ...] = ()
     """Extensions by their ids; estimators and tuning know nothing of them."""
 
+    @property
+    def kind(self) -> str:
+        """Name of its kind of plant."""
+        return "vo2"
+
     def with_provenance(self, **entries: str) -> Vo2Model:
         """The same model, knowing where it comes from."""
         return replace(self, provenance={**self.provenance, **entries})
@@ -151,6 +156,11 @@ def write_model(model: Vo2Model, path: Path) -> None:
     part = path.with_name(path.name + ".part")
     part.write_text(tomli_w.dumps(model_tables(model)), encoding="utf-8")
     part.replace(path)
+
+
+def save_model(path: Path, model: Vo2Model) -> None:
+    """Write the model file, as `write_model` does; the order of arguments that kinds of plant have in common."""
+    write_model(model, path)
 
 
 def read_model(path: Path) -> Vo2Model:

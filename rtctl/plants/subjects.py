@@ -1,20 +1,30 @@
-"""Kinds of plant that can be diagnosed, one file each; a further kind is a further line here."""
+"""Kinds of plant as the diagnosis sees them, asked from the registry."""
 
 from __future__ import annotations
 
+from rtctl.border.errors import InputError
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.measured.dataset import Dataset
-from rtctl.plants.oscillator.diagnosis import OSCILLATOR
-from rtctl.plants.vo2.diagnosis import BY_RESISTANCE, VO2
+from rtctl.registry import plant_kind, plant_kinds
 
-SUBJECTS: dict[str, Subject] = {subject.kind: subject for subject in (OSCILLATOR, VO2)}
-_FALLBACKS: dict[str, Subject] = {VO2.kind: BY_RESISTANCE}
+
+def subjects_of(kind: str) -> tuple[Subject, ...]:
+    """Return the subjects of a kind of plant, the preferred one first. Raises InputError where it has none."""
+    record = plant_kind(kind, "model.kind")
+    if record.diagnosis is None:
+        known = [name for name, one in plant_kinds().items() if one.diagnosis is not None]
+        raise InputError(f'a "{kind}" is not diagnosed; those that are: {", ".join(known)}')
+    subjects = record.part(record.diagnosis)
+    return (subjects,) if isinstance(subjects, Subject) else tuple(subjects)
+
+
+def subject_of(kind: str) -> Subject:
+    """Return the preferred subject of a kind of plant. Raises InputError where it has none."""
+    return subjects_of(kind)[0]
 
 
 def subject_for(kind: str, dataset: Dataset) -> Subject:
-    """Of this kind; by its other output where no record that is fitted has the first."""
-    subject = SUBJECTS[kind]
-    fit_hypothesis = [record for record in dataset.records if record.use == "fit"] or dataset.records
-    if kind in _FALLBACKS and not any(record.has(subject.signal) for record in fit_hypothesis):
-        return _FALLBACKS[kind]
-    return subject
+    """Return the first subject of a kind of plant whose signal a fitted record of `dataset` has."""
+    subjects = subjects_of(kind)
+    fitted = [record for record in dataset.records if record.use == "fit"] or dataset.records
+    return next((one for one in subjects if any(record.has(one.signal) for record in fitted)), subjects[0])

@@ -17,10 +17,6 @@ from rtctl.border.records import Channel, DeviceProfile
 from rtctl.safety.limits import CommandLimits
 
 REQUIRED: Any = ...
-DEFAULTS: dict[str, dict[str, float]] = {
-    "vo2": {"low": 3.68, "high": 8.49, "sensed_low": 100.0, "sensed_high": 10.0e6},
-}
-"""Of kinds of plant whose devices are alike; others are asked."""
 
 
 class Range(NamedTuple):
@@ -126,11 +122,13 @@ class LimitsTable(ChannelLimits):
 
 
 @lru_cache
-def limits_table(profile: DeviceProfile) -> type[LimitsTable]:
-    """The table of a kind of device: units, defaults and names of its channels."""
+def limits_table(
+    profile: DeviceProfile, default_items: tuple[tuple[str, float], ...] = ()
+) -> type[LimitsTable]:
+    """Return the table of a kind of device: units, names and default bounds of its channels."""
     first, *further = profile.commands
     sensed, *others = profile.sensed
-    defaults = DEFAULTS.get(profile.kind, {})
+    defaults = dict(default_items)
     fields: dict[str, Any] = _command_fields(first, defaults)
     for name in ("sensed_low", "sensed_high"):
         default = defaults.get(name, LimitsTable.model_fields[name].default)

@@ -12,8 +12,6 @@ from rtctl.safety.guards import LEAST_TIME_TOLERANCE_US, ReadingRules
 from rtctl.scenario.clock import ClockTable, Seconds
 from rtctl.scenario.limits import LimitsTable
 
-FROZEN_AFTER = {"vo2": 20}
-"""Samples, of kinds of plant whose readings are never twice the same by rights."""
 LEAST_TRAVEL = 0.05
 """Of the command's range: a reading that does not follow this much of it is stuck."""
 OLDEST_TIME_PERIODS = 2.0
@@ -22,8 +20,9 @@ OLDEST_TIME_PERIODS = 2.0
 class SafetyTable(Checked):
     """[safety]"""
 
-    frozen_after: Annotated[int | None, Field(ge=0)] = None
-    """Equal readings, to the bit, while the command moves by 5 % of its range: the sensor is stuck. 0: never."""
+    frozen_after: Annotated[int, Field(ge=0)] = 0
+    """Equal readings, to the bit, while the command moves by 5 % of its range: the sensor is stuck. 0: never.
+    The default is that of the kind of plant."""
     check_counter_and_time: bool = True
     """Sample counter and device time are held to each other and to this machine's clock."""
     rearm: Annotated[int, Field(ge=0)] = 0
@@ -36,11 +35,10 @@ class SafetyTable(Checked):
     ) -> ReadingRules:
         """As the loop holds them; a reading is `delay` periods old."""
         first = limits.commands(profile)[0]
-        frozen = FROZEN_AFTER.get(profile.kind, 0) if self.frozen_after is None else self.frozen_after
         return ReadingRules(
             names=tuple(f"{channel.name} [{channel.unit}]" for channel in profile.sensed),
             rates=tuple(found.rate_per_s for found in limits.readings(profile)),
-            frozen_after=frozen,
+            frozen_after=self.frozen_after,
             frozen_travel=LEAST_TRAVEL * (first.high - first.low),
             lockstep_us=round(1e6 * period_s) if clock.mode == "lockstep" else None,
             time_tolerance_us=max(LEAST_TIME_TOLERANCE_US, (OLDEST_TIME_PERIODS + delay) * 1e6 * period_s),

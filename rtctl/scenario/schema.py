@@ -5,35 +5,34 @@
 
 from __future__ import annotations
 
-import re
+import copy
 import tomllib
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, create_model, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, field_validator, model_validator
 
-from rtctl.border.errors import InputError, nearest
-from rtctl.border.quantities import Checked, Quantity, check, convert, read_toml
-from rtctl.border.records import OSCILLATOR, PROFILES, VO2, DeviceProfile, oscillator_profile
+from rtctl.border.errors import InputError
+from rtctl.border.quantities import Checked, check, convert, read_toml
+from rtctl.border.records import DeviceProfile
+from rtctl.registry import DEFAULT_PLANT, PlantKind, entries, load, plant_kind
+from rtctl.registry.loading import look_beside
 from rtctl.scenario.clock import ClockTable, Seconds
+from rtctl.scenario.drivers import DriverTable, Serial
 from rtctl.scenario.limits import LimitsTable, limits_table
+from rtctl.scenario.own_parts import OwnController, OwnEstimator, OwnPart, chosen_by_kind
 from rtctl.scenario.safety import SafetyTable
 from rtctl.signals.excitations import Excitation
-from rtctl.signals.levels import Level, LevelOf, whole_microseconds
+from rtctl.signals.levels import whole_microseconds
 from rtctl.signals.references import Reference
-
-_ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
 
 
 class Heading(Checked):
-    """[scenario]"""
+    """[scenario]; `_heading_of` adds the keys that set the units of a kind of plant."""
 
     title: str
-    plant: str = "vo2"
-    drive_unit: str | None = None
-    """Of an oscillator: the unit of the numbers that its command carries."""
-    displacement_unit: str | None = None
-    """Likewise of its reading."""
+    plant: str = DEFAULT_PLANT
     model: str | None = None
     """Model file beside the scenario that applies where `--model` is not given."""
     any_device: bool = False
@@ -44,35 +43,27 @@ class Heading(Checked):
     @field_validator("plant")
     @classmethod
     def _known_plant(cls, plant: str) -> str:
-        if plant not in PROFILES:
-            raise ValueError(f'unknown plant "{plant}"{nearest(plant, PROFILES)}')
+        try:
+            plant_kind(plant)
+        except InputError as error:
+            raise ValueError(str(error).removeprefix('key "scenario.plant": ')) from None
         return plant
 
-    @field_validator("drive_unit", "displacement_unit")
-    @classmethod
-    def _known_unit(cls, unit: str | None) -> str | None:
-        if unit is not None:
-            convert(1.0, unit, unit)
-        return unit
-
     @model_validator(mode="after")
-    def _units_of_an_oscillator(self) -> Heading:
-        given = [self.drive_unit is not None, self.displacement_unit is not None]
-        if self.plant == OSCILLATOR.kind and not all(given):
+    def _has_units(self) -> Heading:
+        keys = plant_kind(self.plant).units_from
+        if any(getattr(self, key, None) is None for key in keys):
             raise ValueError(
-                'an "oscillator" needs drive_unit and displacement_unit, such as "m/s^2" and "mm": what the numbers on '
-                "its wire are in"
-            )
-        if self.plant != OSCILLATOR.kind and any(given):
-            raise ValueError(
-                f'drive_unit and displacement_unit are of an "oscillator", not of a "{self.plant}"'
+                f'a "{self.plant}" needs {" and ".join(keys)}, such as "mm" or "m/s^2": the units of the '
+                "numbers on its wire"
             )
         return self
 
     @property
     def profile(self) -> DeviceProfile:
-        """Of the device that the scenario drives."""
-        return profile_of(self.plant, self.drive_unit, self.displacement_unit)
+        """Profile of the device that the scenario drives."""
+        kind = plant_kind(self.plant)
+        return kind.profile_in({key: getattr(self, key, None) for key in kind.units_from})
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Heading:
@@ -84,123 +75,29 @@ class Heading(Checked):
         return self
 
 
-class InProcess(Checked):
-    """[driver] kind = "inprocess": a simulated device in this process."""
-
-    kind: Literal["inprocess"] = "inprocess"
-    device: str = "vo2_a"
-    """Plant file, or the name of a bundled one."""
-    seed: Annotated[int, Field(ge=0)] | None = None
-
-
-class FaultTable(Checked):
-    """[[driver.faults]]: what is done to the wire on purpose."""
-
-    kind: Literal[
-        "delay", "jitter", "drop", "duplicate", "reorder", "bit_flip", "truncate", "stall", "disconnect",
-        "device_reboot", "host_pause",
-    ]  # fmt: skip
-    rate: Annotated[float, Field(ge=0.0, le=1.0)]
-    """Share of the bursts of bytes that it strikes."""
-    duration_s: Annotated[Seconds, Field(alias="duration", ge=0.0, le=60.0)] = 0.0
-    way: Literal["to_device", "to_host"] | None = None
-    """Both, unless given."""
-
-
-class Wire(Checked):
-    """Keys of every driver with a wire."""
-
-    faults: tuple[FaultTable, ...] = ()
-    faults_seed: Annotated[int, Field(ge=0)] = 0
-    device_pid: Annotated[int, Field(gt=0)] | None = None
-    """Of `rtctl serve`, for device_reboot."""
-
-
-class ModbusRtu(Wire):
-    """[driver] kind = "modbus-rtu"."""
-
-    kind: Literal["modbus-rtu"] = "modbus-rtu"
-    port: str
-    baud: Annotated[int, Field(gt=0)] = 115200
-    unit: Annotated[int, Field(ge=1, le=247)] = 1
-
-
-class ModbusTcp(Wire):
-    """[driver] kind = "modbus-tcp"."""
-
-    kind: Literal["modbus-tcp"] = "modbus-tcp"
-    address: str
-    """HOST:PORT."""
-    unit: Annotated[int, Field(ge=0, le=247)] = 1
-
-    @field_validator("address")
-    @classmethod
-    def _host_and_port(cls, address: str) -> str:
-        if not _ADDRESS.fullmatch(address) or int(address.rpartition(":")[2]) > 0xFFFF:
-            raise ValueError(f"an address is HOST:PORT, such as 127.0.0.1:5020, got {address!r}")
-        return address
-
-
-class Serial(Wire):
-    """[driver] kind = "serial": the plain serial protocol (docs/serial-protocol.md)."""
-
-    kind: Literal["serial"] = "serial"
-    port: str
-    baud: Annotated[int, Field(gt=0)] = 115200
-    pipeline: Annotated[int, Field(ge=0, le=16)] = 0
-    """How many answers may be under way when a command is sent, in live runs: for a wire slower than the period."""
-
-
-DriverTable = Annotated[InProcess | ModbusRtu | ModbusTcp | Serial, Field(discriminator="kind")]
-
-
 class EstimatorTable(Checked):
-    """[estimator]: one line exchanges it."""
+    """[estimator] with an estimator of the program: one line exchanges it."""
 
-    kind: Literal["composite", "gap_free", "preisach", "egpi", "observer", "lock_in"] = "observer"
+    union_tag: ClassVar[str] = "ours"
 
-
-class PiTable(Checked):
-    """[controller] kind = "pi": gains from the model with these margins, or by hand."""
-
-    kind: Literal["pi"] = "pi"
-    gain_margin: Annotated[float, Field(gt=1.0)] = 2.0
-    phase_margin_rad: Annotated[float, Quantity("rad"), Field(alias="phase_margin", gt=0.0)] = (
-        1.0471975511965976
-    )
-    kp: Annotated[float, Quantity("mA/um"), Field(ge=0.0, allow_inf_nan=False)] | None = None
-    ki: Annotated[float, Quantity("mA/(um*s)"), Field(gt=0.0, allow_inf_nan=False)] | None = None
-    feedforward: Literal["none", "inverse"] = "none"
-    """inverse: the identified model's own current for the next setpoint, the PI corrects what it gets wrong."""
-    deadband: Annotated[Level, LevelOf("output")] = Level(0.15, True)
-    """Errors below this move nothing: inside the hysteresis the plant's gain is negative, and a PI would hunt."""
-
-    @model_validator(mode="after")
-    def _sound(self) -> PiTable:
-        if (self.kp is None) != (self.ki is None):
-            raise ValueError("kp and ki are set together, or neither (then the model's tuning applies)")
-        if self.deadband.value < 0.0:
-            raise ValueError(f"deadband = {self.deadband.value:g} must be >= 0")
-        return self
+    kind: str
 
 
-class AgcPllTable(Checked):
-    """[controller] kind = "agc_pll": amplitude by the coil's current, phase by the frequency; gains from the model."""
-
-    kind: Literal["agc_pll"] = "agc_pll"
-    phase_deg: Annotated[float, Quantity("deg"), Field(alias="phase", ge=-180.0, le=180.0)] = -90.0
-    """Setpoint of the displacement's phase against the coil current."""
-    gate: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 20.0
-    """Least response in standard errors of the estimate: below, the PLL holds and the AGC gives no more than a kick."""
-    kick: Annotated[float, Field(gt=0.0, le=1.0)] = 0.5
-    """Share of the current that holds the setpoint."""
-    separation: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 5.0
-    """How many times slower the amplitude loop is."""
-    pll_bandwidth_hz: Annotated[float | None, Quantity("Hz"), Field(alias="pll_bandwidth", gt=0.0)] = None
-    agc_bandwidth_hz: Annotated[float | None, Quantity("Hz"), Field(alias="agc_bandwidth", gt=0.0)] = None
+def _estimator_tag(table: Any) -> str | None:
+    if not isinstance(table, dict | Checked):
+        return EstimatorTable.union_tag  # no table at all: a finding of any member
+    kind = table.get("kind") if isinstance(table, dict) else getattr(table, "kind", None)
+    if kind is None:
+        return None
+    ours = [entry.name for entry in entries("estimator") if not entry.is_own]
+    return EstimatorTable.union_tag if kind in ours else OwnPart.union_tag
 
 
-ControllerTable = Annotated[PiTable | AgcPllTable, Field(discriminator="kind")]
+AnyEstimator = Annotated[
+    Annotated[EstimatorTable, Tag(EstimatorTable.union_tag)]
+    | Annotated[OwnEstimator, Tag(OwnPart.union_tag)],
+    Discriminator(_estimator_tag),
+]
 
 
 class ChecksTable(Checked):
@@ -246,21 +143,18 @@ class Scenario(Checked):
     """A whole scenario file."""
 
     scenario: Heading
-    driver: DriverTable = InProcess()
+    driver: DriverTable
     clock: ClockTable = ClockTable()
     limits: LimitsTable
     safety: SafetyTable = SafetyTable()
     reference: Reference | None = None
     excitation: tuple[Excitation, ...] = ()
-    estimator: EstimatorTable = EstimatorTable()
-    controller: ControllerTable = PiTable()
+    estimator: AnyEstimator
+    controller: Any = None
+    """Table of a controller, of the program or of the user (`rtctl.scenario.own_parts.OwnController`); None where the
+    kind of plant has no default."""
     checks: ChecksTable = ChecksTable()
     paper: PaperTable = PaperTable()
-
-    @field_validator("controller", mode="before")
-    @classmethod
-    def _kind_of_controller(cls, table: Any) -> Any:
-        return {"kind": "pi", **table} if isinstance(table, dict) else table
 
     @property
     def profile(self) -> DeviceProfile:
@@ -304,10 +198,11 @@ class Scenario(Checked):
 
 
 def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str, Any]]:
-    """The checked scenario and its tables after `--set KEY=VALUE` overrides. Raises InputError."""
+    """Return the checked scenario and its tables after `--set KEY=VALUE` overrides. Raises InputError."""
     tables = overridden(read_toml(path), overrides)
     if isinstance(driver := tables.setdefault("driver", {}), dict):
         driver.setdefault("kind", "inprocess")
+    look_beside(path.parent)
     return checked_scenario(tables, str(path)), tables
 
 
@@ -319,37 +214,82 @@ def overridden(tables: dict[str, Any], overrides: list[str]) -> dict[str, Any]:
 
 
 def checked_scenario(tables: dict[str, Any], source: str) -> Scenario:
-    """The scenario that `tables` are, of the file or recording `source`. Raises InputError."""
-    profile = _profile_of(tables)
-    return check(scenario_of(profile), tables, source, context={"profile": profile})
-
-
-def scenario_of(profile: DeviceProfile) -> type[Scenario]:
-    """The scenario of a kind of device: its limits have the names and units of the device's channels."""
-    table = limits_table(profile)
-    optional = not any(field.is_required() for field in table.model_fields.values())
-    limits: Any = (table, Field(default_factory=table) if optional else ...)
-    return create_model("Scenario", __base__=Scenario, limits=limits)
-
-
-def _profile_of(tables: dict[str, Any]) -> DeviceProfile:
-    """By `scenario.plant`; of an unknown one, which is a finding of its own, the default's."""
-    heading = tables.get("scenario")
-    report = heading if isinstance(heading, dict) else {}
-    plant, units = (
-        str(report.get("plant", VO2.kind)),
-        (report.get("drive_unit"), report.get("displacement_unit")),
+    """Return the scenario that `tables` are, of the file or recording `source`. Raises InputError."""
+    kind = _kind_of(tables)
+    profile = kind.profile_in(_heading_table(tables))
+    return check(
+        _scenario_of(kind, profile), _with_defaults(tables, kind), source, context={"profile": profile}
     )
-    if plant not in PROFILES or not all(unit is None or isinstance(unit, str) for unit in units):
-        return VO2
-    return profile_of(plant, *units)
 
 
-def profile_of(plant: str, drive_unit: str | None, displacement_unit: str | None) -> DeviceProfile:
-    """Of a known kind of plant; an oscillator's is in the given units."""
-    if plant == OSCILLATOR.kind and drive_unit and displacement_unit:
-        return oscillator_profile(drive_unit=drive_unit, displacement_unit=displacement_unit)
-    return PROFILES[plant]
+def _heading_table(tables: dict[str, Any]) -> dict[str, Any]:
+    heading = tables.get("scenario")
+    return heading if isinstance(heading, dict) else {}
+
+
+def _kind_of(tables: dict[str, Any]) -> PlantKind:
+    """Return the kind of `scenario.plant`; of an unknown one, which is a finding of its own, the default kind."""
+    name = _heading_table(tables).get("plant", DEFAULT_PLANT)
+    try:
+        return plant_kind(str(name))
+    except InputError:
+        return plant_kind(DEFAULT_PLANT)
+
+
+def _with_defaults(tables: dict[str, Any], kind: PlantKind) -> dict[str, Any]:
+    """Return `tables` with what the kind of plant says where the file is silent."""
+    filled, defaults = copy.copy(tables), kind.defaults
+    filled["driver"] = _filled(tables.get("driver", {}), kind="inprocess")
+    driver = filled["driver"]
+    if defaults.device is not None and isinstance(driver, dict) and driver.get("kind") == "inprocess":
+        filled["driver"] = _filled(driver, device=defaults.device)
+    filled["safety"] = _filled(tables.get("safety", {}), frozen_after=defaults.frozen_after)
+    filled["estimator"] = _filled(tables.get("estimator", {}), kind=defaults.estimator)
+    if defaults.controller is not None:
+        filled["controller"] = _filled(tables.get("controller", {}), kind=defaults.controller)
+    return filled
+
+
+def _filled(table: Any, **defaults: Any) -> Any:
+    return {**defaults, **table} if isinstance(table, dict) else table
+
+
+def _scenario_of(kind: PlantKind, profile: DeviceProfile) -> type[Scenario]:
+    """Return the scenario of a kind of device: its limits have the names and units of the device's channels."""
+    limits = limits_table(profile, tuple(kind.defaults.limits.items()))
+    optional = not any(field.is_required() for field in limits.model_fields.values())
+    fields: dict[str, Any] = {
+        "scenario": (_heading_of(tuple(kind.units_from)), ...),
+        "limits": (limits, Field(default_factory=limits) if optional else ...),
+        "controller": (_controller_table(), None),
+    }
+    return create_model("Scenario", __base__=Scenario, **fields)
+
+
+@lru_cache
+def _heading_of(unit_keys: tuple[str, ...]) -> type[Heading]:
+    """Return the table with the keys that set units."""
+    if not unit_keys:
+        return Heading
+    fields: dict[str, Any] = {
+        key: (Annotated[str, AfterValidator(_known_unit)] | None, None) for key in unit_keys
+    }
+    return create_model("Heading", __base__=Heading, **fields)
+
+
+def _known_unit(unit: str) -> str:
+    convert(1.0, unit, unit)
+    return unit
+
+
+@lru_cache
+def _controller_table() -> Any:
+    """Return the union of the program's controllers' tables and the user's."""
+    ours = {entry.name: load(entry) for entry in entries("controller") if not entry.is_own}
+    union: Any = Annotated[OwnController, Tag(OwnPart.union_tag)]
+    for name, table in ours.items():
+        union = union | Annotated[table, Tag(name)]
+    return Annotated[union, chosen_by_kind(*ours)] | None
 
 
 def _apply(tables: dict[str, Any], override: str) -> None:

@@ -15,8 +15,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, RtctlError, RunError
 from rtctl.border.records import Channel, DeviceStatus, Driver
 from rtctl.measured.dataset import Record
-from rtctl.measured.manifest.signal_kinds import PLANT_KINDS
+from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.writer import write_dataset
+from rtctl.registry import plant_kind
 from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
 from rtctl.session.loop_setup import open_driver
@@ -39,10 +40,10 @@ def acquire(
     """
     if not scenario.excitation:
         raise InputError("the scenario has no [[excitation]] table: nothing to play")
-    if scenario.scenario.plant not in PLANT_KINDS:
+    if scenario.scenario.plant not in measured_kinds():
         raise InputError(
-            f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(PLANT_KINDS)}; play the excitation '
-            "with rtctl run, which records every channel"
+            f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(measured_kinds())}; play the '
+            "excitation with rtctl run, which records every channel"
         )
     records: list[Record] = []
     failure = ""
@@ -88,7 +89,7 @@ def _rest(scenario: Scenario) -> float:
 
 def _channels(scenario: Scenario) -> list[Channel]:
     """Of the profile, those that a dataset of this kind of plant has: an oscillator's has no second instrument."""
-    profile, known = scenario.profile, PLANT_KINDS[scenario.scenario.plant].signals
+    profile, known = scenario.profile, plant_kind(scenario.scenario.plant).signals
     channels = (*profile.commands, *profile.sensed, profile.reference)
     return [channel for channel in channels if channel.name in known]
 

@@ -17,8 +17,7 @@ from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.step import ReadableStep, Step
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.models.span import Span
-from rtctl.plants import support_of
-from rtctl.plants.support import Control, Tuning
+from rtctl.plants.support import Control, Tuning, support_of
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.schema import Scenario
 from rtctl.session.loop_setup import (
@@ -32,7 +31,7 @@ from rtctl.session.loop_setup import (
 )
 from rtctl.session.run_files import RunResult
 from rtctl.session.run_folder import RunFolder
-from rtctl.wiring import build_estimator, build_limits
+from rtctl.wiring import build_control, build_estimator, build_limits
 
 WARM_UP_S = 1e-3
 """Time [s] of the step that compiles estimator and controller; its results are forgotten."""
@@ -129,7 +128,7 @@ def _plan_control(scenario: Scenario, model: Any) -> tuple[ControlChain, FloatAr
         setpoints = np.concatenate(command_sequences(scenario))
         control, limits = Control(build_playback(scenario), None), build_limits(scenario, None)
     else:
-        control = plant.control(scenario, model, scenario.reading_delay)
+        control = build_control(scenario, model)
         setpoints, limits = setpoints_of(scenario, reach), build_limits(scenario, model)
     estimator = build_estimator(scenario, model)
     chain = ControlChain(estimator=estimator, controller=control.controller, limits=limits)

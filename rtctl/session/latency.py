@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.errors import DriverError, Fault, RunError
+from rtctl.registry import names
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import play
@@ -28,7 +29,7 @@ from rtctl.session.run_folder import RunFolder
 from rtctl.timing.histogram import Histogram
 from rtctl.timing.realtime import Request
 from rtctl.timing.step_timing import StepTiming
-from rtctl.wiring import DRIVER_KINDS, build_driver
+from rtctl.wiring import build_driver
 
 PERIODS_S = (10e-3, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 LARGEST_MISSED_SHARE = 1e-3
@@ -152,7 +153,7 @@ def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callab
 
 def known_kinds() -> list[str]:
     """Drivers that can be measured here."""
-    return [kind for kind in DRIVER_KINDS if kind == "inprocess" or kind in SERVED]
+    return [kind for kind in names("driver") if kind == "inprocess" or kind in SERVED]
 
 
 @contextmanager

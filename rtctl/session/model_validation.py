@@ -26,13 +26,9 @@ from rtctl.measured.repeats import noise_floors
 from rtctl.measured.stimulus import stimulus_of
 from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
-from rtctl.models.oscillator import read_oscillator_model
-from rtctl.models.vo2 import read_model
 from rtctl.recording import write_parquet
-from rtctl.wiring import build_simulation
-
-KINDS = ("oscillator", "vo2")
-"""Kinds of plant whose model files can be simulated."""
+from rtctl.registry import plant_kinds
+from rtctl.wiring import build_simulation, read_model
 
 
 class OutputScore(NamedTuple):
@@ -97,26 +93,33 @@ def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
     """Return the model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
     check_kind(kind, dataset, str(path))
-    model = read_model(path) if kind == "vo2" else read_oscillator_model(path)
-    return simulation_of(model, dataset, str(path))
+    return simulation_of(kind, read_model(path, kind), dataset, str(path))
 
 
 def check_kind(kind: str, dataset: StoredDataset, source: str) -> None:
     """Raise InputError where a model of this kind, from the file `source`, does not fit the dataset."""
-    if kind in KINDS and dataset.plant != kind:
+    simulated = [name for name, one in plant_kinds().items() if one.model is not None]
+    if kind in simulated and dataset.plant != kind:
         raise InputError(
             f"{source} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}"
         )
     if kind != dataset.plant:
         raise InputError(
-            f'{source}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, KINDS)}'
+            f'{source}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, simulated)}'
         )
 
 
-def simulation_of(model: Any, dataset: StoredDataset, source: str) -> Simulation:
-    """Return `model`, from the file `source`, in the dataset's units. Raises InputError where the two do not fit."""
+def simulation_of(kind: str, model: Any, dataset: StoredDataset, source: str) -> Simulation:
+    """Return a model in the dataset's units. Raises InputError where the two do not fit.
+
+    Args:
+        kind: Kind of plant of the model.
+        model: The model, as its kind's reader returns it.
+        dataset: The data that it is to be compared with.
+        source: The model's file, for messages.
+    """
     try:
-        return build_simulation(model, dataset.units, source)
+        return build_simulation(model, dataset.units, source, kind)
     except InputError as error:
         if "not compatible" not in str(error):
             raise
@@ -125,7 +128,7 @@ def simulation_of(model: Any, dataset: StoredDataset, source: str) -> Simulation
 
 
 def _named(kind: str) -> str:
-    return f'a{"n" if kind == "oscillator" else ""} "{kind}"'
+    return f'a{"n" if kind[0] in "aeiou" else ""} "{kind}"'
 
 
 def compare_dataset(

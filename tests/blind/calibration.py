@@ -26,7 +26,7 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residu
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.scales import scales_of
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
@@ -96,7 +96,7 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Problem]:
     """The nominal model re-fitted to the files in `folder`."""
     manifest, model = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(model, open_dataset(manifest))
-    subject = SUBJECTS[simulation.kind]
+    subject = subject_of(simulation.kind)
     fit, _, _ = split(read_dataset(manifest), subject)
     data = Problem(
         subject=subject,

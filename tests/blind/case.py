@@ -24,7 +24,7 @@ from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.vo2 import write_model
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 
@@ -92,7 +92,8 @@ def diagnosed(folder: Path, work: float = BudgetThresholds().search) -> Diagnosi
     manifest, path = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(path, open_dataset(manifest))
     return diagnose(
-        read_dataset(manifest), SUBJECTS[simulation.kind].read_model(path), simulation, mechanism_ids(simulation.kind),
+        read_dataset(manifest), subject_of(simulation.kind).read_model(path), simulation,
+        mechanism_ids(simulation.kind),
         DiagnosisOptions(threads=1, work=work),
     )  # fmt: skip
 

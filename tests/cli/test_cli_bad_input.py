@@ -59,7 +59,7 @@ def scenario_file(folder: Path, text: str = HEAD + REFERENCE) -> str:
         (['reference.levels=["-1 um"]'], ["[reference] asks for -1 to -1 um"]),
         (['reference.levels=["nan %"]'], ["finite"]),
         (["reference.kind=stepz"], ['key "reference.kind": unknown kind "stepz"; known: steps, multisine']),
-        (["estimator.kind=observr"], ['key "estimator.kind": unknown value', "observer"]),
+        (["estimator.kind=observr"], ['key "estimator.kind": unknown kind "observr"', "observer"]),
         (["controller.kp=1 mA/um"], ["kp and ki are set together"]),
         (["controller.phase_margin=100 deg"], ["controller.phase_margin = 100 deg", "out of a PI's reach"]),
         (["controller.deadband=-1 %"], ["deadband"]),
@@ -243,7 +243,7 @@ def test_a_kind_of_plant_that_nothing_identifies(tmp_path: Path, capsys: pytest.
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--kind", "oscillator", "--plays", "3"], "plays 3: an option of a vo2"),
+        (["--kind", "oscillator", "--plays", "3"], "plays 3: no option of kind"),
         (["--kind", "vo2", "--model", "m.toml"], "a vo2 is identified from its data alone"),
         (["--kind", "vo2", "--seed", "-1"], "seed -1: 0 to"),
     ],

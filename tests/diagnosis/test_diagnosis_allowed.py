@@ -15,11 +15,11 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
-SUBJECT = SUBJECTS["vo2"]
+SUBJECT = subject_of("vo2")
 
 
 def problem() -> Problem:
@@ -70,5 +70,5 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
 
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:
-    seen = replace(problem(), subject=SUBJECTS["oscillator"])
+    seen = replace(problem(), subject=subject_of("oscillator"))
     assert allowing(seen, {}) is seen

@@ -12,12 +12,12 @@ from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.backward_elimination import _making_up, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
-    subject = SUBJECTS["oscillator"]
+    subject = subject_of("oscillator")
     records, _, _ = split(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
     return Problem(subject=subject, records=records, scales=scales_of(records), steps_per_period=64.0)
 

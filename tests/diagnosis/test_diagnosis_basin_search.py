@@ -13,7 +13,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 LEVEL = 450.0
 
@@ -31,7 +31,7 @@ def ring_downs() -> Problem:
         reading = run + NOISE_MM * np.random.default_rng(k).standard_normal(SAMPLES)
         records.append(FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": reading}))
     return Problem(
-        subject=SUBJECTS["oscillator"],
+        subject=subject_of("oscillator"),
         records=tuple(records),
         scales=scales_of(records),
         steps_per_period=64.0,

@@ -28,7 +28,7 @@ from rtctl.diagnosis.search.successive_halving import Candidate, halve_successiv
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 SAMPLES = 500
 
@@ -77,7 +77,7 @@ def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Prob
         for seed in (1, 2)
     )
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None

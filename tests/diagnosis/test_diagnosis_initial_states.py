@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 SILENT = 300
 """Samples before the drive sets in: the device rests where friction holds it."""
@@ -30,7 +30,7 @@ def at_the_true_values(starts: list[list[float]]) -> tuple[Problem, Hypothesis]:
         reading = measured(device(FRICTION), drive)
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
     problem = Problem(
-        subject=SUBJECTS["oscillator"],
+        subject=subject_of("oscillator"),
         records=tuple(records),
         scales=scales_of(records),
         steps_per_period=64.0,
@@ -73,7 +73,7 @@ def test_a_model_without_states_is_as_it_is() -> None:
         FitRecord(name="r", stimulus=stimulus, measured={"resistance": resistance, "deflection": deflection}),
     )
     problem = Problem(
-        subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current")
+        subject=subject_of("vo2"), records=records, scales=scales_of(records, "deflection", "current")
     )
     found = fit_hypothesis(problem, simulation(), (), iterations=0)
     assert found is not None

@@ -29,7 +29,7 @@ from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
 DEADBAND = "actuation.deadband"
@@ -59,7 +59,7 @@ def named_by(
 def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of a device, its model re-fitted to them, and the same with a dead band."""
     made = cooling_slowly() if device == "cools slowly" else simulation(actuation__deadband={"zone": 2.0})
-    subject, records = SUBJECTS["vo2"], []
+    subject, records = subject_of("vo2"), []
     for seed in (1, 2):
         stimulus = Stimulus(
             inputs={"current": telegraph(1200, seed)}, holds={"current": "zero"}, period_s=PERIOD_S
@@ -113,7 +113,7 @@ def of(made: Simulation) -> Problem:
             )
         )
     return Problem(
-        subject=SUBJECTS["oscillator"], records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
 

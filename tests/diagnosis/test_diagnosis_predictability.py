@@ -29,7 +29,7 @@ from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
 from rtctl.identification.fit_record import ONWARD, FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
 WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
@@ -54,7 +54,7 @@ def hopping() -> tuple[Problem, Hypothesis]:
     drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
     records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fitted_nominal(problem, device(**WELLS), ())
     assert nominal is not None
@@ -135,7 +135,7 @@ def rocked_over() -> Problem:
     growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
     records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
     return Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
 
 

@@ -17,7 +17,7 @@ from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 
 STEP_MM = 0.01
 IDS = ("stiffness.cubic", "damping.quadratic", "friction.coulomb", "sensor.offset")
@@ -46,7 +46,7 @@ def ring_down(seed: int) -> FitRecord:
 def examined(seed: int) -> TestedHypothesis:
     records = tuple(ring_down(10 * seed + k) for k in range(3))
     problem = Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
@@ -102,7 +102,7 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
         measured={"displacement": STEP_MM * np.round(0.05 * quiet.measured["displacement"] / STEP_MM)},
     )  # fmt: skip
     problem = Problem(
-        subject=SUBJECTS["oscillator"],
+        subject=subject_of("oscillator"),
         records=(loud, weak),
         scales=scales_of((loud, weak)),
         steps_per_period=64.0,

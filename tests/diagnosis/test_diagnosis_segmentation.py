@@ -19,7 +19,7 @@ from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.wiring import build_simulation
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +58,7 @@ def strokes(plant: Simulation, samples: int = 6000) -> Problem:
 
 def data_of(records: tuple[FitRecord, ...]) -> Problem:
     return Problem(
-        subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
     )
 
 
@@ -82,7 +82,7 @@ def test_a_mass_that_drifts_away_remembers_and_its_stretches_lose_no_sample() ->
 
 
 def test_a_spring_forgets_and_a_good_model_needs_no_stretches(tmp_path: Path) -> None:
-    records, _, _ = split(read_dataset(friction_case(tmp_path)), SUBJECTS["oscillator"])
+    records, _, _ = split(read_dataset(friction_case(tmp_path)), subject_of("oscillator"))
     problem = data_of(records)
     assert not remembers(problem, nominal_of(problem, device()))
     free = strokes(carriage(level=1e-9, offset=1e-9))

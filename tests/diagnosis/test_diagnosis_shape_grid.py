@@ -15,7 +15,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import scales_of
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
 from rtctl.wiring import build_simulation
@@ -38,7 +38,7 @@ def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
     residual = np.cos(2.0 * np.pi * frequency_Hz * time_s + 1.0) + 0.01 * rng.standard_normal(N)
     stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": residual}),)
-    problem = Problem(subject=SUBJECTS["oscillator"], records=records, scales=scales_of(records))
+    problem = Problem(subject=subject_of("oscillator"), records=records, scales=scales_of(records))
     found = min(
         abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, problem, [residual[None]])
     )
@@ -62,7 +62,7 @@ def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too(
     stimulus = Stimulus(inputs={"current": series}, holds={"current": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"deflection": series}),)
     problem = Problem(
-        subject=SUBJECTS["vo2"], records=records, scales=scales_of(records, "deflection", "current")
+        subject=subject_of("vo2"), records=records, scales=scales_of(records, "deflection", "current")
     )
     for identity, expected in (("sensor.self_heating", [1.0, 0.0]), ("thermal.nonlinear_loss", [1.0])):
         grid = list(shape_grid(OF_VO2[identity], problem, [series[None]]))
@@ -76,7 +76,7 @@ def vo2_data(current_mA: float, resistance_ohm: float) -> Problem:
     stimulus = Stimulus(inputs={"current": current_mA * series}, holds={"current": "zero"}, period_s=PERIOD_S)
     measured = {LOG_RESISTANCE: np.log(resistance_ohm * series), "deflection": np.arange(float(N))}
     records = (FitRecord(name="r", stimulus=stimulus, measured=measured),)
-    return Problem(subject=SUBJECTS["vo2"], records=records, scales=SUBJECTS["vo2"].scales(records))
+    return Problem(subject=subject_of("vo2"), records=records, scales=subject_of("vo2").scales(records))
 
 
 def test_a_shape_that_is_zero_in_most_devices_is_looked_for_in_multiples_of_its_scale() -> None:

@@ -27,7 +27,7 @@ from rtctl.diagnosis.screening.unknown_initial_state import (
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.simulations.vo2 import vo2_simulation
 
@@ -146,7 +146,7 @@ def test_a_start_that_the_scored_samples_have_forgotten_stays_where_the_record_s
         initial={"displacement": float(reading[0]), "velocity": speed},
     )  # fmt: skip
     record = FitRecord(name="r", first=1500, stimulus=stimulus, measured={"displacement": reading})
-    subject = SUBJECTS["oscillator"]
+    subject = subject_of("oscillator")
     problem = Problem(subject=subject, records=(record,), scales=subject.scales((record,)))
     off = {"damping": (80.0, "1/s"), "stiffness": (1.2e4, "1/s^2")}
     found = fit_hypothesis(problem, device(**off), ())

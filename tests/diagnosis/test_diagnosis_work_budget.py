@@ -23,7 +23,7 @@ from rtctl.identification.scales import scales_of
 from rtctl.identification.simulation_error.output_error import threads
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 
 VALUES = np.array([one.value for one in device().parameters])
@@ -79,7 +79,7 @@ def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
     stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
     readings = {"displacement": measured(device(), noise_drive(1))}
     record = FitRecord(name="r", stimulus=stimulus, measured=readings)
-    problem = Problem(subject=SUBJECTS["oscillator"], records=(record,), scales=scales_of((record,)))
+    problem = Problem(subject=subject_of("oscillator"), records=(record,), scales=scales_of((record,)))
     values = np.array([1.05 * one.value for one in device().parameters])
     start = device().with_values(values)
     asked = count()

@@ -17,13 +17,14 @@ from drivers.fault_line import Disturbance, FaultyLine, Kind, Way
 from drivers.fault_proxy import FaultPlan, faulty_line, plan_of
 from drivers.modbus import ModbusRtuDriver, ModbusTcpDriver
 from drivers.serial_frames import SerialDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.journal import JournalledDevice, read_journal
 from plant_sim.wire.register_file import RegisterFile
 from plant_sim.wire.serve import Wires
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import VO2, DeviceStatus, Driver
+from rtctl.wiring import load_plant
 
 BURST = bytes(range(40))
 EXCHANGES = 50

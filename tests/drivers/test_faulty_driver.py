@@ -8,13 +8,13 @@ import pytest
 from peers import serving
 
 from drivers.faulty import FaultyDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.cli import main
 from rtctl.scenario.schema import load_scenario
-from rtctl.wiring import build_driver
+from rtctl.wiring import build_driver, load_plant
 
 SCENARIO = """
 [scenario]

@@ -23,10 +23,11 @@ from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
 from drivers.modbus import ModbusDriver, ModbusRtuDriver, ModbusTcpDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires
 from rtctl.border.records import VO2, DeviceStatus
+from rtctl.wiring import load_plant
 
 pytestmark = pytest.mark.wire
 

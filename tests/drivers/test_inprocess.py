@@ -7,10 +7,11 @@ import math
 import pytest
 
 from drivers.inprocess import InProcessDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceStatus, Measurement
+from rtctl.wiring import load_plant
 
 
 @pytest.fixture

@@ -17,11 +17,12 @@ from peers import PtyEnd, scripted
 from serial_cases import Exchange, reference_device, sessions
 
 from drivers.serial_frames import SerialDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serial_server import SerialDevice
 from rtctl.border.records import VO2, Measurement
 from rtctl.border.serial_frames import FrameReader, Layout, Message, frame
+from rtctl.wiring import load_plant
 
 READINGS = (0x81, 0x82)
 

@@ -13,11 +13,12 @@ from peers import serving
 from drivers.inprocess import InProcessDriver
 from drivers.modbus import ModbusDriver, ModbusRtuDriver, ModbusTcpDriver
 from drivers.serial_frames import SerialDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import VO2, DeviceStatus, Driver, Measurement
+from rtctl.wiring import load_plant
 
 pytestmark = pytest.mark.wire
 

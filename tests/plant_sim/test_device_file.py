@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from rtctl.border.errors import InputError
+from rtctl.wiring import load_plant
 
 GOOD = bundled_plant("vo2_a").read_text(encoding="utf-8")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from plant_sim.catalogue import load_plant
 from rtctl.border.errors import InputError
+from rtctl.wiring import load_plant
 
 BEAM = """[model]
 kind = "oscillator"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
@@ -20,6 +20,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile, read_model_file
 from rtctl.border.records import DeviceStatus
 from rtctl.border.simulation import Stimulus
+from rtctl.wiring import load_plant
 
 PERIOD_S = 1e-3
 MODEL = """

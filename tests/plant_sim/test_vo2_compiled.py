@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.inprocess import InProcessDriver
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.errors import Fault
@@ -19,6 +19,7 @@ from rtctl.loop.compiled.support import BLOCKS
 from rtctl.scenario.schema import Scenario, load_scenario
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import play
+from rtctl.wiring import load_plant
 
 pytestmark = pytest.mark.skipif(not AVAILABLE, reason="this machine has no compiled loop")
 SAMPLES = 1500

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
+from rtctl.wiring import load_plant
 
 DEVICES = {"vo2_a": (3.68, 8.49), "vo2_b": (4.0, 9.2), "vo2_l2p": (3.68, 8.49)}
 

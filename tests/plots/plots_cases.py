@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.catalogue import bundled_plant, load_plant
+from plant_sim.catalogue import bundled_plant
 from rtctl.signals.excitations import DampedOscillation
+from rtctl.wiring import load_plant
 
 FloatArray = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import check
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Subject
-from rtctl.scenario.schema import profile_of, scenario_of
+from rtctl.registry import plant_kind
+from rtctl.scenario.schema import checked_scenario
 
 LEVELS = (0.25, 0.5, 1.0)
 MOST_SAMPLES = 4096
@@ -116,8 +116,7 @@ def menu(problem: Problem, units: Mapping[str, str]) -> list[Input]:
         setting = _Setting(level, frequency, samples * period_s, slower * period_s, slower, at)
         for statement, table in _tables(setting):
             scenario = _scenario(problem.subject, table, units, low, high, period_us)
-            profile = profile_of(problem.subject.kind, units.get("drive"), units.get("displacement"))
-            checked = check(scenario_of(profile), scenario, "menu", context={"profile": profile})
+            checked = checked_scenario(scenario, "menu")
             try:
                 levels = checked.excitation[0].build(low, high, setting.period_s)
             except ValueError:  # records so short that no line of the band fits into one
@@ -205,11 +204,7 @@ def _scenario(
 ) -> dict[str, Any]:
     """As `rtctl acquire` takes it."""
     unit = units[subject.drive]
-    own = (
-        {"drive_unit": units["drive"], "displacement_unit": units["displacement"]}
-        if subject.drive == "drive"
-        else {}
-    )
+    own = {key: units[channels[0]] for key, channels in plant_kind(subject.kind).units_from.items()}
     return {
         "scenario": {
             "title": "next experiment", "plant": subject.kind, **own, "period": f"{period_us} us",

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, check, read_toml
-from rtctl.measured.manifest.signal_kinds import PLANT_KINDS, signal_findings
+from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
 
 Role = Literal["input", "output"]
 Hold = Literal["linear", "zero", "band-limited"]
@@ -18,13 +18,18 @@ Use = Literal["identify", "fit", "test"]
 
 
 def _one_of(*choices: str) -> BeforeValidator:
-    def chosen(raw: Any) -> Any:
-        if raw not in choices:
-            meant = nearest(str(raw), choices, listed=True)
-            raise ValueError(f"{raw!r} is not one of {', '.join(choices)}{meant}")
-        return raw
+    return BeforeValidator(lambda raw: _chosen(raw, choices))
 
-    return BeforeValidator(chosen)
+
+def _chosen(raw: Any, choices: tuple[str, ...]) -> Any:
+    if raw not in choices:
+        meant = nearest(str(raw), choices, listed=True)
+        raise ValueError(f"{raw!r} is not one of {', '.join(choices)}{meant}")
+    return raw
+
+
+def _measured_plant(raw: Any) -> Any:
+    return _chosen(raw, tuple(measured_kinds()))
 
 
 def _rate_hz(raw: Any) -> float:
@@ -84,7 +89,7 @@ class DatasetTable(Checked):
     """[dataset]"""
 
     name: Text
-    plant: Annotated[str, _one_of(*PLANT_KINDS)]
+    plant: Annotated[str, BeforeValidator(_measured_plant)]
     identity: str = ""
     """Which device answered, where the wire told."""
     description: str = ""
@@ -171,7 +176,7 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
         found.append("no records: add [[records]] with file and sample_rate_hz for each measured file")
     heading, signals = tables.get("dataset"), tables.get("signals", {})
     plant = heading.get("plant") if isinstance(heading, dict) else None
-    if isinstance(plant, str) and plant in PLANT_KINDS and isinstance(signals, dict):
+    if isinstance(plant, str) and plant in measured_kinds() and isinstance(signals, dict):
         found += signal_findings(plant, signals)
     if isinstance(signals, dict):
         found += _shared_columns(signals)

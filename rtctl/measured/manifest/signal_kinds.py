@@ -1,67 +1,31 @@
-"""Which signals a kind of plant has, and in which unit they are held. A new kind is one entry here."""
+"""Which signals a kind of plant has, and in which unit they are held, asked from the registry."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from rtctl.border.errors import nearest
 from rtctl.measured.columns.units import check_unit
+from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SignalKind:
-    """One signal of a kind of plant."""
-
-    role: str
-    unit: str | None = None
-    """In which it is held; None: in the manifest's own unit."""
-    derivative_of: str | None = None
-    """Held in the unit of that signal per second."""
-    optional: bool = False
-    """May be missing in a manifest or in single records."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlantKind:
-    """The signals of a kind of plant, and what `initial` of a record may set."""
-
-    signals: Mapping[str, SignalKind]
-    initial: tuple[str, ...]
-
-
-PLANT_KINDS: Mapping[str, PlantKind] = {
-    "oscillator": PlantKind(
-        signals={
-            "drive": SignalKind(role="input"),
-            "displacement": SignalKind(role="output"),
-            "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
-        },
-        initial=("displacement", "velocity"),
-    ),
-    "vo2": PlantKind(
-        signals={
-            "current": SignalKind(role="input", unit="mA"),
-            "resistance": SignalKind(role="output", unit="ohm"),
-            "deflection": SignalKind(role="output", unit="um", optional=True),
-        },
-        initial=(),
-    ),
-}
+def measured_kinds() -> dict[str, PlantKind]:
+    """Return the kinds of plant that have datasets, by name."""
+    return {name: kind for name, kind in plant_kinds().items() if kind.signals}
 
 
 def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
-    """Unit in which `signal` is held; `units` are the manifest's."""
-    kind = PLANT_KINDS[plant].signals[signal]
+    """Return the unit in which `signal` is held; `units` are the manifest's."""
+    kind = plant_kind(plant).signals[signal]
     if kind.derivative_of is not None:
         return f"{units[kind.derivative_of]}/s"
     return kind.unit or str(units[signal])
 
 
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
-    """What is wrong with the names, roles and units of the `[signals]` tables, as read from the file."""
-    kinds = PLANT_KINDS[plant].signals
+    """Return what is wrong with the names, roles and units of the `[signals]` tables, as read from the file."""
+    kinds = plant_kind(plant).signals
     found = [
         f'unknown signal "signals.{name}" of a plant "{plant}"{nearest(name, kinds)}'
         for name in signals

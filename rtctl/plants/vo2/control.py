@@ -21,8 +21,9 @@ from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.models.vo2_dynamics import LEFT_OUT, NOT_TRUSTED, Vo2Dynamics, loop_dynamics
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.plants.support import Control
+from rtctl.plants.vo2.tables import PiTable
 from rtctl.safety.limits import CommandLimits
-from rtctl.scenario.schema import PiTable, Scenario
+from rtctl.scenario.schema import Scenario
 
 
 class Vo2Support:

@@ -350,3 +350,6 @@ VO2 = Subject(
 
 BY_RESISTANCE = replace(VO2, output=LOG_RESISTANCE, signal="resistance")
 """Of records without an instrument for the deflection: the film senses itself, and what ails it shows there."""
+
+SUBJECTS = (VO2, BY_RESISTANCE)
+"""In the order of preference."""

@@ -20,7 +20,7 @@ from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
-from rtctl.plants.subjects import SUBJECTS
+from rtctl.plants.subjects import subject_of
 from rtctl.recording import write_parquet
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded
 from rtctl.wiring import build_simulation, mechanism_ids
@@ -79,7 +79,7 @@ def diagnosed(manifest: Path, model: ModelFile, mechanisms: Sequence[str] | None
     dataset = read_dataset(manifest)
     path = manifest.parent / "model.toml"
     write_oscillator_model(path, model)
-    own = SUBJECTS["oscillator"].read_model(path)
+    own = subject_of("oscillator").read_model(path)
     simulation = build_simulation(model, dataset.units, str(path))
     ids = tuple(mechanisms or mechanism_ids("oscillator"))
     found: dict[str, Any] = diagnose(dataset, own, simulation, ids, DiagnosisOptions()).json

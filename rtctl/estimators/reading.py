@@ -1,0 +1,35 @@
+"""No estimation: the first reading is the controlled output where it has its unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rtctl.border.quantities import convert
+from rtctl.border.records import DeviceProfile
+from rtctl.interfaces import Estimate
+
+
+class ReadingEstimator:
+    """`Estimator` that takes the first compatible reading for the output; NaN where no reading has its unit."""
+
+    surrogate = ("surrogate", "")
+
+    def __init__(self, profile: DeviceProfile) -> None:
+        self._index, self._factor = -1, math.nan
+        for index, channel in enumerate(profile.sensed):
+            try:
+                self._factor = convert(1.0, channel.unit, profile.reference.unit)
+            except ValueError:
+                continue
+            self._index = index
+            break
+
+    def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
+        """Return the reading in the output's unit."""
+        value = self._factor * sensed[self._index] if self._index >= 0 else math.nan
+        return Estimate(value, math.nan, math.nan, 0)
+
+    def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
+        """Return the reading in the output's unit."""
+        return self.start(levels, sensed)

@@ -1,0 +1,37 @@
+"""The oscillator as a kind of plant: identified and diagnosed, without a controller of its own."""
+
+from rtctl.border import records
+from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind, SignalKind
+
+OSCILLATOR = PlantKind(
+    name="oscillator",
+    summary="oscillator with one degree of freedom",
+    profile=records.OSCILLATOR,
+    units_from={
+        "drive_unit": ("drive",),
+        "displacement_unit": ("displacement", "reference_displacement"),
+    },
+    signals={
+        "drive": SignalKind(role="input"),
+        "displacement": SignalKind(role="output"),
+        "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
+    },
+    initial=("displacement", "velocity"),
+    model=ModelFiles(
+        read="rtctl.models.oscillator:read_oscillator_model",
+        write="rtctl.models.oscillator:write_oscillator_model",
+        simulation="plant_sim.oscillator.model:oscillator_simulation",
+        mechanisms="plant_sim.oscillator.mechanisms:MECHANISMS",
+        mechanism_type="plant_sim.oscillator.mechanism:OscillatorMechanism",
+        is_device=True,
+        forced="plant_sim.oscillator.forced:forced_model",
+    ),
+    identification=Identification(
+        fit="rtctl.api.fit_oscillator:fit_oscillator",
+        options="rtctl.identification.oscillator.identify:OscillatorFitOptions",
+        option_names={"starts": "starts", "seed": "seed"},
+        takes_model=True,
+    ),
+    diagnosis="rtctl.plants.oscillator.diagnosis:OSCILLATOR",
+    device_file="plant_sim.oscillator.plant:load_plant",
+)

@@ -1,0 +1,74 @@
+"""A kind of plant that is controlled without a model: by controllers and estimators of the user."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.errors import InputError
+from rtctl.models.span import Span
+from rtctl.plants.support import Control
+from rtctl.registry import PlantKind
+from rtctl.safety.limits import CommandLimits
+from rtctl.scenario.schema import Scenario
+
+
+class WithoutModel:
+    """`PlantSupport` of kinds that bring none: no estimator and no controller of its own, `[limits]` as they are."""
+
+    estimators: Mapping[str, Any] = {}
+    needs_model = False
+
+    def __init__(self, kind: PlantKind) -> None:
+        self._kind = kind
+
+    def read_model(self, path: Path) -> Any:
+        """Return the model of the file, which the user's parts get. Raises InputError where the kind reads none."""
+        if self._kind.model is None:
+            raise InputError(
+                f'{path}: a "{self._kind.name}" has no models; leave --model and scenario.model out'
+            )
+        return self._kind.part(self._kind.model.read)(path)
+
+    def identity(self, model: Any) -> str:
+        """Return "": any device will do."""
+        return ""
+
+    def unused(self, model: Any) -> tuple[str, ...]:
+        """Return nothing: what the user's parts use of a model is not known."""
+        return ()
+
+    def output_range(self, scenario: Scenario, model: Any) -> Span:
+        """Return the range of believable readings where the first has the output's unit, else that of `[reference]`.
+
+        Raises:
+            InputError: neither says in which range the output lies.
+        """
+        table, sensed, output = scenario.limits, scenario.profile.sensed[0], scenario.profile.reference
+        bounds = (table.sensed_low, table.sensed_high)
+        if sensed.unit == output.unit and all(abs(bound) < float("inf") for bound in bounds):
+            return Span(*bounds)
+        raise InputError(
+            f"limits.sensed_low and limits.sensed_high of {sensed.name} are needed in {output.unit}: without a "
+            "model they say in which range the output lies"
+        )
+
+    def reading_at_rest(self, model: Any) -> tuple[float, ...]:
+        """Return zeros."""
+        return (0.0,) * len(self._kind.profile.sensed)
+
+    def limits(self, scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
+        """Return those of the scenario."""
+        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+
+    def control(self, scenario: Scenario, model: Any, delay: int) -> Control:
+        """Raise InputError: only controllers of the user control such a plant."""
+        raise InputError(
+            f'key "controller.kind": rtctl has no controller for a "{self._kind.name}"; register your own, or name it '
+            'as "module:Class"'
+        )
+
+    def predict(self, model: Any, level: Mapping[str, float]) -> dict[str, float]:
+        """Return nothing."""
+        return {}
