@@ -180,8 +180,8 @@ def simulate(
     """
     folder = None if out is None else path_of("out", out)
     report = reporter(progress)
-    stored = stored_dataset_of(dataset)
     source = _source(model)
+    stored = stored_dataset_of(dataset)
     if not isinstance(model, Model):
         from rtctl.models.kinds import model_kind
 

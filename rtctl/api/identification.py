@@ -79,8 +79,9 @@ def _options(record: PlantKind, how: Identification, asked: Mapping[str, int]) -
     names = how.option_names
     for name, value in asked.items():
         if name not in names:
+            known = ", ".join(names)
             raise InputError(
-                f"{name} {value}: no option of kind "{record.name}", which has {', '.join(names)}; leave it out"
+                f'{name} {value}: no option of kind "{record.name}", which has {known}; leave it out'
             )
     return record.part(how.options)(**{names[name]: value for name, value in asked.items()})
 
