@@ -4,12 +4,12 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: run test setup lint types contracts unit blind figures benchmarks clean
+.PHONY: run test setup lint types contracts unit docs coverage minimal thresholds blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
 
-test: lint types contracts unit
+test: lint types contracts docs unit
 
 setup: $(STAMP)
 
@@ -31,6 +31,25 @@ contracts: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest
+
+# The documentation as a site in out/site; a broken link or an undocumented argument is an error.
+docs: $(STAMP)
+	$(BIN)/mkdocs build --quiet --strict --site-dir out/site
+
+# The table of thresholds in docs/thresholds.md, from the docstrings of rtctl/diagnosis/thresholds.
+thresholds: $(STAMP)
+	$(BIN)/python benchmarks/thresholds_table.py
+
+# The suite with line coverage and its floor (compiled kernels are excluded); about half as long again as `make unit`.
+coverage: $(STAMP)
+	$(BIN)/python -m pytest --cov --cov-report=term
+
+# A base install without any extra, in an environment of its own.
+minimal:
+	rm -rf $(VENV)-minimal
+	$(PYTHON) -m venv $(VENV)-minimal
+	$(VENV)-minimal/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt .
+	cd $(VENV)-minimal && bin/python ../tests/minimal_install.py
 
 # Hundreds of blind cases on all cores (over an hour on two; goes on where it was stopped): out/blind/blind.md.
 OSCILLATORS ?= 4480-4679
@@ -54,5 +73,5 @@ benchmarks: $(STAMP)
 	$(BIN)/python benchmarks/sweep_scaling.py
 
 clean:
-	rm -rf $(VENV) out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	rm -rf $(VENV) $(VENV)-minimal out .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

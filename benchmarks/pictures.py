@@ -7,7 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from rtctl.identification.vo2.staircase import steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.reading import read_dataset
 from rtctl.plots import plot_hysteresis, plot_scenarios
@@ -28,7 +28,7 @@ def main() -> None:
         path=dataset.path, name=dataset.name, plant=dataset.plant, identity=dataset.identity, units=dataset.units,
         holds=dataset.holds, records=dataset.records[:1],
     )  # fmt: skip
-    ends = steady_states(damped)
+    ends = extract_steady_states(damped)
     plot_hysteresis(
         PICTURES / "hysteresis.png",
         ends.current_mA[ends.scored],

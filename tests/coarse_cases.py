@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 from vo2_model_cases import PERIOD_S, TAU_S, UNITS, small_model
 
-from rtctl.identification.vo2.heating import heat
+from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.identification.vo2.preisach_fit import fit_preisach
-from rtctl.identification.vo2.staircase import heated_hold_ends, steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states, simulate_hold_ends
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
@@ -63,7 +63,7 @@ def dataset(share: float, steps: int = 97) -> Dataset:
         inputs.append(("test" if seed == 3 else "fit", np.repeat(np.r_[LOW, turns], 25)))
     records = []
     for number, (use, current) in enumerate(inputs):
-        v = heat(current, PERIOD_S, TAU_S)
+        v = simulate_heating(current, PERIOD_S, TAU_S)
         signals = {"current": current, **readings(v, share, seed=number)}
         records.append(
             Record(name=f"r{number}", file=f"r{number}.csv", use=use, period_s=PERIOD_S, signals=signals)
@@ -76,8 +76,8 @@ def dataset(share: float, steps: int = 97) -> Dataset:
 
 def identified(data: Dataset, cells: int = CELLS) -> Vo2Model:
     """As `rtctl identify` has its fine models, where the heating is known."""
-    ends = steady_states(data)
-    v = heated_hold_ends(data, TAU_S)
+    ends = extract_steady_states(data)
+    v = simulate_hold_ends(data, TAU_S)
     u = -np.log(ends.resistance_ohm)
     with threadpool_limits(1, "blas"):
         film = fit_preisach(v, u, ends.scored, cells=cells)

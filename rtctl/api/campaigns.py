@@ -10,6 +10,7 @@ from typing import Any
 from rtctl.api.inputs import PathText, path_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.options import check_integer
+from rtctl.extras import can_draw, require
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.progress import Progress, reporter
 
@@ -48,7 +49,6 @@ def sweep(
     from rtctl.campaign.local import cores
     from rtctl.campaign.plan import read_plan
     from rtctl.campaign.run import run_campaign
-    from rtctl.plots.campaign import draw_campaign
 
     if workers is not None:
         check_integer("workers", workers, 1, MOST_WORKERS, "processes; at least 1 is needed")
@@ -59,7 +59,9 @@ def sweep(
         summary = run_campaign(
             plan, folder, workers=workers or cores(), scheduler=scheduler, stop=stop, advance=advance
         )  # fmt: skip
-    if plan.campaign.picture is not None and plot:
+    if plan.campaign.picture is not None and plot and can_draw():
+        from rtctl.plots.campaign import draw_campaign
+
         draw_campaign(plan, folder)
     return summary
 
@@ -89,6 +91,7 @@ def reproduce_study(
 
     if study not in STUDIES:
         raise InputError(f'no study "{study}"{nearest(str(study), STUDIES)}')
+    require("matplotlib", "rtctl reproduce")
     folder, report = path_of("out", out), reporter(progress)
     plan = importlib.import_module(f"rtctl.reproduce.{study}.study").STUDY
     sections = run_study(

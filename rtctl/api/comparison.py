@@ -13,6 +13,7 @@ from rtctl.api.datasets import stored_dataset_of
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
+from rtctl.extras import can_draw, require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
@@ -100,6 +101,7 @@ class Comparison:
         Raises:
             InputError: There is no such record or output.
         """
+        require("matplotlib", "Comparison.plot")
         from rtctl.measured.repeats import deviation
         from rtctl.plots.comparison import Compared, comparison_figure
 
@@ -127,7 +129,6 @@ class Comparison:
     def save(self, folder: PathText, *, plot: bool = True) -> Path:
         """Write `summary.json`, the predictions that are in memory and, with `plot`, `worst.png` into a folder."""
         from rtctl.evaluation.metrics import write_json
-        from rtctl.plots.elements.style import save_png
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
@@ -135,7 +136,9 @@ class Comparison:
         for compared in self.records.values() if target != self._written else ():
             write_prediction(target, compared, self.units, self.inputs)
         write_json(target / "summary.json", dict(self.summary))
-        if plot:
+        if plot and can_draw():
+            from rtctl.plots.elements.style import save_png
+
             save_png(self.plot(), target / "worst.png")
         return target
 

@@ -16,6 +16,7 @@ from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.extras import require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
@@ -98,6 +99,7 @@ class Diagnosis:
 
     def figures(self) -> Mapping[str, Figure]:
         """Return all figures of the report by their name, such as "stretch", "spectrum", "plane", "candidates"."""
+        require("matplotlib", "Diagnosis.figures")
         from rtctl.diagnosis.report.pictures import pictures
 
         named: dict[str, Figure] = {}

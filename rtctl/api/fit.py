@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, Parameter
+from rtctl.extras import can_draw, require
 from rtctl.output.notebook import html_table, number
 
 if TYPE_CHECKING:
@@ -52,15 +53,16 @@ class Fit:
 
     def plot(self) -> Figure:
         """Return a figure of the model beside the data."""
+        require("matplotlib", "Fit.plot")
         return self._draw()
 
     def save(self, path: PathText, *, plot: bool = False) -> Fit:
         """Write the model file and, with `plot`, a picture beside it; return the fit with `model.source` set."""
-        from rtctl.plots.elements.style import save_png
-
         target = path_of("path", path)
         self.model.save(target)
-        if plot:
+        if plot and can_draw():
+            from rtctl.plots.elements.style import save_png
+
             save_png(self.plot(), target.with_suffix(".png"))
         return replace(self, model=replace(self.model, source=Path(target)))
 

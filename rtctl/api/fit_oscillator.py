@@ -103,7 +103,7 @@ def summary_of(result: OscillatorFit, dataset: Dataset) -> dict[str, Any]:
         "weak_form": {
             "half_width_s": result.weak.half_width_s,
             "coefficients": dict(result.weak.coefficients),
-            "share_left": result.weak.share_left,
+            "share_left": result.weak.residual_share,
         },
     }
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from rtctl.api.fit import Fit
 from rtctl.api.model import Model
-from rtctl.identification.vo2.coarse_loops import coarse_loops, left_by
+from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-from rtctl.identification.vo2.staircase import steady_states, still_moving
+from rtctl.identification.vo2.staircase import estimate_unsettled_share, extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import Reporter
@@ -62,10 +62,10 @@ def fit_vo2(dataset: Dataset, start: Model | None, options: Vo2FitOptions, repor
 
 def notes_of(model: Vo2Model, dataset: Dataset) -> tuple[str, ...]:
     """Return warnings of loops that are too coarse, and of records whose holds were too short."""
-    coarse = coarse_loops(model, dataset)
-    notes = [TOO_COARSE.format(left_by(coarse))] if coarse else []
+    coarse = find_coarse_loops(model, dataset)
+    notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
     for record in dataset.used_for("identify"):
-        if (share := still_moving(record)) > STILL_MOVING:
+        if (share := estimate_unsettled_share(record)) > STILL_MOVING:
             notes.append(UNSETTLED.format(record.name, share))
     return tuple(notes)
 
@@ -74,7 +74,7 @@ def staircase_figure(dataset: Dataset, model: Vo2Model) -> Figure:
     """Return the measured staircase under the loops of the models."""
     from rtctl.plots.identification import identification_figure
 
-    ends = steady_states(dataset)
+    ends = extract_steady_states(dataset)
     v = ends.current_mA
     second = np.flatnonzero(ends.reset)[1:2]  # the first staircase is drawn: random ones would be a scribble
     scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rtctl.api.inputs import PathText, Settings, override_texts, path_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.options import check_integer
+from rtctl.extras import can_draw
 from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.progress import Progress, reporter
 
@@ -129,20 +130,25 @@ class Latency:
     def save(self, folder: PathText) -> Path:
         """Write `latency.json` and `latency.png` into a folder."""
         from rtctl.evaluation.metrics import write_json
-        from rtctl.plots.latency import Curve, plot_latency
 
         target = path_of("folder", folder)
         target.mkdir(parents=True, exist_ok=True)
         write_json(target / "latency.json", self.to_dict())
+        if can_draw():
+            self._draw(target / "latency.png")
+        return target
+
+    def _draw(self, path: Path) -> None:
+        from rtctl.plots.latency import Curve, plot_latency
+
         curves = [(name_of(ladder, rung), rung.timing) for ladder, rung in self.shown]
         plot_latency(
-            target / "latency.png",
+            path,
             [Curve(name, timing.lateness) for name, timing in curves],
             [Curve(name, timing.round_trip) for name, timing in curves],
             self.reference,
             "How late the loop wakes up and how long an exchange lasts",
         )
-        return target
 
     def __repr__(self) -> str:
         return f"<Latency: {', '.join(name_of(ladder, rung) for ladder, rung in self.shown)}>"

@@ -16,6 +16,7 @@ from rtctl.api.model import Model
 from rtctl.api.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
+from rtctl.extras import require
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, Reporter, reporter
 
@@ -79,6 +80,7 @@ class Run:
 
     def plot(self) -> Figure:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
+        require("matplotlib", "Run.plot")
         from rtctl.plots.run import run_figure
 
         if len(self.signals["index"]) < 2:

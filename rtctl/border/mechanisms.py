@@ -63,7 +63,7 @@ class Parameter:
     """Of a shape with a default: where else a search begins."""
     grid: int = 4
     """Of a shape: how many values a search tries, evenly in the logarithm."""
-    of_record: bool = False
+    per_record: bool = False
     """Each record may have its own, as the phase of something that runs on between records."""
     of_form: str = ""
     """Of a shape: the only form that it is one of; "" of all."""

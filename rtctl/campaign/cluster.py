@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 from rtctl.border.errors import InputError, RunError
 from rtctl.campaign.part import compute_part
 from rtctl.campaign.plan import Plan
+from rtctl.extras import require
 from rtctl.version import __version__
 
 WAITING = 2
@@ -28,12 +29,8 @@ CONNECT_S = 10.0
 def on_cluster(plan: Plan, numbers: Sequence[int], address: str) -> Iterator[tuple[int, bytes]]:
     """Each part's number and content, as they are done. Raises InputError and RunError."""
     _check_address(address)
-    try:
-        import distributed
-
-        connect: Any = distributed.Client
-    except ImportError:
-        raise InputError('--scheduler needs Dask: pip install "rtctl[cluster]"') from None
+    distributed: Any = require("distributed", "--scheduler")
+    connect: Any = distributed.Client
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client: Any = connect(address, timeout=CONNECT_S)

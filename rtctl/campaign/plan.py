@@ -15,7 +15,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import parse_quantity
 from rtctl.campaign.design import Axis, Design, grid_size
 from rtctl.campaign.file import SETTINGS, Campaign, FactorTable, Raw, RecordsTable, read_campaign
-from rtctl.identification.fit_record import FitRecord, fit_record
+from rtctl.identification.fit_record import FitRecord, make_fit_record
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.kinds import model_kind
 from rtctl.orbits.forced import Forced
@@ -108,7 +108,9 @@ def _of_records(path: Path, campaign: Campaign, table: RecordsTable) -> Plan:
     model = read_model(model_path, simulation.kind)
     dataset = read_dataset(dataset_path)
     records = tuple(
-        fit_record(record, dataset.holds) for record in dataset.records if table.use in ("all", record.use)
+        make_fit_record(record, dataset.holds)
+        for record in dataset.records
+        if table.use in ("all", record.use)
     )
     if not records:
         raise InputError(f'{path}: key "records.use": {dataset_path} has no records for "{table.use}"')

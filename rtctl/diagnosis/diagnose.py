@@ -47,7 +47,7 @@ from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 from rtctl.diagnosis.verification.verdict_checks import held
 from rtctl.diagnosis.verification.wald_test import wrong_value
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.simulation_error.output_error import threads
+from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
 from rtctl.plants.subjects import subject_for, subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
@@ -127,7 +127,7 @@ def diagnose(
         else warmed_up(fit, tests, scales.rate, two_wells=has_two_wells(comparable))
     )
     warnings += said
-    with threads(options.threads) as executor:
+    with open_thread_pool(options.threads) as executor:
         problem = Problem(
             subject=subject, records=fit, scales=scales,
             executor=executor if len(fit) > 1 else None,

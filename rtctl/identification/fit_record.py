@@ -10,9 +10,9 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.measured.stimulus import stimulus_of
+from rtctl.measured.stimulus import make_stimulus
 
-ONWARD = 128
+CONTINUATION_SAMPLES = 128
 """Samples of an input that a beginning knows beyond its end: a band-limited one depends on them before."""
 
 
@@ -39,19 +39,21 @@ class FitRecord:
         """Between samples."""
         return self.stimulus.period_s
 
-    def beginning(self, samples: int) -> FitRecord:
+    def truncate(self, samples: int) -> FitRecord:
         """The first samples, from the same start."""
         whole = self.stimulus
         inputs = {name: values[:samples] for name, values in whole.inputs.items()}
         onward = {
-            name: np.concatenate((values[samples:], whole.onward.get(name, np.empty(0))))[:ONWARD]
+            name: np.concatenate((values[samples:], whole.onward.get(name, np.empty(0))))[
+                :CONTINUATION_SAMPLES
+            ]
             for name, values in whole.inputs.items()
         }
         stimulus = replace(whole, inputs=inputs, onward=onward)
         measured = {name: values[:samples] for name, values in self.measured.items()}
         return replace(self, stimulus=stimulus, measured=measured)
 
-    def piece(self, begin: int, end: int) -> FitRecord:
+    def cut(self, begin: int, end: int) -> FitRecord:
         """Samples `begin` to `end` as a record that starts anywhere: its start is not known, all of it is scored."""
         whole = self.stimulus
         return FitRecord(
@@ -67,18 +69,18 @@ class FitRecord:
         )
 
 
-def fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
+def make_fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
     """`record` of a dataset with these `holds`."""
     return FitRecord(
         name=record.name,
-        stimulus=stimulus_of(record, holds),
+        stimulus=make_stimulus(record, holds),
         measured={name: values for name, values in record.signals.items() if name not in holds},
         first=record.ignore_first,
         repeat=record.repeat,
     )
 
 
-def fit_records(dataset: Dataset, uses: Iterable[str] = ("fit", "identify")) -> tuple[FitRecord, ...]:
+def select_fit_records(dataset: Dataset, uses: Iterable[str] = ("fit", "identify")) -> tuple[FitRecord, ...]:
     """Those that a fit may see, in order; never the test records."""
     wanted = set(uses) - {"test"}
-    return tuple(fit_record(record, dataset.holds) for record in dataset.records if record.use in wanted)
+    return tuple(make_fit_record(record, dataset.holds) for record in dataset.records if record.use in wanted)

@@ -16,9 +16,11 @@ FLOOR_MARGIN = 20.0
 """Of the noise floor: no bin of white noise is so high, even in a spectrum of many."""
 
 
-def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive") -> Scales:
+def estimate_scales(
+    records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive"
+) -> Scales:
     """RMS sizes over all `records`; velocity and acceleration from the dominant angular frequency."""
-    rate = dominant_rate(records, output)
+    rate = find_dominant_rate(records, output)
     readings = [record.measured[output] for record in records]
     displacement = _rms(readings)
     return Scales(
@@ -33,7 +35,7 @@ def scales_of(records: Sequence[FitRecord], output: str = "displacement", drive:
     )
 
 
-def dominant_rate(records: Sequence[FitRecord], output: str = "displacement") -> float:
+def find_dominant_rate(records: Sequence[FitRecord], output: str = "displacement") -> float:
     """Angular frequency [1/s] where most of the motion is: the peak of the mean spectrum of the velocity of `output`.
 
     Of the velocity, because hopping between two wells is slow and large; less the noise floor, which a velocity's
@@ -55,7 +57,7 @@ def dominant_rate(records: Sequence[FitRecord], output: str = "displacement") ->
     return 2.0 * np.pi * peak / (length * period_s)
 
 
-def parameter_scales(parameters: Sequence[FreeParameter], scales: Scales) -> FloatArray:
+def compute_parameter_scales(parameters: Sequence[FreeParameter], scales: Scales) -> FloatArray:
     """The size (parameters,) at which each matters as much as the rest of the equation; its own where that is none."""
     found = []
     for parameter in parameters:

@@ -10,7 +10,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Record
 
 
-def stimulus_of(record: Record, holds: Mapping[str, str]) -> Stimulus:
+def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
     """Inputs of `record` with the dataset's `holds`; its outputs tell how large the motion was, and where it began:
     at rest at its first sample's displacement, unless the record says otherwise.
     """

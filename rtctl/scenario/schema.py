@@ -1,6 +1,7 @@
 """A scenario file: everything about a run that a person decides, checked before anything moves.
 
-[scenario] [driver] [clock] [limits] [safety]  and either  [reference] [estimator] [controller]  or  [[excitation]]
+Tables: `scenario`, `driver`, `clock`, `limits`, `safety`, and either `reference`, `estimator`, `controller`, or
+`excitation` (one table each).
 """
 
 from __future__ import annotations

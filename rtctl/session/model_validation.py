@@ -23,7 +23,7 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.border.simulation import Simulation
 from rtctl.measured.dataset import Record
 from rtctl.measured.repeats import noise_floors
-from rtctl.measured.stimulus import stimulus_of
+from rtctl.measured.stimulus import make_stimulus
 from rtctl.measured.stored import StoredDataset
 from rtctl.models.kinds import model_kind
 from rtctl.recording import write_parquet
@@ -181,7 +181,7 @@ def compare_dataset(
 
 def compare_record(simulation: Simulation, record: Record, holds: Mapping[str, str]) -> ComparedRecord:
     """Simulate and score one record. Raises ValueError where no sensible step resolves the model."""
-    stimulus = stimulus_of(record, holds)
+    stimulus = make_stimulus(record, holds)
     values = np.array([parameter.value for parameter in simulation.parameters])
     prediction = simulation.predict(stimulus, values)
     finer = simulation.predict(stimulus, values, refine=2)

@@ -9,6 +9,7 @@ from typing import Any
 
 from rtctl.border.arrays import FloatArray
 from rtctl.evaluation.metrics import write_json
+from rtctl.extras import can_draw
 from rtctl.plants.support import Tuning
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_folder import run_metadata, write_tables
@@ -48,6 +49,8 @@ def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], resul
 
 def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
     """Draw setpoint, estimate, reference and command of a run into a PNG file at `path`."""
+    if not can_draw():
+        return
     from rtctl.plots import plot_run
 
     plot_run(

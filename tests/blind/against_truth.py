@@ -53,7 +53,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
     def true(index: int, error: FloatArray) -> Rows:
         """The device's own equation, as the gate sees a residual: what a converter rounds follows the motion."""
         nothing = np.zeros((0, 1, len(error)))
-        alone = Rows(residual=-error[None], shared=nothing, own=nothing, directions=nothing)
+        alone = Rows(residual=-error[None], shared=nothing, local=nothing, directions=nothing)
         return as_converted(alone, data, index, ("displacement",))
 
     rows = [true(index, error) for index, error in enumerate(added)]
@@ -65,7 +65,7 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
     nominal, named = projected(found.search.nominal.hypothesis), projected(found.search.chosen.hypothesis)
     return Left(
         names=tuple(cause.id for cause in found.causes), nominal=nominal.residual - own, named=named.residual - own,
-        fitted=named.rank - sum(len(one.own) for one in rows), samples=sum(one.residual.shape[1] for one in rows),
+        fitted=named.rank - sum(len(one.local) for one in rows), samples=sum(one.residual.shape[1] for one in rows),
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.screening.checks import split
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
@@ -101,7 +101,7 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Problem]:
     data = Problem(
         subject=subject,
         records=fit,
-        scales=scales_of(fit, subject.output, subject.drive),
+        scales=estimate_scales(fit, subject.output, subject.drive),
         steps_per_period=subject.steps_per_period,
     )
     nominal = fitted_nominal(data, simulation, ())

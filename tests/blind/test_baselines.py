@@ -10,7 +10,7 @@ from sindy import LIBRARY, sindy
 
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 
 PERIOD_S = 0.02
 SAMPLES = 6000
@@ -37,7 +37,7 @@ def data(restoring: float, friction: float, noise: float) -> SimpleNamespace:
     )
     measured = {"displacement": seen + noise * seen.std() * rng.normal(size=SAMPLES)}
     records = (FitRecord(name="r", stimulus=stimulus, measured=measured),)
-    return SimpleNamespace(records=records, scales=scales_of(records))
+    return SimpleNamespace(records=records, scales=estimate_scales(records))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.controllers.feedforward import InverseFeedforward
-from rtctl.identification.vo2.heating import heat
+from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.models.span import Span
 from rtctl.models.working_range import working_range
 
@@ -18,7 +18,7 @@ def model(identified):
 
 def deflection_of(model, level, commands, period_s=1e-3):
     """The model's own deflection at the end of each command, from rest at `level` after a full cooling."""
-    v = heat(np.concatenate(([level], commands, [0.0])), period_s, model.time_constant_s)[2:]
+    v = simulate_heating(np.concatenate(([level], commands, [0.0])), period_s, model.time_constant_s)[2:]
     return model.deflection_preisach.simulate(np.concatenate(([0.0, level], v)))[2:]
 
 

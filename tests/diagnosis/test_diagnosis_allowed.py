@@ -13,7 +13,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
@@ -30,7 +30,7 @@ def problem() -> Problem:
     return Problem(
         subject=SUBJECT,
         records=records,
-        scales=scales_of(records, "deflection", "current"),
+        scales=estimate_scales(records, "deflection", "current"),
         steps_per_period=8.0,
     )
 

@@ -10,7 +10,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.backward_elimination import _making_up, eliminate_negligible, refit_without_each
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import subject_of
 
@@ -19,7 +19,7 @@ from rtctl.plants.subjects import subject_of
 def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     subject = subject_of("oscillator")
     records, _, _ = split(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
-    return Problem(subject=subject, records=records, scales=scales_of(records), steps_per_period=64.0)
+    return Problem(subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0)
 
 
 def fit_of(problem: Problem, *mechanisms: str) -> Hypothesis:

@@ -12,7 +12,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 LEVEL = 450.0
@@ -33,7 +33,7 @@ def ring_downs() -> Problem:
     return Problem(
         subject=subject_of("oscillator"),
         records=tuple(records),
-        scales=scales_of(records),
+        scales=estimate_scales(records),
         steps_per_period=64.0,
     )
 

@@ -27,7 +27,7 @@ from rtctl.diagnosis.search.candidates import (
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 SAMPLES = 500
@@ -38,7 +38,7 @@ def way_of(apart: float, step: float = 2.0) -> np.ndarray:
     rng = np.random.default_rng(0)
     shared, own = rng.standard_normal((2, 1, SAMPLES)), rng.standard_normal((1, 1, SAMPLES))
     rows = Rows(
-        residual=rng.standard_normal((1, SAMPLES)), shared=shared, own=np.zeros((0, 1, SAMPLES)),
+        residual=rng.standard_normal((1, SAMPLES)), shared=shared, local=np.zeros((0, 1, SAMPLES)),
         directions=3.0 * shared[1:] + apart * own,
     )  # fmt: skip
     projected = project([rows], [NoiseModel(np.empty(0), 1.0)])
@@ -77,7 +77,10 @@ def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Prob
         for seed in (1, 2)
     )
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None

@@ -16,7 +16,7 @@ from rtctl.diagnosis.nominal_fit.foreign_model import foreign
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import OSCILLATOR, VO2
 
@@ -154,7 +154,7 @@ def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
 def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
-    problem = Problem(subject=OSCILLATOR, records=(one,), scales=scales_of([one]))
+    problem = Problem(subject=OSCILLATOR, records=(one,), scales=estimate_scales([one]))
     whole = power / problem.size("displacement") ** 2
     assert foreign(problem, ("displacement",), 0.5 * 0.5**2 * whole) == []
     (warning,) = foreign(problem, ("displacement",), 0.5 * 0.8**2 * whole)

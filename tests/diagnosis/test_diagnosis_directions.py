@@ -17,7 +17,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_slopes
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 from rtctl.wiring import build_simulation
 
@@ -35,7 +35,10 @@ def in_micrometres() -> tuple[Problem, Hypothesis]:
     reading = measured(device, drive, noise=1.0)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}),)
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_hypothesis(problem, device, (), iterations=3)
     assert nominal is not None

@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
@@ -71,7 +71,10 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
     records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
@@ -97,7 +100,10 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     still = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
@@ -124,7 +130,10 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
     records, _, _ = split(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)

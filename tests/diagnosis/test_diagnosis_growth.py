@@ -11,7 +11,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 SAMPLES, DRIVEN = 4000, 600
@@ -32,7 +32,7 @@ def test_a_ring_down_that_ends_in_the_noise_is_no_growth(growing: float, seen: b
             FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         )
     problem = Problem(
-        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())

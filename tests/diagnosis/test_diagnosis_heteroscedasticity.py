@@ -13,7 +13,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 IDS = ("stiffness.quadratic", "damping.quadratic", "friction.coulomb", "sensor.offset", "drive.harmonics")
@@ -34,7 +34,7 @@ def examined(made: Simulation, seed: int) -> TestedHypothesis:
             FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": z + noise}, first=1)
         )
     problem = Problem(
-        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())

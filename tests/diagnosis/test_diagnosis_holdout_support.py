@@ -20,7 +20,7 @@ from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.stepwise import _less_what_is_idle
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 IDS = ("friction.coulomb", "sensor.offset", "stiffness.cubic")
@@ -52,7 +52,10 @@ def searched() -> tuple[Problem, SearchResult]:
     """A search that chose friction and an offset, by two records that have both."""
     records = tuple(record_of(seed, OFFSET_MM) for seed in (1, 2))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = run_residual_tests(fit_of(problem), problem, IDS)
     both = run_residual_tests(fit_of(problem, "friction.coulomb", "sensor.offset"), problem, IDS)
@@ -93,7 +96,10 @@ def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
 ) -> None:
     records = tuple(record_of(seed, 2e-4, FRICTION_FREE) for seed in (1, 2))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = run_residual_tests(fit_of(problem), problem, IDS)
     offset = run_residual_tests(fit_of(problem, "sensor.offset"), problem, IDS)

@@ -13,7 +13,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 SILENT = 300
@@ -32,7 +32,7 @@ def at_the_true_values(starts: list[list[float]]) -> tuple[Problem, Hypothesis]:
     problem = Problem(
         subject=subject_of("oscillator"),
         records=tuple(records),
-        scales=scales_of(records),
+        scales=estimate_scales(records),
         steps_per_period=64.0,
     )
     found = fit_hypothesis(problem, device(FRICTION), ("friction.coulomb",), np.array(starts), 0)
@@ -73,7 +73,7 @@ def test_a_model_without_states_is_as_it_is() -> None:
         FitRecord(name="r", stimulus=stimulus, measured={"resistance": resistance, "deflection": deflection}),
     )
     problem = Problem(
-        subject=subject_of("vo2"), records=records, scales=scales_of(records, "deflection", "current")
+        subject=subject_of("vo2"), records=records, scales=estimate_scales(records, "deflection", "current")
     )
     found = fit_hypothesis(problem, simulation(), (), iterations=0)
     assert found is not None

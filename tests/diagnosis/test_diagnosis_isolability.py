@@ -16,7 +16,7 @@ from rtctl.diagnosis.residual.directions import mechanism_slopes
 from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import OSCILLATOR
 
 IDS = (
@@ -42,7 +42,7 @@ def examined() -> tuple[Problem, TestedHypothesis]:
         )  # fmt: skip
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
     problem = Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
@@ -56,8 +56,8 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
     whole: list[list[np.ndarray]] = [[], [], []]
     lines = at.hypothesis.linearise(problem)
     for index, line in enumerate(lines):
-        own = np.zeros((2 * len(lines), line.own.shape[2]))
-        own[2 * index : 2 * index + 2] = line.own[:, 0]
+        own = np.zeros((2 * len(lines), line.local.shape[2]))
+        own[2 * index : 2 * index + 2] = line.local[:, 0]
         follows = np.concatenate((line.shared[:, 0], own))
         white = at.noise[0].whiten
         whole[0].append(white(follows))

@@ -13,7 +13,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import resolved
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import OSCILLATOR
 
 
@@ -34,7 +34,7 @@ def data_of(
         reading = reading + noise * np.random.default_rng(seed).standard_normal(len(reading))
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
     return Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=steps
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=steps
     )
 
 
@@ -98,7 +98,7 @@ def test_a_constant_of_many_times_the_motion_leaves_the_nominal_values_as_they_a
         )  # fmt: skip
         records.append(FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1))
     problem = Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
     start = device(stiffness=(1.55e4, "1/s^2"), stiffness_cubic=(30.0, "1/(mm^2*s^2)"))
     nominal = fitted_nominal(problem, start, ())

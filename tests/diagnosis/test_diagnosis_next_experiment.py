@@ -39,7 +39,7 @@ from rtctl.diagnosis.report.files import scenario_text
 from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import OSCILLATOR
 
@@ -74,7 +74,9 @@ def candidate(problem: Problem, identity: str) -> Hypothesis:
 def ambiguous() -> tuple[Problem, tuple[Hypothesis, ...], NextExperiment]:
     """Weak friction under band noise of one level, its rivals, and what is proposed."""
     records = (record_of(noise_drive(1), "linear"),)
-    problem = Problem(subject=OSCILLATOR, records=records, scales=scales_of(records), steps_per_period=64.0)
+    problem = Problem(
+        subject=OSCILLATOR, records=records, scales=estimate_scales(records), steps_per_period=64.0
+    )
     rivals = tuple(candidate(problem, identity) for identity in RIVALS)
     proposed = next_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None

@@ -15,7 +15,7 @@ from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _without_running_a
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import OSCILLATOR
 
 SOFTENING = {"stiffness_cubic": (-430.0, "1/(mm^2*s^2)")}
@@ -36,7 +36,7 @@ def near_the_edge() -> Problem:
         reading = reading + NOISE_MM * np.random.default_rng(seed).standard_normal(SAMPLES)
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}))
     return Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
 
 

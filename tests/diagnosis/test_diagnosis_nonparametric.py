@@ -28,7 +28,7 @@ from rtctl.diagnosis.search.nonparametric import (
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
@@ -72,7 +72,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
     problem = allowing(
         Problem(
-            subject=subject, records=compared, scales=scales_of(compared, subject.output, subject.drive),
+            subject=subject, records=compared, scales=estimate_scales(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
         ),
         {},
@@ -113,7 +113,7 @@ def of(made: Simulation) -> Problem:
             )
         )
     return Problem(
-        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
 

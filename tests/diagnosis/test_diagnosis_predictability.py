@@ -27,8 +27,8 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.holdout_residual import unseen
-from rtctl.identification.fit_record import ONWARD, FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.fit_record import CONTINUATION_SAMPLES, FitRecord
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
@@ -54,7 +54,10 @@ def hopping() -> tuple[Problem, Hypothesis]:
     drives = {seed: noise_drive(seed, level=4.0, samples=SAMPLES) for seed in (1, 2, 3)}
     records = tuple(record_of(plant, seed, drive) for seed, drive in drives.items())
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(**WELLS), ())
     assert nominal is not None
@@ -123,7 +126,7 @@ def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after
         whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
         known = np.concatenate((record.stimulus.inputs["drive"], record.stimulus.onward["drive"]))
         np.testing.assert_array_equal(known, whole[: len(known)])
-        assert len(known) == min(len(whole), record.samples + ONWARD)
+        assert len(known) == min(len(whole), record.samples + CONTINUATION_SAMPLES)
 
 
 @cache
@@ -135,7 +138,10 @@ def rocked_over() -> Problem:
     growing, gentle = (level * rocking for level in (np.linspace(0.1, 7.0, SAMPLES), np.full(SAMPLES, 0.3)))
     records = tuple(record_of(plant, k, drive) for k, drive in enumerate((growing, gentle)))
     return Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
 
 

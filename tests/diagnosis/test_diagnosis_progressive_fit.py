@@ -16,7 +16,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import OSCILLATOR
 
 WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
@@ -43,7 +43,7 @@ def between_wells() -> Problem:
             FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
         )
     return Problem(
-        subject=OSCILLATOR, records=tuple(records), scales=scales_of(records), steps_per_period=64.0
+        subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
 
 

@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from rtctl.diagnosis.residual.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
-from rtctl.identification.noise.residual_noise import NoiseModel, autoregression, order_within
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregression, limit_order
 
 
 @pytest.mark.parametrize("own", [0, 2])
@@ -17,7 +17,7 @@ def test_the_gram_matrix_leaves_what_least_squares_leaves(own: int) -> None:
     rows = [
         Rows(
             residual=draw.standard_normal((2, n)), shared=draw.standard_normal((3, 2, n)),
-            own=draw.standard_normal((own, 2, n)), directions=draw.standard_normal((4, 2, n)),
+            local=draw.standard_normal((own, 2, n)), directions=draw.standard_normal((4, 2, n)),
         )
         for n in (300, 200)
     ]  # fmt: skip
@@ -37,7 +37,7 @@ def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> Non
     directions[0, 1] = 0.0  # the first output's alone
     row = Rows(
         residual=draw.standard_normal((2, 400)), shared=draw.standard_normal((3, 2, 400)),
-        own=draw.standard_normal((2, 2, 400)), directions=directions,
+        local=draw.standard_normal((2, 2, 400)), directions=directions,
     )  # fmt: skip
     noise = noise_of([row])
     table = row.whitened(noise)[0]
@@ -54,14 +54,14 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
     rows = [
         Rows(
             residual=lfilter([1.0], [1.0, -0.8], draw.standard_normal((1, n))),
-            shared=draw.standard_normal((2, 1, n)), own=draw.standard_normal((2, 1, n)),
+            shared=draw.standard_normal((2, 1, n)), local=draw.standard_normal((2, 1, n)),
             directions=draw.standard_normal((5, 1, n)),
         )
         for n in (120, 90)
     ]  # fmt: skip
     lengths = [120, 90]
     shared = np.concatenate([np.concatenate((row.shared, row.directions))[:, 0] for row in rows], axis=1)
-    design = np.vstack((block_diag(*(row.own[:, 0] for row in rows)), shared)).T
+    design = np.vstack((block_diag(*(row.local[:, 0] for row in rows)), shared)).T
     residual = np.concatenate([row.residual[0] for row in rows])
     noise = NoiseModel(np.empty(0), 1.0)
     for turn in range(RESTRICTED_TURNS):
@@ -70,10 +70,10 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
         covariance = np.linalg.inv(white.T @ white)
         left = residual - design @ covariance @ white.T @ whitening @ residual
         products = np.outer(left, left) + (design @ covariance @ design.T if turn else 0.0)
-        highest = order_within(lengths)
+        highest = limit_order(lengths)
         blocks = (products[:120, :120], products[120:, 120:])
         correlation = [sum(np.trace(block, lag) for block in blocks) for lag in range(highest + 1)]
-        noise = autoregression(np.array(correlation), sum(lengths))
+        noise = fit_autoregression(np.array(correlation), sum(lengths))
     found = noise_of(rows)[0]
     assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
     assert found.variance == pytest.approx(noise.variance, rel=1e-9)
@@ -87,7 +87,7 @@ def test_what_a_records_own_unknowns_follow_is_no_direction_and_leaves_the_noise
     draw = np.random.default_rng(4)
     own = draw.standard_normal((2, 1, 400))
     rows = Rows(
-        residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), own=own,
+        residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), local=own,
         directions=np.concatenate(
             (own[:1] + round_off * draw.standard_normal((1, 1, 400)), draw.standard_normal((2, 1, 400)))
         ),

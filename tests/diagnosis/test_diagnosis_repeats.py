@@ -55,7 +55,7 @@ def test_what_the_models_own_parameters_follow_is_nothing_that_repeats() -> None
     rows = [
         Rows(
             residual=slope[0] + rng.standard_normal((1, N)),
-            shared=slope, own=np.exp(-0.01 * np.arange(N))[None, None], directions=np.zeros((0, 1, N)),
+            shared=slope, local=np.exp(-0.01 * np.arange(N))[None, None], directions=np.zeros((0, 1, N)),
         )
         for _ in range(2)
     ]  # fmt: skip

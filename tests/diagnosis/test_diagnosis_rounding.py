@@ -16,7 +16,7 @@ from rtctl.diagnosis.residual.quantization import heard, rounding_errors
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 STEP_MM = 0.01
@@ -46,7 +46,10 @@ def ring_down(seed: int) -> FitRecord:
 def examined(seed: int) -> TestedHypothesis:
     records = tuple(ring_down(10 * seed + k) for k in range(3))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
@@ -104,7 +107,7 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
     problem = Problem(
         subject=subject_of("oscillator"),
         records=(loud, weak),
-        scales=scales_of((loud, weak)),
+        scales=estimate_scales((loud, weak)),
         steps_per_period=64.0,
     )
     lengths = []

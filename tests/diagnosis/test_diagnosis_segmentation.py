@@ -17,7 +17,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import subject_of
 from rtctl.wiring import build_simulation
@@ -58,7 +58,10 @@ def strokes(plant: Simulation, samples: int = 6000) -> Problem:
 
 def data_of(records: tuple[FitRecord, ...]) -> Problem:
     return Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
 
 

@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
@@ -38,7 +38,7 @@ def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
     residual = np.cos(2.0 * np.pi * frequency_Hz * time_s + 1.0) + 0.01 * rng.standard_normal(N)
     stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": residual}),)
-    problem = Problem(subject=subject_of("oscillator"), records=records, scales=scales_of(records))
+    problem = Problem(subject=subject_of("oscillator"), records=records, scales=estimate_scales(records))
     found = min(
         abs(one.values["frequency"] - frequency_Hz) for one in shape_grid(hum, problem, [residual[None]])
     )
@@ -51,7 +51,7 @@ def test_a_spring_that_yields_is_looked_for_within_the_excursion_wherever_the_we
     motion = 0.1 * np.sin(np.arange(N) / 10.0)
     stimulus = Stimulus(inputs={"drive": motion}, holds={"drive": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": well + motion}),)
-    scales = scales_of(records)
+    scales = estimate_scales(records)
     assert scales.excursion == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
     yields = next(one for one in MECHANISMS["hysteresis.bouc_wen"].parameters if one.name == "displacement")
     assert yields.scale(scales) == scales.excursion
@@ -62,7 +62,7 @@ def test_heat_that_the_loops_cannot_hold_is_looked_for_as_if_they_held_none_too(
     stimulus = Stimulus(inputs={"current": series}, holds={"current": "zero"}, period_s=PERIOD_S)
     records = (FitRecord(name="r", stimulus=stimulus, measured={"deflection": series}),)
     problem = Problem(
-        subject=subject_of("vo2"), records=records, scales=scales_of(records, "deflection", "current")
+        subject=subject_of("vo2"), records=records, scales=estimate_scales(records, "deflection", "current")
     )
     for identity, expected in (("sensor.self_heating", [1.0, 0.0]), ("thermal.nonlinear_loss", [1.0])):
         grid = list(shape_grid(OF_VO2[identity], problem, [series[None]]))

@@ -32,7 +32,7 @@ from rtctl.diagnosis.search.successive_halving import (
     halve_successively,
 )
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
@@ -45,7 +45,10 @@ def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypo
     folder: Path = tmp_path_factory.mktemp("race")
     records, _, _ = split(read_dataset(friction_case(folder)), subject_of("oscillator"))
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -107,7 +110,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
         reading = {"displacement": measured(late, drive)}
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=reading, first=1))
     problem = Problem(
-        subject=subject_of("oscillator"), records=tuple(records), scales=scales_of(tuple(records)),
+        subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
         steps_per_period=64.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
@@ -191,7 +194,10 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         FitRecord(name="r", stimulus=stimulus, measured={"displacement": measured(device(late), drive)}),
     )
     problem = Problem(
-        subject=subject_of("oscillator"), records=records, scales=scales_of(records), steps_per_period=64.0
+        subject=subject_of("oscillator"),
+        records=records,
+        scales=estimate_scales(records),
+        steps_per_period=64.0,
     )
     nominal = fitted_nominal(problem, device(), ())
     assert nominal is not None
@@ -229,7 +235,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         }
         records.append(FitRecord(name=f"r{seed}", stimulus=along, measured=readings))
     problem = Problem(
-        subject=subject_of("vo2"), records=tuple(records), scales=scales_of(records, "deflection", "current"),
+        subject=subject_of("vo2"), records=tuple(records), scales=estimate_scales(records, "deflection", "current"),
         steps_per_period=8.0,
     )  # fmt: skip
     nominal = fit_hypothesis(problem, simulation(), ())

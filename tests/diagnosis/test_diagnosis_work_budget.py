@@ -19,8 +19,8 @@ from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
-from rtctl.identification.simulation_error.output_error import threads
+from rtctl.identification.scales import estimate_scales
+from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.plants.subjects import subject_of
@@ -66,7 +66,7 @@ def test_simulations_count_the_same_work_in_one_thread_and_in_several() -> None:
     stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
 
     def work(lanes: int, threads_used: int) -> float:
-        with metered() as meter, threads(threads_used) as executor:
+        with metered() as meter, open_thread_pool(threads_used) as executor:
             runs = [np.tile(VALUES, (lanes, 1)) for _ in range(4)]
             list((executor.map if executor else map)(lambda values: device().predict(stimulus, values), runs))
         return meter.steps
@@ -79,7 +79,7 @@ def test_a_fit_ends_where_it_is_once_it_is_spent() -> None:
     stimulus = Stimulus(inputs={"drive": noise_drive(1)}, holds={"drive": "linear"}, period_s=PERIOD_S)
     readings = {"displacement": measured(device(), noise_drive(1))}
     record = FitRecord(name="r", stimulus=stimulus, measured=readings)
-    problem = Problem(subject=subject_of("oscillator"), records=(record,), scales=scales_of((record,)))
+    problem = Problem(subject=subject_of("oscillator"), records=(record,), scales=estimate_scales((record,)))
     values = np.array([1.05 * one.value for one in device().parameters])
     start = device().with_values(values)
     asked = count()

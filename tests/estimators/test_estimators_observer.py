@@ -12,7 +12,7 @@ from vo2_cases import RANGE_MA, run_over
 
 from rtctl.estimators import ESTIMATORS
 from rtctl.estimators.observer import HEAT_START_MA2, ObserverParams, believed, condition_on, predict
-from rtctl.identification.vo2.heating import heat
+from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.interfaces import EstimateStatus
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
@@ -25,7 +25,7 @@ def test_deaf_to_the_resistance_it_is_the_heating_and_the_preisach_model(identif
     observer._params = observer._params._replace(reading_variance=math.inf)
     run = run_over(observer, device.unseen, device.rest_mA)
     applied = np.concatenate(([device.rest_mA], device.unseen.signals["current"][:-1]))
-    v = heat(np.append(applied, 0.0), 1e-3, model.time_constant_s)[
+    v = simulate_heating(np.append(applied, 0.0), 1e-3, model.time_constant_s)[
         1:
     ]  # heat() answers before a sample's current
     np.testing.assert_allclose(run.surrogate, v, rtol=1e-9)
@@ -131,7 +131,7 @@ def test_the_unknown_heat_is_found(identified):
     extra, draw = 0.8 * HEAT_START_MA2, np.random.default_rng(4)
     current = np.repeat(draw.uniform(5.5, 7.9, 300), 10)
     power = np.sqrt(current**2 + extra)
-    v = heat(np.append(power, 0.0), 1e-3, model.time_constant_s)[1:]
+    v = simulate_heating(np.append(power, 0.0), 1e-3, model.time_constant_s)[1:]
     cold = np.concatenate(([0.0], v))
     resistance = np.exp(-model.resistance_preisach.simulate(cold)[1:])
     deflection = model.deflection_preisach.simulate(cold)[1:]

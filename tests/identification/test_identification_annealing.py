@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.identification.oscillator.annealing import AnnealingOptions, anneal, paper_letter
+from rtctl.identification.oscillator.annealing import AnnealingOptions, anneal, anneal_as_printed
 
 LOW, HIGH = np.full(4, -1.0), np.full(4, 1.0)
 FLOOR = np.array([0.31, -0.22, 0.4, -0.5])
@@ -50,9 +50,9 @@ def test_a_minimum_on_a_bound_is_reached_and_no_move_leaves_the_box():
 
 def test_the_letter_drives_an_error_up_and_takes_no_worse_move_of_a_correlation():
     few = AnnealingOptions(temperatures=20)
-    error = paper_letter(valley, START, LOW, HIGH, few)
+    error = anneal_as_printed(valley, START, LOW, HIGH, few)
     assert error.cost > valley(START[None, :])[0]
-    merit = paper_letter(lambda sets: -valley(sets), START, LOW, HIGH, few)
+    merit = anneal_as_printed(lambda sets: -valley(sets), START, LOW, HIGH, few)
     assert (np.diff(merit.best) >= 0.0).all()
     assert merit.cost > -valley(START[None, :])[0]
 

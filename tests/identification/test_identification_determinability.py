@@ -8,7 +8,7 @@ from oscillator_cases import DUFFING, free_values, multisine, oscillator, record
 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.determinability import determinability
+from rtctl.identification.least_squares.determinability import assess_determinability
 from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 
 RATE_HZ = 1000.0
@@ -23,9 +23,9 @@ def fitted(record: FitRecord) -> Fit:
 
 def test_one_steady_tone_cannot_tell_damping_from_gain() -> None:
     record = record_of(oscillator(DUFFING), tone(14.0, 2.0, RATE_HZ, 20.0), RATE_HZ, 0.01, seed=1)
-    fit = fitted(record.piece(10_000, 20_000))
+    fit = fitted(record.cut(10_000, 20_000))
     assert {"damping", "drive_gain"} <= set(fit.determinability.undetermined)
-    said = " ".join(fit.determinability.sentences())
+    said = " ".join(fit.determinability.describe())
     assert "cannot tell damping" in said
     assert "damping/drive_gain to 0.0" in said  # their ratio is known to parts of a per mille
     ratio = fit.values[0] / fit.values[3]
@@ -41,7 +41,7 @@ def test_a_start_from_rest_a_ring_down_or_a_multisine_determine_all(kind: str) -
         drive = multisine(5.0, 30.0, 2.0, RATE_HZ, 8.0, seed=2)
     fit = fitted(record_of(oscillator(DUFFING), drive, RATE_HZ, 0.01, seed=2))
     truth = np.array(list(DUFFING.values()))
-    assert fit.determinability.sentences() == ()
+    assert fit.determinability.describe() == ()
     assert (fit.standard_errors < 0.01 * truth).all()
     assert (np.abs(fit.values - truth) < 4.0 * fit.standard_errors).all()
 
@@ -49,7 +49,7 @@ def test_a_start_from_rest_a_ring_down_or_a_multisine_determine_all(kind: str) -
 def test_a_drive_that_is_never_on_says_nothing_of_its_gain() -> None:
     record = record_of(oscillator(DUFFING), np.zeros(4000), RATE_HZ, 0.01, seed=3, initial=(3.0, 0.0))
     fit = fitted(record)
-    assert fit.determinability.silent == ("drive_gain",)
+    assert fit.determinability.insensitive == ("drive_gain",)
     assert fit.standard_errors[3] == np.inf
     assert np.isfinite(fit.standard_errors[:3]).all()
 
@@ -67,8 +67,8 @@ def test_a_product_is_named_where_two_only_act_as_one() -> None:
     fixed, loose = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0), np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
     third = np.array([0.0, 0.0, 1.0])
     covariance = 1e-6 * np.outer(fixed, fixed) + 0.25 * np.outer(loose, loose) + 1e-6 * np.outer(third, third)
-    found = determinability(
+    found = assess_determinability(
         ("a", "b", "c"), np.array([1.0, 1.0, 1.0]), np.linalg.inv(covariance), covariance, np.ones(3)
     )
-    assert found.open[0].names == ("a", "b")
-    assert "a x b to 0.1 %" in found.open[0].fixed
+    assert found.confounded[0].names == ("a", "b")
+    assert "a x b to 0.1 %" in found.confounded[0].fixed

@@ -42,7 +42,7 @@ def test_a_beginning_moves_as_the_whole_record_did(plant: str, hold: str) -> Non
     peak = {"displacement": 1.0}
     stimulus = Stimulus(inputs=inputs, holds=held, period_s=period_s, peak=peak)
     whole = FitRecord(name="r", stimulus=stimulus, measured={"reading": SMOOTH})
-    part = whole.beginning(400).beginning(KEPT)
+    part = whole.truncate(400).truncate(KEPT)
     assert part.samples == KEPT == len(part.measured["reading"])
     expected, found = simulated(made, whole.stimulus), simulated(made, part.stimulus)
     for name, run in expected.items():

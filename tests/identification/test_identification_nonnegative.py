@@ -59,5 +59,5 @@ def test_a_start_of_another_problem_changes_nothing():
 def test_where_pivoting_does_not_end_the_slow_method_answers(monkeypatch: pytest.MonkeyPatch):
     gram, right = alike(30)
     exact = nonnegative_least_squares(gram, right)
-    monkeypatch.setattr(nonnegative, "MOST", 1)
+    monkeypatch.setattr(nonnegative, "MAX_FACTORISATIONS", 1)
     np.testing.assert_allclose(nonnegative_least_squares(gram, right), exact, rtol=1e-5, atol=1e-9)

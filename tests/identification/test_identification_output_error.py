@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -135,7 +135,7 @@ def test_records_of_unknown_start_share_parameters_and_keep_their_own_states() -
         )
         for k, start in enumerate(starts)
     ]  # fmt: skip
-    found = start_values(simulation, records, 2, seed=0, trust_own=False)
+    found = generate_starts(simulation, records, 2, seed=0, trust_own=False)
     fit = fit_output_error(simulation, records, starts=found.values)
     assert (np.abs(fit.values - free_values(simulation)) < 4.0 * fit.standard_errors).all()
     assert fit.initial == pytest.approx(np.array(starts), abs=2.0)

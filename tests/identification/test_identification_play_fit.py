@@ -14,9 +14,9 @@ from rtctl.identification.vo2 import play_fit
 from rtctl.identification.vo2.play_fit import (
     PARAMETERS,
     PlayProblem,
-    envelopes_of,
+    compute_envelopes,
+    compute_play_regressors,
     fit_plays,
-    play_regressors,
     spread_starts,
 )
 
@@ -66,7 +66,7 @@ def test_a_known_gpi_is_reproduced_from_noise_free_data_and_on_data_never_seen()
     fit = fit_plays(problem, spread_starts(problem, 6, seed=0), evaluations=100)
     assert np.abs(fit.residual).max() < 1e-3 * np.ptp(y)
     unseen = np.concatenate(([0.0], np.random.default_rng(3).uniform(LOW, HIGH, 500)))
-    outputs = play_regressors(unseen, problem.radii, *fit.envelopes)
+    outputs = compute_play_regressors(unseen, problem.radii, *fit.envelopes)
     error = outputs @ fit.weights + fit.free[0] - model.simulate(unseen)
     assert np.abs(error[1:]).max() < 1e-3 * np.ptp(y)
     assert fit.weights[0] >= 0.02 * np.ptp(y), "the analytic inverse divides by it"
@@ -117,14 +117,14 @@ def test_a_least_first_weight_is_added_once(common):
     y = model.simulate(v)
     problem = problem_of(v, y, 3, common=common, least=0.9 * float(np.ptp(y)))  # more than the data want
     fit = fit_plays(problem, spread_starts(problem, 1, seed=0), evaluations=5)
-    outputs = play_regressors(v, problem.radii, *fit.envelopes)
+    outputs = compute_play_regressors(v, problem.radii, *fit.envelopes)
     np.testing.assert_allclose(fit.residual, (y - outputs @ fit.weights - fit.free[0])[v > 0.0], atol=1e-9)
     assert fit.weights[0] >= 0.9 * np.ptp(y)
 
 
 def thetas(pairs=3):
     """theta anywhere within the bounds of the fit over LOW..HIGH."""
-    low, high = play_fit._bounds(
+    low, high = play_fit._make_bounds(
         problem_of(np.array([0.0, LOW, HIGH]), np.zeros(3), pairs, common=False), pairs
     )
     return st.tuples(*(st.floats(a, b) for a, b in zip(low, high, strict=True))).map(np.array)
@@ -133,7 +133,7 @@ def thetas(pairs=3):
 @claim
 @given(theta=thetas())
 def test_envelopes_rise_and_keep_their_order_wherever_the_fit_may_go(theta):
-    envelopes = envelopes_of(theta, 3)
+    envelopes = compute_envelopes(theta, 3)
     assert (envelopes.a_R > 0.0).all()
     assert (envelopes.a_L > 0.0).all()
     heating, cooling = (envelopes.a_R, envelopes.b_R), (envelopes.a_L, envelopes.b_L)
@@ -146,20 +146,20 @@ def test_envelopes_rise_and_keep_their_order_wherever_the_fit_may_go(theta):
 @claim
 @given(theta=thetas(pairs=2))
 def test_the_parameters_are_the_centres_and_the_gap_of_the_branches(theta):
-    envelopes = envelopes_of(theta, 2)
+    envelopes = compute_envelopes(theta, 2)
     heating, cooling = -envelopes.b_R / envelopes.a_R, -envelopes.b_L / envelopes.a_L
     np.testing.assert_allclose(0.5 * (heating + cooling), theta[2::PARAMETERS], atol=1e-9)
     np.testing.assert_allclose(heating - cooling, theta[3::PARAMETERS], atol=1e-9)
 
 
 def test_one_pair_is_the_envelope_of_every_play():
-    one = envelopes_of(np.array([-0.5, 0.3, 6.4, 0.7]), 4)
+    one = compute_envelopes(np.array([-0.5, 0.3, 6.4, 0.7]), 4)
     assert all(np.array_equal(part, np.full(4, part[0])) for part in one)
 
 
 def test_regressors_are_the_plays_of_the_hysteresis_package():
     v, model = damped_oscillation(), known_egpi()
-    outputs = play_regressors(v, model.r, model.a_R, model.b_R, model.a_L, model.b_L) @ model.p
+    outputs = compute_play_regressors(v, model.r, model.a_R, model.b_R, model.a_L, model.b_L) @ model.p
     expected = model.simulate(v) - model.c3 - model.c2 * v
     heated = int(v.argmax())
     np.testing.assert_allclose(outputs[heated:], expected[heated:], atol=1e-12)
@@ -181,16 +181,16 @@ def test_kaufmans_jacobian_is_exact_off_the_fitted_columns_and_its_gradient_ever
     y = known_egpi().simulate(v) + draw.normal(0.0, 1.0, len(v))
     problem = problem_of(v, y, 3, common=common, linear=not common, least=2.0 if common else 0.0)
     theta = spread_starts(problem, 2, seed)[1]
-    low, high = play_fit._bounds(problem, 1 if common else 3)
+    low, high = play_fit._make_bounds(problem, 1 if common else 3)
     theta = np.clip(theta, low + 0.05, high - 0.05)
-    columns = play_fit._columns(problem, theta)
-    inner, plays = play_fit._inner(problem, columns), columns.plays
-    jacobian = play_fit._jacobian(problem, columns, inner)
+    columns = play_fit._build_columns(problem, theta)
+    inner, plays = play_fit._solve_inner(problem, columns), columns.plays
+    jacobian = play_fit._compute_jacobian(problem, columns, inner)
     basis = np.linalg.qr(np.hstack((problem.free[problem.scored], plays[:, inner.nonnegative > 0.0])))[0]
     step, left_out = 1e-6, []
     for k in range(len(theta)):
         thetas = [theta + sign * step * np.eye(len(theta))[k] for sign in (1, -1)]
-        moved = [play_fit._inner(problem, play_fit._columns(problem, moved)) for moved in thetas]
+        moved = [play_fit._solve_inner(problem, play_fit._build_columns(problem, moved)) for moved in thetas]
         if any(((m.nonnegative > 0.0) != (inner.nonnegative > 0.0)).any() for m in moved):
             continue  # a weight becomes zero: there the residual has a kink
         difference = (moved[0].residual - moved[1].residual) / (2.0 * step)
@@ -208,9 +208,11 @@ def test_a_parameter_moves_the_residual_through_its_own_play_alone():
     v = damped_oscillation(step=0.1)
     problem = problem_of(v, known_egpi().simulate(v), 3, common=False, linear=True)
     theta = spread_starts(problem, 1, 0)[0]
-    base = play_regressors(v, problem.radii, *envelopes_of(theta, 3))
+    base = compute_play_regressors(v, problem.radii, *compute_envelopes(theta, 3))
     for k in range(len(theta)):
-        moved = play_regressors(v, problem.radii, *envelopes_of(theta + 0.01 * np.eye(len(theta))[k], 3))
+        moved = compute_play_regressors(
+            v, problem.radii, *compute_envelopes(theta + 0.01 * np.eye(len(theta))[k], 3)
+        )
         changed = np.flatnonzero(np.abs(moved - base).max(axis=0) > 1e-9)
         assert set(changed) <= {k // PARAMETERS}
 
@@ -221,10 +223,10 @@ def test_derivatives_of_the_plays_are_their_finite_differences(common, seed):
     v = damped_oscillation()
     problem = problem_of(v, known_egpi().simulate(v), 3, common=common)
     theta = spread_starts(problem, 2, seed)[1]
-    derivatives = play_fit._columns(problem, theta).derivatives
+    derivatives = play_fit._build_columns(problem, theta).derivatives
     for k in range(len(theta)):
         step = 1e-6 * np.eye(len(theta))[k]
-        ahead, behind = (play_fit._columns(problem, theta + sign * step).plays for sign in (1, -1))
+        ahead, behind = (play_fit._build_columns(problem, theta + sign * step).plays for sign in (1, -1))
         touched = slice(None) if common else slice(k // PARAMETERS, k // PARAMETERS + 1)
         found = derivatives[:, touched, k % PARAMETERS]
         expected = ((ahead - behind) / 2e-6)[:, touched]
@@ -237,13 +239,13 @@ def test_compressed_columns_have_the_same_fit_and_the_same_normal_equations(comm
     v = damped_oscillation()
     y = known_egpi().simulate(v) + np.random.default_rng(2).normal(0.0, 1.0, len(v))
     problem = problem_of(v, y, 3, common=common, linear=not common, least=2.0)
-    whole = play_fit._columns(problem, spread_starts(problem, 2, 1)[1])
-    small = play_fit._compressed(whole)
+    whole = play_fit._build_columns(problem, spread_starts(problem, 2, 1)[1])
+    small = play_fit._compress(whole)
     assert len(small.y) == small.free.shape[1] + 3 + 1 + 3 * PARAMETERS < len(whole.y)
-    fits = [play_fit._inner(problem, columns) for columns in (whole, small)]
+    fits = [play_fit._solve_inner(problem, columns) for columns in (whole, small)]
     np.testing.assert_allclose(fits[1].nonnegative, fits[0].nonnegative, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(fits[1].free, fits[0].free, rtol=1e-9)
-    slopes = [play_fit._jacobian(problem, c, f) for c, f in zip((whole, small), fits, strict=True)]
+    slopes = [play_fit._compute_jacobian(problem, c, f) for c, f in zip((whole, small), fits, strict=True)]
     residuals = [fit.residual for fit in fits]
     scale = np.linalg.norm(slopes[0]) * max(np.linalg.norm(slopes[0]), np.linalg.norm(residuals[0]))
     assert residuals[1] @ residuals[1] == pytest.approx(residuals[0] @ residuals[0], rel=1e-12)
@@ -254,7 +256,7 @@ def test_compressed_columns_have_the_same_fit_and_the_same_normal_equations(comm
 def test_screening_leaves_samples_out_of_the_score_and_never_fewer_than_a_hundred():
     scored = np.ones(1000, dtype=bool)
     scored[::10] = False
-    assert play_fit._every(4, scored).sum() == 225
-    assert not play_fit._every(4, scored)[~scored].any()
+    assert play_fit._thin_scored(4, scored).sum() == 225
+    assert not play_fit._thin_scored(4, scored)[~scored].any()
     few = np.arange(300) < 150
-    np.testing.assert_array_equal(play_fit._every(4, few), few)
+    np.testing.assert_array_equal(play_fit._thin_scored(4, few), few)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rtctl.hysteresis.preisach.everett import cell_index
-from rtctl.identification.vo2.preisach_fit import ALONG_AXES, choose_grid, fit_preisach, roughness
+from rtctl.identification.vo2.preisach_fit import AXIS_WEIGHT, build_roughness, choose_grid, fit_preisach
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
 
@@ -152,7 +152,7 @@ def differences(nodes):
                 row = np.zeros(len(cells))
                 for cell, size in ((before, 1.0), ((i, j), -2.0), (after, 1.0)):
                     row[cell_index(*cell)] = size * middle / area[cell]
-                rows.append(row * np.sqrt(1.0 if a == b else ALONG_AXES))
+                rows.append(row * np.sqrt(1.0 if a == b else AXIS_WEIGHT))
     return np.array(rows).reshape(-1, len(cells))
 
 
@@ -161,7 +161,7 @@ def differences(nodes):
 def test_roughness_is_the_square_of_second_differences_of_the_density(widths):
     nodes = np.concatenate(([0.0], np.cumsum(widths)))
     rows = differences(nodes)
-    np.testing.assert_allclose(roughness(nodes), rows.T @ rows, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(build_roughness(nodes), rows.T @ rows, rtol=1e-9, atol=1e-12)
 
 
 def test_noise_is_smoothed_and_exact_readings_are_not():

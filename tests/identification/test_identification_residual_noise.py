@@ -50,7 +50,7 @@ def narrow_rows(rng: np.random.Generator, directions: int, samples: int = 900) -
     """AR(1) noise, and directions that all lie in one narrow band, as those of a resonator do."""
     band = lfilter([1.0], [1.0, -1.9, 0.95], rng.standard_normal((directions + 2, samples)))
     noise = lfilter([1.0], [1.0, -0.8], rng.standard_normal(samples + 200))[200:]
-    return Rows(residual=noise[None], shared=band[:1, None], own=band[1:2, None], directions=band[2:, None])
+    return Rows(residual=noise[None], shared=band[:1, None], local=band[1:2, None], directions=band[2:, None])
 
 
 def test_many_directions_in_a_narrow_band_remove_no_more_than_their_number() -> None:
@@ -71,7 +71,7 @@ def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
         Rows(
             residual=rng.standard_normal((1, samples)),
             shared=rng.standard_normal((2, 1, samples)),
-            own=np.zeros((0, 1, samples)),
+            local=np.zeros((0, 1, samples)),
             directions=rng.standard_normal((count, 1, samples)),
         )
         for _ in range(4)
@@ -90,7 +90,7 @@ def of_ar1(rng: np.random.Generator, pole: float, samples: int) -> FloatArray:
 
 def test_of_every_third_sample_noise_has_the_colour_of_every_third_sample() -> None:
     noise = NoiseModel(np.array([-1.5, 0.9]), 2.0, period_s=1e-3)
-    third, length = noise.every(3), 2**14
+    third, length = noise.decimate(3), 2**14
     correlation = np.fft.irfft(noise.power(length), length)
     assert np.fft.irfft(third.power(length), length)[:20] == pytest.approx(
         correlation[:60:3], abs=0.03 * correlation[0]
@@ -101,18 +101,18 @@ def test_of_every_third_sample_noise_has_the_colour_of_every_third_sample() -> N
 def test_what_is_known_of_a_period_goes_before_what_follows_from_another() -> None:
     slow = NoiseModel(np.array([-0.2]), 5.0, period_s=2e-3)
     noise = NoiseModel(np.array([-0.9]), 2.0, period_s=1e-3, others=(slow,))
-    assert noise.at(1.001e-3) is noise
-    assert noise.at(1.999e-3) is slow
-    assert noise.at(4e-3).coefficients[0] == pytest.approx(-(0.9**4), rel=1e-3)
-    assert noise.at(0.0) is noise
-    assert noise.louder(4.0).at(2e-3).variance == 20.0
+    assert noise.for_period(1.001e-3) is noise
+    assert noise.for_period(1.999e-3) is slow
+    assert noise.for_period(4e-3).coefficients[0] == pytest.approx(-(0.9**4), rel=1e-3)
+    assert noise.for_period(0.0) is noise
+    assert noise.scale_variance(4.0).for_period(2e-3).variance == 20.0
 
 
 def test_records_sampled_at_two_periods_are_whitened_each_in_its_own_colour() -> None:
     """A sensor's noise is of seconds: at an eighth of the rate an autoregression of samples is another."""
     rng = np.random.default_rng(8)
     rows = [
-        Rows(residual=one[None], shared=nothing, own=nothing, directions=nothing, period_s=period_s)
+        Rows(residual=one[None], shared=nothing, local=nothing, directions=nothing, period_s=period_s)
         for one, period_s in ((of_ar1(rng, 0.95, 8000), 1e-3), (of_ar1(rng, 0.95, 64_000)[::8], 8e-3))
         for nothing in [np.zeros((0, 1, len(one)))]
     ]

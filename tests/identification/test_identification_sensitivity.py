@@ -21,11 +21,11 @@ def slopes_of(values: dict[str, float]) -> tuple[FloatArray, FloatArray]:
     simulation = oscillator(values)
     record = record_of(simulation, SHAKEN, RATE_HZ, 0.0, seed=0)
     sensitivity = Sensitivity.of(simulation, [record])
-    at = sensitivity.own_values / sensitivity.scale
+    at = sensitivity.current_values / sensitivity.scale
     found = sensitivity.linearise(record, at, np.zeros(2))
     assert found is not None
     steps = 1e-10 * sensitivity.scale * np.maximum(np.abs(at), 1.0)
-    lanes = sensitivity.own_values + np.vstack((np.diag(steps), -np.diag(steps)))
+    lanes = sensitivity.current_values + np.vstack((np.diag(steps), -np.diag(steps)))
     runs = simulation.predict(record.stimulus, lanes, np.zeros((8, 2))).outputs["displacement"]
     return found.shared[:, 0], (runs[:4] - runs[4:]) / (2.0 * steps / sensitivity.scale)[:, None]
 
@@ -52,7 +52,9 @@ def test_no_neighbour_lies_beyond_a_bound(monkeypatch: pytest.MonkeyPatch) -> No
     record = record_of(simulation, SHAKEN, RATE_HZ, 0.0, seed=0)
     sensitivity = Sensitivity.of(simulation, [record])
     monkeypatch.setattr(type(simulation), "predict", watched)
-    assert sensitivity.linearise(record, sensitivity.own_values / sensitivity.scale, np.zeros(2)) is not None
+    assert (
+        sensitivity.linearise(record, sensitivity.current_values / sensitivity.scale, np.zeros(2)) is not None
+    )
     free_run_ahead_and_behind = 1 + 6 + 5  # behind, the damping would be below 0
     assert [len(values) for values in seen] == [1 + 6, free_run_ahead_and_behind]
     assert min(values[:, 0].min() for values in seen) == 0.0

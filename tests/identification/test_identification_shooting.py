@@ -8,10 +8,10 @@ from oscillator_cases import DUFFING, HM, beam_records, free_values, multisine, 
 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.simulation_error.multiple_shooting import fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import fit_output_error
-from rtctl.identification.simulation_error.trajectory_divergence import parting
+from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence
 
 
 @pytest.fixture(scope="module")
@@ -30,18 +30,18 @@ def chaos() -> list[FitRecord]:
 @pytest.fixture(scope="module")
 def shot(chaos: list[FitRecord]) -> Fit:
     simulation = oscillator(HM)
-    starts = start_values(simulation, chaos, 1, seed=0, trust_own=False)
+    starts = generate_starts(simulation, chaos, 1, seed=0, trust_own=False)
     return fit_multiple_shooting(simulation, chaos, starts=starts.values)
 
 
 def test_runs_of_the_beam_part_and_runs_in_one_well_do_not(chaos: list[FitRecord]) -> None:
     beam = oscillator(HM)
-    parts = parting(beam, chaos, free_values(beam))
-    assert parts.chaotic
+    parts = measure_divergence(beam, chaos, free_values(beam))
+    assert parts.is_chaotic
     assert 0.5 < parts.rate < 20.0  # a few per second
     duffing = oscillator(DUFFING)
     record = record_of(duffing, multisine(5.0, 30.0, 2.0, 1e3, 10.0, seed=62), 1e3, 0.0, seed=62)
-    assert not parting(duffing, [record], free_values(duffing)).chaotic
+    assert not measure_divergence(duffing, [record], free_values(duffing)).is_chaotic
 
 
 def test_shooting_finds_the_beams_parameters_within_its_stated_errors(shot: Fit) -> None:
@@ -53,6 +53,6 @@ def test_shooting_finds_the_beams_parameters_within_its_stated_errors(shot: Fit)
 
 def test_output_error_from_the_same_start_fails(chaos: list[FitRecord], shot: Fit) -> None:
     simulation = oscillator(HM)
-    starts = start_values(simulation, chaos, 1, seed=0, trust_own=False)
+    starts = generate_starts(simulation, chaos, 1, seed=0, trust_own=False)
     free_run = fit_output_error(simulation, chaos, starts=starts.values)
     assert free_run.rms["displacement"] > 20.0 * shot.rms["displacement"]

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rtctl.diagnosis.residual.projection import Rows, noise_of, project
-from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, by_level, fitted_slow
+from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_part, sum_by_level
 
 FloatArray = NDArray[np.float64]
 STEEP = SlowPart(4.0 ** np.arange(LEVELS))
@@ -25,21 +25,21 @@ def test_details_are_orthonormal_at_any_length(samples: int) -> None:
     assert SlowPart(np.ones(LEVELS)).whiten(np.eye(samples)) == pytest.approx(np.eye(samples), abs=1e-12)
     matrix = STEEP.whiten(np.eye(samples))
     assert matrix == pytest.approx(matrix.T, abs=1e-12)
-    _, numbers = by_level(np.zeros((1, samples)))
+    _, numbers = sum_by_level(np.zeros((1, samples)))
     gains = np.sort(np.repeat(1.0 / np.sqrt(STEEP.variances), numbers.astype(int)))
     assert np.linalg.eigvalsh(matrix) == pytest.approx(gains, abs=1e-9)
 
 
 def test_the_squares_of_all_levels_are_those_of_the_series() -> None:
     series = np.random.default_rng(0).standard_normal((3, 777))
-    squares, numbers = by_level(series)
+    squares, numbers = sum_by_level(series)
     assert squares.sum() == pytest.approx(np.sum(series**2))
     assert numbers.sum() == 777
 
 
 def test_white_noise_has_no_slow_part() -> None:
     rng = np.random.default_rng(1)
-    parts = [fitted_slow(*by_level(rng.standard_normal((1, 3000)))) for _ in range(100)]
+    parts = [fit_slow_part(*sum_by_level(rng.standard_normal((1, 3000)))) for _ in range(100)]
     seen = [one for one in parts if one is not None]
     assert len(seen) < 45  # 30 by its level
     assert all(one.variances[:6] == pytest.approx(1.0, abs=0.5) for one in seen)
@@ -48,11 +48,11 @@ def test_white_noise_has_no_slow_part() -> None:
 def test_growing_details_are_found_and_made_white() -> None:
     slow = np.where(np.arange(LEVELS) < 5, 1.0, 2.0 ** (np.arange(LEVELS) - 4.0))
     coloured = SlowPart(1.0 / slow).whiten(np.random.default_rng(2).standard_normal((4, 4096)))
-    squares, numbers = by_level(coloured)
-    found = fitted_slow(squares, 4 * numbers)
+    squares, numbers = sum_by_level(coloured)
+    found = fit_slow_part(squares, 4 * numbers)
     assert found is not None
     assert found.variances[:9] == pytest.approx(slow[:9], rel=0.4)
-    squares, numbers = by_level(found.whiten(coloured))
+    squares, numbers = sum_by_level(found.whiten(coloured))
     assert squares[:9] / (4 * numbers[:9]) == pytest.approx(1.0, abs=0.3)
 
 
@@ -70,7 +70,7 @@ def test_a_mean_that_was_taken_out_is_no_sign_of_a_slow_part() -> None:
     found = 0
     for _ in range(50):
         series = rng.standard_normal((1, 1024))
-        found += fitted_slow(*by_level(series - series.mean())) is not None
+        found += fit_slow_part(*sum_by_level(series - series.mean())) is not None
     assert found < 25
 
 
@@ -81,7 +81,7 @@ def statistics_of_a_constant(*, slow: bool) -> float:
         fast = rng.standard_normal((5, 1, 3000))
         rows = [
             Rows(
-                residual=one_over_f(rng, 1, 3000), shared=np.zeros((0, 1, 3000)), own=np.zeros((0, 1, 3000)),
+                residual=one_over_f(rng, 1, 3000), shared=np.zeros((0, 1, 3000)), local=np.zeros((0, 1, 3000)),
                 directions=np.concatenate((np.ones((1, 1, 3000)), fast)),
             )
             for _ in range(3)

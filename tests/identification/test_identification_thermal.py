@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rtctl.identification.vo2 import heating as thermal
-from rtctl.identification.vo2.heating import fit_time_constant, heat
+from rtctl.identification.vo2.heating import fit_time_constant, simulate_heating
 from rtctl.measured.dataset import Record
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
@@ -23,7 +23,7 @@ constants = st.floats(2e-4, 2e-2)
 @claim
 @given(low=st.floats(0.0, 9.0), high=st.floats(0.0, 9.0), period_s=st.floats(1e-5, 1e-2), tau_s=constants)
 def test_a_step_of_current_is_the_exponential(low, high, period_s, tau_s):
-    v = heat(np.array([low] + [high] * 30), period_s, tau_s)
+    v = simulate_heating(np.array([low] + [high] * 30), period_s, tau_s)
     time_s = period_s * np.arange(31) - period_s  # the step acts from sample 1 on
     exact = high**2 + (low**2 - high**2) * np.exp(-np.maximum(time_s, 0.0) / tau_s)
     np.testing.assert_allclose(v**2, exact, rtol=1e-9, atol=1e-9)
@@ -43,19 +43,22 @@ def test_heating_is_that_of_an_integrator(current, tau_s):
             atol=1e-9,
         )
         s.append(float(rise.y[0, -1]))
-    np.testing.assert_allclose(heat(current, period_s, tau_s) ** 2, s, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(simulate_heating(current, period_s, tau_s) ** 2, s, rtol=1e-6, atol=1e-6)
 
 
 @claim
 @given(current=currents, tau_s=constants)
 def test_two_half_periods_are_one_period(current, tau_s):
-    whole, halves = heat(current, 1e-3, tau_s), heat(np.repeat(current, 2), 5e-4, tau_s)
+    whole, halves = (
+        simulate_heating(current, 1e-3, tau_s),
+        simulate_heating(np.repeat(current, 2), 5e-4, tau_s),
+    )
     np.testing.assert_allclose(halves[::2], whole, rtol=1e-9, atol=1e-9)
 
 
 def test_nothing_in_nothing_out_and_a_held_current_is_rest():
-    assert heat(np.empty(0), 1e-3, NOMINAL_S).shape == (0,)
-    np.testing.assert_allclose(heat(np.full(50, 6.1), 1e-3, NOMINAL_S), 6.1, rtol=1e-12)
+    assert simulate_heating(np.empty(0), 1e-3, NOMINAL_S).shape == (0,)
+    np.testing.assert_allclose(simulate_heating(np.full(50, 6.1), 1e-3, NOMINAL_S), 6.1, rtol=1e-12)
 
 
 class Relays:

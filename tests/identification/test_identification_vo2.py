@@ -13,7 +13,7 @@ from rtctl.border.errors import InputError
 from rtctl.hysteresis.gpi_inverse import GpiInverse
 from rtctl.identification.vo2 import identify as vo2
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-from rtctl.identification.vo2.staircase import heated_hold_ends, hold_ends, steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states, find_hold_ends, simulate_hold_ends
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, model_tables
 from rtctl.scenario.schema import load_scenario
 
@@ -60,7 +60,7 @@ def test_the_time_constant_of_a_simulated_device_is_within_three_standard_errors
 @pytest.mark.parametrize("name", RANGE_MA)
 def test_ranges_identity_and_fit_errors_are_those_of_the_data(identified, name):
     device = identified(name)
-    model, ends = device.model, steady_states(device.dataset)
+    model, ends = device.model, extract_steady_states(device.dataset)
     assert model.identity == device.dataset.identity != ""
     for span, values in (
         (model.current, ends.current_mA),
@@ -69,9 +69,9 @@ def test_ranges_identity_and_fit_errors_are_those_of_the_data(identified, name):
     ):
         assert span.low == pytest.approx(values[ends.scored].min())
         assert span.high == pytest.approx(values[ends.scored].max())
-    data = vo2._prepare(device.dataset)
-    behind_gpi = vo2.surrogate_of(data, GpiInverse.of(model.resistance_gpi).estimate, -1e-3)
-    behind_gap_free = vo2.surrogate_of(data, model.resistance_gap_free.invert, None)
+    data = vo2._prepare_data(device.dataset)
+    behind_gpi = vo2.compute_surrogate(data, GpiInverse.of(model.resistance_gpi).estimate, -1e-3)
+    behind_gap_free = vo2.compute_surrogate(data, model.resistance_gap_free.invert, None)
     fits = {
         "resistance_gpi": (model.resistance_gpi, data.v, -1e-3 * np.exp(-data.u)),
         "resistance_gap_free": (model.resistance_gap_free, data.v, data.u),
@@ -124,7 +124,7 @@ def test_a_record_without_deflection_still_serves_for_resistance(identified):
     dataset = identified("vo2_a").dataset
     blind = with_signals(dataset.records[1], deflection=None)
     both = quick(with_records(dataset, dataset.records[0], blind, dataset.records[3]))
-    data = vo2._prepare(with_records(dataset, dataset.records[0], blind))
+    data = vo2._prepare_data(with_records(dataset, dataset.records[0], blind))
     assert data.scored.sum() > data.deflection_scored.sum() > 900
     assert np.isfinite(data.deflection).all()
     one = quick(with_records(dataset, dataset.records[0], dataset.records[3]))
@@ -136,7 +136,7 @@ def test_a_record_without_deflection_still_serves_for_resistance(identified):
 
 
 def one_row_a_hold(record, period_s):
-    ends = hold_ends(record.signals["current"])
+    ends = find_hold_ends(record.signals["current"])
     signals = {name: values[ends] for name, values in record.signals.items()}
     return dataclasses.replace(record, period_s=period_s, signals=signals)
 
@@ -150,7 +150,7 @@ def test_one_row_a_hold_is_a_staircase_at_rest_with_the_nominal_time_constant(sm
     assert math.isinf(model.time_constant_error_s)
     assert {"low", "high"}.isdisjoint(model_tables(model)["model"]["parameters"]["thermal_time_constant"])
     assert any("nominal 1.8 ms" in line and "without an interval" in line for line in said)
-    np.testing.assert_array_equal(heated_hold_ends(slow, 1.8e-3), steady_states(slow).current_mA)
+    np.testing.assert_array_equal(simulate_hold_ends(slow, 1.8e-3), extract_steady_states(slow).current_mA)
     for name in ("resistance_gpi", "deflection_egpi", "direct_egpi"):
         assert model.quality[name] == small_model.quality[name], "the steady states are the same"
 
@@ -162,18 +162,18 @@ def test_what_could_be_seen_is_not_called_nominal(small):
 
 
 def test_hold_ends_are_the_last_rows_of_equal_current():
-    assert hold_ends(np.array([4.0, 4.0, 5.0, 5.0, 5.0, 4.0])).tolist() == [1, 4, 5]
+    assert find_hold_ends(np.array([4.0, 4.0, 5.0, 5.0, 5.0, 4.0])).tolist() == [1, 4, 5]
 
 
 def test_each_staircase_is_preceded_by_a_cold_sample_and_what_is_ignored_is_not_scored(small):
     record = dataclasses.replace(small.records[0], ignore_first=25)
-    ends = steady_states(with_records(small, record, small.records[0]))
-    count = len(hold_ends(record.signals["current"]))
+    ends = extract_steady_states(with_records(small, record, small.records[0]))
+    count = len(find_hold_ends(record.signals["current"]))
     assert np.flatnonzero(ends.reset).tolist() == [0, count + 1]
     assert (ends.current_mA[ends.reset] == 0.0).all()
-    ignored = int((hold_ends(record.signals["current"]) < 25).sum())
+    ignored = int((find_hold_ends(record.signals["current"]) < 25).sum())
     assert np.flatnonzero(~ends.scored).tolist() == [*range(ignored + 1), count + 1]
-    heated = heated_hold_ends(with_records(small, record, small.records[0]), 1.8e-3)
+    heated = simulate_hold_ends(with_records(small, record, small.records[0]), 1.8e-3)
     assert heated.shape == ends.current_mA.shape
     assert 0.0 < np.abs(heated - ends.current_mA).max() < 0.01, "0.4 % of a step is still to come"
 
@@ -208,7 +208,7 @@ def test_a_measured_current_of_zero_is_no_reset(tmp_path):
     path = tmp_path / "from_zero.toml"
     path.write_text(FROM_ZERO)
     dataset = measure(load_scenario(path, [])[0], tmp_path / "data")
-    data = vo2._prepare(dataset)
+    data = vo2._prepare_data(dataset)
     cold = (data.v == 0.0) & data.scored
     assert cold.sum() >= 4
     np.testing.assert_allclose(data.u[cold], -np.log(data.ends.resistance_ohm[cold]))

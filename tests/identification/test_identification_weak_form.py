@@ -9,8 +9,8 @@ from oscillator_cases import DUFFING, HM, RM5, RM5_QUINTIC, beam_records, multis
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.oscillator.mean_filter import regress_filtered
-from rtctl.identification.oscillator.weak_form import half_width, regress, white_noise
-from rtctl.identification.scales import dominant_rate
+from rtctl.identification.oscillator.weak_form import choose_half_width, estimate_white_noise, regress
+from rtctl.identification.scales import find_dominant_rate
 
 RUNS = (
     (7.0, 5.0),
@@ -74,10 +74,10 @@ def test_the_filter_is_biased_without_any_noise() -> None:
 
 
 def test_the_half_width_follows_the_dominant_frequency_and_the_sampling(rm5_records: list[FitRecord]) -> None:
-    rate = dominant_rate(rm5_records)
+    rate = find_dominant_rate(rm5_records)
     assert 7.0 < rate / (2.0 * np.pi) < 17.0
-    assert 0.02 < half_width(rm5_records, rate) < 0.05
-    assert half_width(rm5_records, 1e6) == pytest.approx(6e-4)  # six samples
+    assert 0.02 < choose_half_width(rm5_records, rate) < 0.05
+    assert choose_half_width(rm5_records, 1e6) == pytest.approx(6e-4)  # six samples
 
 
 def test_a_held_drive_is_integrated_as_held() -> None:
@@ -105,4 +105,4 @@ def test_what_is_known_is_taken_as_known() -> None:
 
 def test_white_noise_is_read_off_the_upper_spectrum(rm5_records: list[FitRecord]) -> None:
     # the median of 20,000 bins scatters by about 1 %
-    assert white_noise(rm5_records[0].measured["displacement"]) == pytest.approx(0.1, rel=0.03)
+    assert estimate_white_noise(rm5_records[0].measured["displacement"]) == pytest.approx(0.1, rel=0.03)

@@ -12,7 +12,7 @@ import pytest
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.streaming_gram import filtered_gram, weak_gram
+from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.identification.oscillator.weak_form import regress
 from rtctl.reproduce.bistable.models import HM, RM5, TRUTH, heuristic
 from rtctl.reproduce.bistable.protocol import DEVELOPMENT_SEED, RATE_HZ, Recorded, record, shaker
@@ -119,7 +119,7 @@ def test_a_record_is_a_function_of_its_number() -> None:
 def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_model() -> None:
     one = one_record()
     frame = one.frame_velocity
-    gram = weak_gram(one.clean, frame, 1.0 / RATE_HZ, 0.025)
+    gram = compute_weak_gram(one.clean, frame, 1.0 / RATE_HZ, 0.025)
     assert least_squares(gram, QUINTIC).beam == pytest.approx(TRUTH, rel=2e-3)
     t = np.arange(len(frame)) / RATE_HZ
     rate = 2.0 * np.pi * one.setting.frequency_hz
@@ -141,7 +141,7 @@ def test_without_noise_the_weak_form_finds_the_truth_and_the_wells_constrain_a_m
 def test_the_streaming_filter_is_the_papers_regression(each: bool) -> None:
     one = one_record()
     h = 1.0 / RATE_HZ
-    fit = least_squares(filtered_gram(one.displacement, one.frame_velocity, h, each=each), QUINTIC)
+    fit = least_squares(compute_filtered_gram(one.displacement, one.frame_velocity, h, each=each), QUINTIC)
 
     def mean(signal: np.ndarray) -> np.ndarray:
         return np.convolve(signal, np.full(21, 1.0 / 21.0), "same")

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from rtctl.cli import main
-from rtctl.identification.oscillator.tone_cost import trajectory
+from rtctl.identification.oscillator.tone_cost import simulate_tone
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import sized, tone_record, truth
 from rtctl.reproduce.me.magnetisation import cycle_of, departure, distortion, langevin, magnetisation
@@ -130,7 +130,7 @@ def test_the_loop_stands_on_the_unstable_branch_over_the_wire(sections):
 
 def test_an_amplitude_that_a_correlation_does_not_see_is_restored():
     values = truth()
-    record = tone_record(trajectory(tone_record(np.ones(4000)), values))
+    record = tone_record(simulate_tone(tone_record(np.ones(4000)), values))
     scaled = values * np.array([1.0, 1.0, 1.3**-2, 1.3, 1.0])
     assert sized(record, scaled) == pytest.approx(values, rel=1e-4)  # what is left of a mean in 4000 samples
 

@@ -11,7 +11,7 @@ from vo2_model_cases import PERIOD_S, TAU_S, UNITS, predict, simulation, small_m
 
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, Value
-from rtctl.identification.vo2.heating import heat
+from rtctl.identification.vo2.heating import simulate_heating
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import MECHANISMS, extended_model, vo2_simulation
 
@@ -24,7 +24,7 @@ def moved(made, **values):
 def test_the_nominal_simulation_is_the_identified_model_to_the_bit():
     current, model = telegraph(), small_model()
     resistance, deflection = predict(simulation(), stimulus(current))
-    v = heat(current, PERIOD_S, TAU_S)
+    v = simulate_heating(current, PERIOD_S, TAU_S)
     assert (resistance == np.exp(-model.resistance_preisach.simulate(v))).all()
     assert (deflection == model.deflection_preisach.simulate(v)).all()
 

@@ -101,7 +101,7 @@ def information(candidate: Hypothesis, problem: Problem, noise: Sequence[NoiseMo
     total = np.zeros((len(candidate.shared), len(candidate.shared)))
     for record, line in zip(problem.records, candidate.linearise(problem), strict=True):
         rows = Rows(
-            residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
+            residual=line.residual, shared=line.shared, local=line.local, directions=line.shared[:0],
             period_s=record.period_s,
         )  # fmt: skip
         flat = rows.whitened(noise)[0][1:]
@@ -135,7 +135,7 @@ def played(
     sizes = np.array([excursion(problem, name) for name in outputs])
     end = together(np.stack(runs), sizes, period_of(problem, record))
     count = record.samples
-    models = [model.at(record.period_s) for model in noise]
+    models = [model.for_period(record.period_s) for model in noise]
 
     def whitened(table: FloatArray) -> FloatArray:
         used = table[:, :, : end or count]  # apart from the start on: by an offset, which a fit follows
@@ -159,7 +159,7 @@ def _own(candidate: Hypothesis) -> FloatArray:
 def _table(record: FitRecord, candidate: Hypothesis, own: FloatArray, problem: Problem) -> FloatArray | None:
     """(1 + p + q, outputs, n): what it predicts, and its slopes; None where it diverges."""
     line = candidate.sensitivity.linearise(record, candidate.shared, own, problem.steps_per_period)
-    return None if line is None else np.concatenate((line.residual[None], line.shared, line.own))
+    return None if line is None else np.concatenate((line.residual[None], line.shared, line.local))
 
 
 def _begun_like(

@@ -12,8 +12,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.initial_state import local_state
-from rtctl.identification.oscillator.weak_form import half_width
+from rtctl.identification.oscillator.initial_state import estimate_initial_state
+from rtctl.identification.oscillator.weak_form import choose_half_width
 
 WORTH_MOVING = 1e-3
 """Of the cost, that other starts take off it."""
@@ -41,8 +41,8 @@ def _candidates(problem: Problem, hypothesis: Hypothesis, index: int) -> FloatAr
     fitted_start, record = hypothesis.start(index), problem.records[index]
     found = [fitted_start, np.zeros_like(fitted_start)]
     if record.first == 0:
-        width_s = half_width(problem.records, problem.scales.rate)
-        found.append(local_state(record, 0, width_s, hypothesis.simulation.state))
+        width_s = choose_half_width(problem.records, problem.scales.rate)
+        found.append(estimate_initial_state(record, 0, width_s, hypothesis.simulation.state))
     moving = [name != "displacement" for name in hypothesis.simulation.state]
     resting = [np.where(moving, 0.0, start) for start in (found[0], *found[2:])]
     return np.array([*found, *resting])

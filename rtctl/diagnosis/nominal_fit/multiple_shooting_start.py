@@ -20,8 +20,8 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut, settled
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments, fit_segment_states
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -62,11 +62,11 @@ def approached(
     found: list[Simulation] = []
     if not simulation.state:
         return found
-    width_s = half_width(problem.records, problem.scales.rate)
+    width_s = choose_half_width(problem.records, problem.scales.rate)
     for periods in PERIODS if settle else PERIODS[1:]:
         length_s = periods * 2.0 * np.pi / problem.scales.rate
         sensitivity = sensitivity_of(problem, simulation, still)
-        own = [simulation.parameters[k].value for k in sensitivity.of_record]
+        own = [simulation.parameters[k].value for k in sensitivity.record_parameters]
         cost = SegmentCost(
             sensitivity=sensitivity,
             segments=_stretches(
@@ -76,12 +76,18 @@ def approached(
             executor=problem.executor,
             steps_per_period=problem.steps_per_period,
         )
-        shared = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+        shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
         cost = _that_run(cost, shared)
         cost, unknowns = _that_settle(cost, shared) if settle else (cost, cost.start(shared))
         low, high = bounds(sensitivity, problem.scales)
         reached = minimise(
-            cost.equations, unknowns, low, high, iterations=ITERATIONS, tolerance=1e-4, enough=problem.enough
+            cost.equations,
+            unknowns,
+            low,
+            high,
+            iterations=ITERATIONS,
+            tolerance=1e-4,
+            should_stop=problem.enough,
         )
         if reached is not None:
             simulation = simulation.with_values(sensitivity.values(reached.unknowns.shared))
@@ -108,12 +114,14 @@ def left_over_stretches(problem: Problem, hypothesis: Hypothesis) -> float:
 def _judged(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
     """Cost over stretches, and of how many samples; infinite where one diverges."""
     simulation = hypothesis.simulation
-    apart = hypothesis.sensitivity.of_record.tolist()
-    sensitivity = Sensitivity.of(simulation, problem.records, apart, scales=problem.scales, of_record=apart)
+    apart = hypothesis.sensitivity.record_parameters.tolist()
+    sensitivity = Sensitivity.of(
+        simulation, problem.records, apart, scales=problem.scales, record_parameters=apart
+    )
     own = [simulation.parameters[k].value for k in apart]
     length_s, width_s = (
         JUDGED_PERIODS * 2.0 * np.pi / problem.scales.rate,
-        half_width(problem.records, problem.scales.rate),
+        choose_half_width(problem.records, problem.scales.rate),
     )
     cost = SegmentCost(
         sensitivity=sensitivity,
@@ -134,7 +142,9 @@ def _stretches(
     problem: Problem, simulation: Simulation, length_s: float, width_s: float, own: Sequence[float], most: int
 ) -> list[Segment]:
     """At most so many, spread evenly over all records; `own`: what each record has for itself."""
-    pieces = [piece for record in problem.records for piece in cut(record, simulation, length_s, width_s)]
+    pieces = [
+        piece for record in problem.records for piece in cut_segments(record, simulation, length_s, width_s)
+    ]
     chosen = np.linspace(0, len(pieces) - 1, min(most, len(pieces))).round().astype(int)
     return [pieces[k]._replace(joined=False, start=np.append(pieces[k].start, own)) for k in chosen]
 
@@ -143,19 +153,19 @@ def _that_run(cost: SegmentCost, shared: FloatArray) -> SegmentCost:
     """Without the stretches that run away at once: beyond its barrier a softening spring has no motion to fit."""
     unknowns = cost.start(shared)
     kept = [segment for k, segment in enumerate(cost.segments) if cost.linearise(k, unknowns) is not None]
-    return cost.at(segments=kept) if kept else cost
+    return cost.with_changes(segments=kept) if kept else cost
 
 
 def _that_settle(cost: SegmentCost, shared: FloatArray) -> tuple[SegmentCost, Unknowns]:
     """States fitted alone, and without the stretches that this leaves far above the others."""
-    unknowns = settled(cost, cost.start(shared), SETTLED)
-    pieces = cost.pieces(unknowns)
+    unknowns = fit_segment_states(cost, cost.start(shared), SETTLED)
+    pieces = cost.compute_terms(unknowns)
     if pieces is None:
         return cost, unknowns
     left = np.array([piece.cost for piece in pieces]) / [one.record.samples for one in cost.segments]
     kept = np.flatnonzero(left <= ASTRAY * np.median(left)).tolist()
-    cost = cost.at(segments=[cost.segments[k] for k in kept])
-    return cost, unknowns._replace(own=unknowns.own[kept])
+    cost = cost.with_changes(segments=[cost.segments[k] for k in kept])
+    return cost, unknowns._replace(local=unknowns.local[kept])
 
 
 def fitted_nominal(problem: Problem, simulation: Simulation, mechanisms: Sequence[str]) -> Hypothesis | None:

@@ -68,7 +68,7 @@ def foreseeable(problem: Problem, nominal: Hypothesis) -> Problem:
         for record, reach in zip(problem.records, _foreseen(problem, nominal), strict=True)
     ]
     records = tuple(
-        record.beginning(count) for record, count in zip(problem.records, kept, strict=True) if count
+        record.truncate(count) for record, count in zip(problem.records, kept, strict=True) if count
     )
     short = replace(problem, records=records)
     return short if LEAST_SHARE * problem.samples <= short.samples < problem.samples else problem
@@ -165,7 +165,7 @@ def _fitted_to(
     problem: Problem, simulation: Simulation, mechanisms: Sequence[str], kept: Sequence[int]
 ) -> tuple[Problem, Hypothesis] | None:
     records = tuple(
-        record.beginning(count) for record, count in zip(problem.records, kept, strict=True) if count
+        record.truncate(count) for record, count in zip(problem.records, kept, strict=True) if count
     )
     if not records:
         return None

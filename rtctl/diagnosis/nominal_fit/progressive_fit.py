@@ -62,7 +62,7 @@ def _followed(problem: Problem, hypothesis: Hypothesis, late: int) -> Hypothesis
         if nominal is None or reached == 1.0:
             break
         records = tuple(
-            record if k != late else record.beginning(_samples(record.samples, record.first, part))
+            record if k != late else record.truncate(_samples(record.samples, record.first, part))
             for k, record in enumerate(problem.records)
         )
         more = replace(problem, records=records)

@@ -14,8 +14,8 @@ import numpy as np
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 STROKE = 0.5
 """Periods: length of a stretch of what drifts."""
@@ -43,9 +43,9 @@ def remembers(problem: Problem, nominal: Hypothesis) -> bool:
         return False
     lasting, onward = [], []
     for line in lines:
-        displaced = line.own[0].sum(axis=0)
+        displaced = line.local[0].sum(axis=0)
         onward.append(np.mean(displaced * displaced[0] > 0.0))
-        influence = np.abs(line.own[: nominal.states]).max(axis=(0, 1))
+        influence = np.abs(line.local[: nominal.states]).max(axis=(0, 1))
         tenth = max(1, len(influence) // 10)
         lasting.append(influence[-tenth:].max() / max(float(influence[:tenth].max()), 1e-300))
     return bool(STILL_KNOWN < np.median(lasting) < PARTED and np.median(onward) > ONWARD)
@@ -54,11 +54,11 @@ def remembers(problem: Problem, nominal: Hypothesis) -> bool:
 def cut_up(problem: Problem, nominal: Hypothesis) -> Problem:
     """The same records as stretches of a stroke; of very many, some evenly over all."""
     length_s = max(STROKE * 2.0 * np.pi / problem.scales.rate, LEAST_SAMPLES * problem.scales.period)
-    width_s = half_width(problem.records, problem.scales.rate)
+    width_s = choose_half_width(problem.records, problem.scales.rate)
     pieces = [
         segment.record
         for record in problem.records
-        for segment in cut(record, nominal.simulation, length_s, width_s)
+        for segment in cut_segments(record, nominal.simulation, length_s, width_s)
     ]
     kept = np.linspace(0, len(pieces) - 1, min(MOST, len(pieces))).round().astype(int)
     return replace(problem, records=tuple(pieces[k] for k in kept))

@@ -20,7 +20,7 @@ def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatA
     Nominal values may move far, but not to where a motion would need steps without number.
     """
     low, high = sensitivity.bounds
-    start = sensitivity.own_values[sensitivity.free] / sensitivity.scale
+    start = sensitivity.current_values[sensitivity.free] / sensitivity.scale
     for k, index in enumerate(sensitivity.free):
         declared = sensitivity.simulation.parameters[index].declared
         parameter = sensitivity.simulation.parameters[index]

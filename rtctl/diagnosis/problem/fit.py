@@ -11,7 +11,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.bounds import bounds
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.least_squares.levenberg_marquardt import Minimum, linear_gain, minimise
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise, predict_gain
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -36,7 +36,7 @@ def fit_hypothesis(
     values = np.array([one.value for one in simulation.parameters])
     given = [simulation.starting(record.stimulus, values) for record in problem.records]
     if starts is None:
-        starts = np.array([[*start, *values[sensitivity.of_record]] for start in given])
+        starts = np.array([[*start, *values[sensitivity.record_parameters]] for start in given])
     cost = SegmentCost(
         sensitivity=sensitivity,
         segments=[
@@ -46,9 +46,9 @@ def fit_hypothesis(
         sigma=sigma,
         executor=problem.executor,
         steps_per_period=problem.steps_per_period,
-        kept=KEPT,
+        cache_size=KEPT,
     )
-    begin = cost.start(sensitivity.own_values[sensitivity.free] / sensitivity.scale)
+    begin = cost.start(sensitivity.current_values[sensitivity.free] / sensitivity.scale)
     low, high = bounds(sensitivity, problem.scales)
     found = minimise(
         cost.equations,
@@ -57,19 +57,19 @@ def fit_hypothesis(
         high,
         iterations=iterations,
         tolerance=1e-7,
-        enough=problem.enough,
-        bend=cost.bend,
+        should_stop=problem.enough,
+        second_derivative=cost.compute_second_derivative,
     )
     if found is None:
         return None
-    return _hypothesis(cost, tuple(mechanisms), found, linear_gain(found, low, high), still)
+    return _hypothesis(cost, tuple(mechanisms), found, predict_gain(found, low, high), still)
 
 
 def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
     """Of all parameters but fixed ones and those in `still`; a record's own ones go with its start."""
     free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
-    apart = [k for k in free if simulation.parameters[k].declared.of_record]
-    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, of_record=apart)
+    apart = [k for k in free if simulation.parameters[k].declared.per_record]
+    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, record_parameters=apart)
 
 
 def polish(problem: Problem, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
@@ -132,7 +132,7 @@ def _hypothesis(
     unknowns = found.unknowns
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
-    values[cost.sensitivity.of_record] = starts[0, len(cost.sensitivity.simulation.state) :]
+    values[cost.sensitivity.record_parameters] = starts[0, len(cost.sensitivity.simulation.state) :]
     return Hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),

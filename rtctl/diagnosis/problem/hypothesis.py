@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ class Hypothesis:
     def values_of(self, record: int) -> FloatArray:
         """All parameters (parameters,) of one record."""
         values = self.sensitivity.values(self.shared)
-        values[self.sensitivity.of_record] = self.starts[record, self.states :]
+        values[self.sensitivity.record_parameters] = self.starts[record, self.states :]
         return values
 
     @property
@@ -50,10 +50,10 @@ class Hypothesis:
         """Fitted initial state (states,) of one record."""
         return self.starts[record, : self.states]
 
-    def linearise(self, problem: Problem) -> list[Linearised]:
+    def linearise(self, problem: Problem) -> list[Linearisation]:
         """Residual and slopes of each record; raises ArithmeticError where the optimum is on the edge of divergence."""
 
-        def one(index: int) -> Linearised | None:
+        def one(index: int) -> Linearisation | None:
             return self.sensitivity.linearise(
                 problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )

@@ -55,7 +55,7 @@ class Problem:
         if most is None or self.samples <= most:
             return self
         each = max(1, most // len(self.records))
-        return replace(self, records=tuple(r.beginning(max(each, r.first + each // 2)) for r in self.records))
+        return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
 
     def step(self, output: str) -> float:
         """Of the converter that the output was read with; 0 where none can be seen."""

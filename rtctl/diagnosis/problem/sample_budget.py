@@ -40,7 +40,7 @@ def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[s
         kept = tuple(records[k] for k in evenly)
     share = MOST_SAMPLES / sum(record.samples for record in kept)
     if share < 1.0:
-        kept = tuple(record.beginning(max(LEAST_SAMPLES, int(share * record.samples))) for record in kept)
+        kept = tuple(record.truncate(max(LEAST_SAMPLES, int(share * record.samples))) for record in kept)
     used = sum(record.samples for record in kept)
     return kept, [FEWER.format(total, MOST_SAMPLES, len(kept), used)]
 

@@ -13,7 +13,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.measured.dataset import Dataset
 
@@ -195,7 +195,7 @@ class Subject:
 
     def scales(self, records: Records) -> Scales:
         """Sizes of what these records show."""
-        return scales_of(records, self.output, self.drive)._replace(sensed=self.sensed(records))
+        return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed(records))
 
     @property
     def rest(self) -> str:

@@ -19,7 +19,7 @@ from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.wald_test import WrongValue
-from rtctl.identification.vo2.coarse_loops import UNITS, left_by
+from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
 
 MOST_CERTAIN = 0.999
 """No probability is higher: the catalogue is not the world."""
@@ -67,7 +67,7 @@ def loops_cause(found: SearchResult, noise_cost: float) -> Cause | None:
         value, low, high = one.misfit
         parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
     return Cause(
-        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(left_by(found.hysteresis_refit.coarse)),
+        id=HYSTERESIS_SHAPE, statement=HYSTERESIS_STATEMENT.format(describe_improvement(found.hysteresis_refit.coarse)),
         kind="mechanism", probability=MOST_CERTAIN,
         parameters=parameters,
         share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rtctl.diagnosis.report.pictures import Picture, pictures
 from rtctl.diagnosis.report.sections import (
     candidates,
     causes,
@@ -19,8 +18,12 @@ from rtctl.diagnosis.report.sections import (
     verdict_sentence,
 )
 from rtctl.diagnosis.result import Diagnosis
+from rtctl.extras import can_draw
 from rtctl.measured.dataset import Dataset
 from rtctl.output.html_page import figure, page, tile
+
+if TYPE_CHECKING:
+    from rtctl.diagnosis.report.pictures import Picture
 
 CAPTIONS = {
     "stretch": "Free runs from each record's start{start}, no measured output "
@@ -46,7 +49,7 @@ CAPTIONS = {
 
 def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
     """The whole page."""
-    shown = list(enumerate(pictures(found), start=1))
+    shown = list(enumerate(_drawn_pictures(found), start=1))
 
     def drawn(section: str) -> str:
         return "".join(_figure(found, one, number) for number, one in shown if one.section == section)
@@ -68,6 +71,15 @@ def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any
         provenance_section(provenance),
     ]  # fmt: skip
     return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
+
+
+def _drawn_pictures(found: Diagnosis) -> list[Picture]:
+    """Return the page's pictures; none where matplotlib is not installed."""
+    if not can_draw():
+        return []
+    from rtctl.diagnosis.report.pictures import pictures
+
+    return pictures(found)
 
 
 def _figure(found: Diagnosis, picture: Picture, number: int) -> str:

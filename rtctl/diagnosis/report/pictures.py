@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.adapted_grid import switching_densities
+from rtctl.identification.vo2.adapted_grid import compute_switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
@@ -135,7 +135,7 @@ def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatA
     """Frequencies [Hz] and amplitude density [unit / sqrt(Hz)] of the noise of the output that is shown."""
     chosen = found.search.chosen
     output = chosen.hypothesis.sensitivity.outputs.index(found.problem.subject.output)
-    density = np.sqrt(2.0 * chosen.noise[output].at(period_s).power(2 * NOISE_BINS) * period_s)
+    density = np.sqrt(2.0 * chosen.noise[output].for_period(period_s).power(2 * NOISE_BINS) * period_s)
     return np.linspace(0.0, 0.5 / period_s, len(density)), density
 
 
@@ -147,7 +147,7 @@ def _loops(found: Diagnosis) -> Figure:
     reads = (shown.given, learned.loops["deflection"])
     v, y, scored = shown.staircases
     left = tuple((y - read.simulate(v))[scored] for read in reads)
-    densities = tuple(switching_densities(read) for read in reads)
+    densities = tuple(compute_switching_densities(read) for read in reads)
     return loops_figure(
         (reads[0].grid, reads[1].grid), (densities[0], densities[1]), v[scored], (left[0], left[1]),
         found.units["deflection"],
@@ -175,13 +175,3 @@ def _error_scale(found: Diagnosis) -> float:
     outputs = found.search.nominal.hypothesis.sensitivity.outputs
     samples = len(outputs) * sum(record.samples - record.first for record in found.problem.records)
     return found.problem.size(found.problem.subject.output) / float(np.sqrt(samples))
-
-
-def ranking_of(found: Diagnosis) -> list[tuple[str, Hypothesis]]:
-    """Label and hypothesis, best first."""
-    sizes = found.search.rankings
-    size = len(found.search.chosen.hypothesis.mechanisms)
-    ranking = next(
-        (r for r in sizes if r and len(r[0].hypothesis.mechanisms) == size), sizes[-1] if sizes else ()
-    )
-    return [(" + ".join(one.hypothesis.mechanisms), one.hypothesis) for one in ranking]

@@ -9,7 +9,7 @@ from typing import Any
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.diagnosis.problem.estimate import Estimate
-from rtctl.diagnosis.report.pictures import ranking_of
+from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.output.html_page import significant, table

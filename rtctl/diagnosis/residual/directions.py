@@ -60,7 +60,7 @@ def catalogue_directions(
                 if mechanism.form_of(amplitude.name) != form:
                     continue
                 size = _size(units[amplitude.name], problem.scales)
-                records = range(len(problem.records)) if amplitude.of_record else (ALL,)
+                records = range(len(problem.records)) if amplitude.per_record else (ALL,)
                 found += [
                     Direction(identity, amplitude.name, "", shapes, size, record, trials, form)
                     for record in records

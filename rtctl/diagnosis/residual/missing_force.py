@@ -65,7 +65,7 @@ def residual_shape(
     low, high = np.quantile(visited, [0.002, 0.998])
     knots = np.linspace(low, high, KNOTS)
     rows = [
-        Rows(residual=line.residual, shared=line.shared, own=line.own,
+        Rows(residual=line.residual, shared=line.shared, local=line.local,
              directions=_slopes(hypothesis, problem, k, coordinate, knots), period_s=problem.records[k].period_s)
         for k, line in enumerate(hypothesis.linearise(problem))
     ]  # fmt: skip

@@ -30,7 +30,7 @@ def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estima
             found[parameter.declared.name] = Estimate(
                 parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
             )
-    apart = set(sensitivity.of_record.tolist())
+    apart = set(sensitivity.record_parameters.tolist())
     forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
     acting = {
         one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism

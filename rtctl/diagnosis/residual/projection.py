@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.noise.residual_noise import (
     NoiseModel,
-    noise_with_slow_part,
-    of_several,
-    sampled_alike,
+    combine_models,
+    fit_noise_with_slow_part,
+    group_by_period,
 )
 
 LEAST_VISIBLE = 1e-9
@@ -36,7 +36,7 @@ class Rows:
 
     residual: FloatArray
     shared: FloatArray
-    own: FloatArray
+    local: FloatArray
     directions: FloatArray
     period_s: float = 0.0
     """Between samples: noise has a colour of its own at each; 0 where all records are sampled alike."""
@@ -54,20 +54,20 @@ class Rows:
     def _white(self, noise: Sequence[NoiseModel]) -> tuple[FloatArray, FloatArray]:
         """[residual, shared, directions] whitened, and an orthonormal basis (outputs n, q) of the own unknowns."""
         flat = self._all_white(noise)
-        kept = len(flat) - len(self.own)
-        if len(self.own) == 0:
+        kept = len(flat) - len(self.local)
+        if len(self.local) == 0:
             return flat, np.zeros((flat.shape[1], 0))
         return flat[:kept], np.linalg.qr(flat[kept:].T)[0]
 
     def _all_white(self, noise: Sequence[NoiseModel]) -> FloatArray:
         """[residual, shared, directions, own] whitened (1 + p + k + q, outputs n)."""
-        parts = (self.residual[None], self.shared, self.directions, self.own)
+        parts = (self.residual[None], self.shared, self.directions, self.local)
         count = sum(len(part) for part in parts)
         white = np.empty((count, *self.residual.shape))
         begin = 0
         for part in parts:
             for o, model in enumerate(noise if len(part) else ()):
-                white[begin : begin + len(part), o] = model.at(self.period_s).whiten(part[:, o])
+                white[begin : begin + len(part), o] = model.for_period(self.period_s).whiten(part[:, o])
             begin += len(part)
         return white.reshape(count, -1)
 
@@ -76,7 +76,7 @@ class Rows:
         shared, directions = np.split(weights[:, 1:], [len(self.shared)], axis=1)
         made = shared @ self.shared[:, output]
         made += weights[:, :1] * self.residual[output]
-        for factors, slopes in ((directions, self.directions), (own, self.own)):
+        for factors, slopes in ((directions, self.directions), (own, self.local)):
             if len(slopes):
                 made += factors @ slopes[:, output]
         return made
@@ -84,7 +84,7 @@ class Rows:
     def apart(self, noise: Sequence[NoiseModel]) -> Apart:
         """What the own unknowns can follow of [residual, shared, directions], in the noise's metric."""
         white = self._all_white(noise)
-        flat, own = np.split(white, [len(white) - len(self.own)])
+        flat, own = np.split(white, [len(white) - len(self.local)])
         if len(own) == 0:
             return Apart(flat @ flat.T, np.zeros((len(flat), 0)), np.zeros((0, 0)))
         basis, triangle = np.linalg.qr(own.T)
@@ -246,8 +246,8 @@ def _less(row: Rows, shared: FloatArray, free: FloatArray) -> FloatArray:
     """Its residual without so much of the shared slopes (p,) and directions (k,), and what its own unknowns follow."""
     without = row.residual - np.tensordot(shared, row.shared, axes=1)
     without = without - np.tensordot(free, row.directions, axes=1)
-    if len(row.own):
-        basis = np.linalg.qr(row.own.reshape(len(row.own), -1).T)[0]
+    if len(row.local):
+        basis = np.linalg.qr(row.local.reshape(len(row.local), -1).T)[0]
         flat = without.reshape(-1)
         without = (flat - basis @ (basis.T @ flat)).reshape(without.shape)
     return without
@@ -264,7 +264,7 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
     """
     outputs = rows[0].residual.shape[0]
     models = [NoiseModel(np.empty(0), 1.0)] * outputs
-    groups = sampled_alike([row.period_s for row in rows])
+    groups = group_by_period([row.period_s for row in rows])
     samples = [sum(rows[k].residual.shape[1] for k in own) for own in groups]
     for turn in range(RESTRICTED_TURNS + slow):
         split = [row.apart(models) for row in rows]
@@ -278,12 +278,12 @@ def noise_of(rows: Sequence[Rows], *, slow: bool = False) -> list[NoiseModel]:
                 _known(row, part, weights, o, whole=turn > 0) for row, part in zip(rows, split, strict=True)
             ]
             made = [
-                noise_with_slow_part([series[k] for k in own], slow=slow and turn > 0)._replace(
+                fit_noise_with_slow_part([series[k] for k in own], slow=slow and turn > 0)._replace(
                     period_s=rows[own[0]].period_s
                 )
                 for own in groups
             ]
-            models.append(of_several(made, samples))
+            models.append(combine_models(made, samples))
     return models
 
 

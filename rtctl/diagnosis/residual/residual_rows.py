@@ -22,7 +22,7 @@ def own_rows(problem: Problem, hypothesis: Hypothesis) -> list[Rows] | None:
     return [
         as_converted(
             Rows(
-                residual=line.residual, shared=line.shared, own=line.own, directions=line.shared[:0],
+                residual=line.residual, shared=line.shared, local=line.local, directions=line.shared[:0],
                 period_s=problem.records[index].period_s,
             ),
             problem, index, hypothesis.sensitivity.outputs,
@@ -40,7 +40,7 @@ def as_converted(rows: Rows, problem: Problem, index: int, outputs: Sequence[str
         return rows
     record = problem.records[index]
     window = round(2.0 * np.pi / (problem.scales.rate * record.period_s)) if problem.scales.rate > 0.0 else 0
-    errors, kept = [rows.own], np.zeros(rows.residual.shape[1], bool)
+    errors, kept = [rows.local], np.zeros(rows.residual.shape[1], bool)
     for o, (name, step) in enumerate(zip(outputs, steps, strict=True)):
         readings = record.measured[name][record.first :]
         found = rounding_errors(rows.residual[o] + readings, step)
@@ -48,10 +48,10 @@ def as_converted(rows: Rows, problem: Problem, index: int, outputs: Sequence[str
         spread[:, o] = found
         errors.append(spread)
         kept |= heard(readings, step, min(window, len(readings)))
-    rows = replace(rows, own=np.concatenate(errors))
+    rows = replace(rows, local=np.concatenate(errors))
     if kept.all():
         return rows
     return replace(
-        rows, residual=rows.residual[:, kept], shared=rows.shared[..., kept], own=rows.own[..., kept],
+        rows, residual=rows.residual[:, kept], shared=rows.shared[..., kept], local=rows.local[..., kept],
         directions=rows.directions[..., kept],
     )  # fmt: skip

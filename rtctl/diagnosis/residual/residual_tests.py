@@ -40,7 +40,7 @@ from rtctl.diagnosis.residual.projection import (
 )
 from rtctl.diagnosis.residual.residual_rows import as_converted
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.noise.residual_noise import NoiseModel, sampled_alike
+from rtctl.identification.noise.residual_noise import NoiseModel, group_by_period
 
 FIRST_ORDER = 0.3
 """Of the residual, by the fits' steps."""
@@ -149,7 +149,7 @@ def _rows(
     made = Rows(
         residual=resolved(hypothesis, problem, index, base.residual),  # type: ignore[attr-defined]
         shared=base.shared,  # type: ignore[attr-defined]
-        own=base.own,  # type: ignore[attr-defined]
+        local=base.local,  # type: ignore[attr-defined]
         directions=np.concatenate(slopes),
         period_s=problem.records[index].period_s,
     )
@@ -206,7 +206,7 @@ def _beyond_what_is_allowed(
     """
     powers = np.array([max(model.mean_square, 1e-300) for model in noise])
     wider = 1.0 + allowed / powers
-    coloured = [model.louder(k) for model, k in zip(noise, wider, strict=True)]
+    coloured = [model.scale_variance(k) for model, k in zip(noise, wider, strict=True)]
     plain = [NoiseModel(np.empty(0), power * k) for power, k in zip(powers, wider, strict=True)]
     squares = sum(row.residual.shape[1] for row in rows) * allowed / (powers * wider)
     in_colour, in_squares = (
@@ -278,7 +278,7 @@ def _growth(rows: Sequence[Rows], noise: Sequence[NoiseModel], problem: Problem)
         count = len(motion) // block
         if count < 4:
             continue
-        white = noise[0].at(record.period_s).whiten(left[0])[: count * block].reshape(count, block)
+        white = noise[0].for_period(record.period_s).whiten(left[0])[: count * block].reshape(count, block)
         pieces = motion[: count * block].reshape(count, block)
         for found, of_blocks in (
             (sizes, np.log(np.mean(white**2, axis=1) + 1e-12)),
@@ -298,14 +298,14 @@ def _as_noisy(rows: Sequence[Rows], noise: Sequence[NoiseModel]) -> list[Rows]:
     """Each record in units of its own noise: what a loud one makes parameters err by is no gap of a quiet one."""
     found = []
     for row, left in zip(rows, leftover(rows, noise), strict=True):
-        white = [model.at(row.period_s).whiten(one) for model, one in zip(noise, left, strict=True)]
+        white = [model.for_period(row.period_s).whiten(one) for model, one in zip(noise, left, strict=True)]
         own = 1.0 / np.array([float(one.std()) or 1.0 for one in white])[:, None]
         found.append(
             replace(
                 row,
                 residual=row.residual * own,
                 shared=row.shared * own,
-                own=row.own * own,
+                local=row.local * own,
                 directions=row.directions * own,
             )
         )
@@ -329,9 +329,9 @@ def beyond_repeats(
         group = [k for k, record in enumerate(records) if record.repeat == letter]
         length = min(residuals[k].shape[1] for k in group)
         periods = [records[k].period_s for k in group]
-        if len(group) < 2 or len({records[k].first for k in group}) > 1 or len(sampled_alike(periods)) > 1:
+        if len(group) < 2 or len({records[k].first for k in group}) > 1 or len(group_by_period(periods)) > 1:
             continue
-        of_group = [model.at(periods[0]) for model in noise]
+        of_group = [model.for_period(periods[0]) for model in noise]
         for o, (name, model) in enumerate(zip(outputs, of_group, strict=True)):
             readings = np.stack([records[k].measured[name][records[k].first :][:length] for k in group])
             scatter = model.whiten(readings - readings.mean(axis=0))

@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.noise.residual_noise import sampled_alike
+from rtctl.identification.noise.residual_noise import group_by_period
 
 STANDS_OUT = 60.0
 """Times the median power on both sides, in each record: noise gets to 20 once in a million bins."""
@@ -32,7 +32,7 @@ TONES = (
 def tones(left: Mapping[str, Sequence[FloatArray]], problem: Problem, units: Mapping[str, str]) -> list[str]:
     """Warnings, of the `leftovers` of the records of `data`, the largest tones first."""
     said: list[str] = []
-    together = max(sampled_alike([record.period_s for record in problem.records]), key=len)
+    together = max(group_by_period([record.period_s for record in problem.records]), key=len)
     for name, errors in left.items():
         chosen = [errors[k] for k in together if len(errors[k]) >= LEAST]
         if not chosen:

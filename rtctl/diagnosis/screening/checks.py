@@ -11,7 +11,7 @@ import numpy as np
 from rtctl.border.errors import InputError
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.screening.spikes import without_spikes
-from rtctl.identification.fit_record import FitRecord, fit_record
+from rtctl.identification.fit_record import FitRecord, make_fit_record
 from rtctl.measured.dataset import Dataset, Record
 
 LEAST_SAMPLES = 200
@@ -82,7 +82,11 @@ def split(
         )
     warnings += _one_tone(fit, subject.drive)
     holds = dataset.holds
-    return tuple(fit_record(r, holds) for r in fit), tuple(fit_record(r, holds) for r in tests), warnings
+    return (
+        tuple(make_fit_record(r, holds) for r in fit),
+        tuple(make_fit_record(r, holds) for r in tests),
+        warnings,
+    )
 
 
 def _moving(records: Sequence[Record], subject: Subject) -> tuple[list[Record], list[str]]:

@@ -73,9 +73,9 @@ def refit_without(
     known = {one.name for one in simulation.parameters}
     still = frozenset(name for name in chosen.still if name in known)
     starts = chosen.starts[:, : chosen.states]
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     if own:
-        apart = chosen.sensitivity.of_record.tolist()
+        apart = chosen.sensitivity.record_parameters.tolist()
         kept = [
             chosen.states + position
             for position, k in enumerate(apart)
@@ -104,7 +104,9 @@ def _making_up(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dic
     if not goes or not stays:
         return {}
     rows = [
-        Rows(residual=line.residual, shared=line.shared[stays], own=line.own, directions=line.shared[goes])
+        Rows(
+            residual=line.residual, shared=line.shared[stays], local=line.local, directions=line.shared[goes]
+        )
         for line in lines
     ]
     projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])

@@ -16,7 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
-from rtctl.identification.scales import scales_of
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
@@ -89,15 +89,19 @@ def simulate_free_run(
             nothing = {name: np.full((1, record.samples), np.nan) for name in simulation.outputs}
             return Prediction(nothing, np.zeros(1, dtype=np.int64))
 
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.of_record and not one.fixed]
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
     if not simulation.state and not own:
         return run(None)
     start = simulation.starting(record.stimulus, values)
     alone = replace(record, measured={output: record.measured[output]})
-    seen = alone.beginning(record.first + round(within * (record.samples - record.first)))
+    seen = alone.truncate(record.first + round(within * (record.samples - record.first)))
     cost = SegmentCost(
         sensitivity=Sensitivity.of(
-            simulation, [seen], own, scales=scales_of([record], next(iter(record.measured))), of_record=own
+            simulation,
+            [seen],
+            own,
+            scales=estimate_scales([record], next(iter(record.measured))),
+            record_parameters=own,
         ),
         segments=[Segment(seen, np.append(start, values[own]), False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),

@@ -43,7 +43,7 @@ def drop_unsupported(
         small = [one for one in rests if little or one.cost - chosen.cost < SMALL * removed]
         if not small:
             break
-        shown = SHOWN if any(p.declared.of_record for p in chosen.simulation.parameters) else 0.0
+        shown = SHOWN if any(p.declared.per_record for p in chosen.simulation.parameters) else 0.0
         error = _squares(chosen, problem, tests, shown)
         rest, fewer = min(
             ((_squares(one, problem, tests, shown), one) for one in small), key=lambda pair: pair[0].sum()

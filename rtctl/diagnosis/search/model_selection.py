@@ -12,7 +12,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import leftover, project
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, sampled_alike
+from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, group_by_period
 
 
 class RankedHypothesis(NamedTuple):
@@ -50,7 +50,7 @@ def select_likeliest(problem: Problem, field: Sequence[Hypothesis]) -> Hypothesi
         if rows is not None:
             left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
             count, likelihood = sum(one.shape[1] for one in left), 0.0
-            for own in sampled_alike([row.period_s for row in rows]):
+            for own in group_by_period([row.period_s for row in rows]):
                 models = [fit_noise([left[k][o] for k in own]) for o in range(len(left[0]))]
                 deviance = sum(float(np.log(max(one.variance, 1e-300))) for one in models)
                 likelihood += sum(left[k].shape[1] for k in own) * deviance

@@ -244,7 +244,7 @@ def _less_what_is_idle(problem: Problem, found: SearchResult, ids: Sequence[str]
     """
     nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
     sizes = [one for one in chosen.simulation.parameters if one.declared.neutral is not None]
-    acting = {one.mechanism for one in sizes if one.declared.of_record or one.value != one.declared.neutral}
+    acting = {one.mechanism for one in sizes if one.declared.per_record or one.value != one.declared.neutral}
     rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in acting)
     if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
         return found

@@ -35,11 +35,11 @@ class NormalEquations(NamedTuple):
     """(K, q, q)"""
     next: FloatArray
     """(K - 1, q, q): rows of segment k, columns of segment k + 1."""
-    own_gradient: FloatArray
+    local_gradient: FloatArray
     """(K, q)"""
 
 
-def empty(p: int, segments: int, q: int) -> NormalEquations:
+def make_zero_equations(p: int, segments: int, q: int) -> NormalEquations:
     """All zeros, to add to."""
     return NormalEquations(
         0.0, np.zeros((p, p)), np.zeros(p), np.zeros((segments, q, p)), np.zeros((segments, q, q)),
@@ -47,7 +47,7 @@ def empty(p: int, segments: int, q: int) -> NormalEquations:
     )  # fmt: skip
 
 
-def step(
+def solve_step(
     equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     """Marquardt's step of the shared (p,) and own (K, q) unknowns; `frozen` (p,) shared ones stay.
@@ -63,7 +63,7 @@ def step(
         moved[kept] = -_solve(shared, equations.shared_gradient[kept])
         return moved, np.zeros((count, q))
     border = equations.border.reshape(count * q, p)[:, kept]
-    gradient = equations.own_gradient.reshape(-1)
+    gradient = equations.local_gradient.reshape(-1)
     inner = solveh_banded(_band(equations, damping), np.column_stack((border, gradient)))
     schur = shared - border.T @ inner[:, :-1]
     moved[kept] = -_solve(schur, equations.shared_gradient[kept] - border.T @ inner[:, -1])
@@ -71,7 +71,7 @@ def step(
     return moved, own.reshape(count, q)
 
 
-def eliminated(equations: NormalEquations) -> tuple[FloatArray, FloatArray]:
+def eliminate_local(equations: NormalEquations) -> tuple[FloatArray, FloatArray]:
     """Schur complement (p, p): information on the shared unknowns alone; and T^-1 B (K, q, p)."""
     count, q, p = equations.border.shape
     if count * q == 0:
@@ -98,7 +98,7 @@ def _damped_diagonal(diagonal: FloatArray, damping: float) -> FloatArray:
 
 def _band(equations: NormalEquations, damping: float) -> FloatArray:
     """T in the upper form of `solveh_banded`, its diagonal damped."""
-    count, q = equations.own_gradient.shape
+    count, q = equations.local_gradient.shape
     width = 2 * q - 1
     band = np.zeros((width + 1, count * q))
     columns = np.arange(count) * q
@@ -111,4 +111,4 @@ def _band(equations: NormalEquations, damping: float) -> FloatArray:
     return band
 
 
-__all__ = ["LinAlgError", "NormalEquations", "eliminated", "empty", "step"]
+__all__ = ["LinAlgError", "NormalEquations", "eliminate_local", "make_zero_equations", "solve_step"]

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 
-OPEN_RELATIVE_ERROR = 0.05
+CONFOUNDED_RELATIVE_ERROR = 0.05
 """A direction whose relative standard error is larger is open, if it is so because of the others."""
-INFLATION = 10.0
+VARIANCE_INFLATION = 10.0
 """Standard error over that with all other parameters given."""
-SHARE = 0.1
+LEAST_SHARE = 0.1
 """Of a direction: a parameter with less is not named in it."""
-INSENSITIVE = 1e-9
-SIGNIFICANT = 1.96
+INSENSITIVE_RATIO = 1e-9
+SIGNIFICANT_RATIO = 1.96
 
 
-class OpenDirection(NamedTuple):
+class ConfoundedDirection(NamedTuple):
     """Parameters that can be traded against each other, and what of them is fixed."""
 
     names: tuple[str, ...]
@@ -41,9 +41,9 @@ class OpenDirection(NamedTuple):
 class Determinability:
     """An honest word; all empty where the data determine everything."""
 
-    silent: tuple[str, ...]
+    insensitive: tuple[str, ...]
     """Parameters without any effect on these data."""
-    open: tuple[OpenDirection, ...]
+    confounded: tuple[ConfoundedDirection, ...]
     insignificant: tuple[str, ...]
     """Whose interval holds zero."""
     condition: float
@@ -52,25 +52,27 @@ class Determinability:
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Names that have no trustworthy value of their own."""
-        return tuple(dict.fromkeys([*self.silent, *(name for one in self.open for name in one.names)]))
+        return tuple(
+            dict.fromkeys([*self.insensitive, *(name for one in self.confounded for name in one.names)])
+        )
 
-    def sentences(self) -> tuple[str, ...]:
+    def describe(self) -> tuple[str, ...]:
         """For a person, and for the model file's warnings."""
-        said = [f"these data say nothing of {name}: it has no effect on them" for name in self.silent]
-        for one in self.open:
+        said = [f"these data say nothing of {name}: it has no effect on them" for name in self.insensitive]
+        for one in self.confounded:
             fixed = f"; they fix {one.fixed}" if one.fixed else ""
             error = (
                 "not at all" if one.relative_error > 1.0 else f"only to {100.0 * one.relative_error:.2g} %"
             )
             said.append(
-                f"these data cannot tell {_and(one.names)} apart (each by itself {error}){fixed}; "
+                f"these data cannot tell {_join_names(one.names)} apart (each by itself {error}){fixed}; "
                 "a start from rest, a ring-down, several tones or another amplitude would"
             )
         said += [f"{name} is not significant: its interval holds zero" for name in self.insignificant]
         return tuple(said)
 
 
-def determinability(
+def assess_determinability(
     names: Sequence[str],
     values: FloatArray,
     information: FloatArray,
@@ -79,22 +81,24 @@ def determinability(
 ) -> Determinability:
     """`information` (p, p) per unit noise variance and `covariance` (p, p), both of `values` / `scale`."""
     diagonal = np.diag(information)
-    silent = diagonal <= INSENSITIVE * max(float(diagonal.max(initial=0.0)), 1e-300)
+    silent = diagonal <= INSENSITIVE_RATIO * max(float(diagonal.max(initial=0.0)), 1e-300)
     kept = np.flatnonzero(~silent)
     relative = np.abs(values[kept] / scale[kept])
     errors = np.sqrt(np.diag(covariance))[kept]
-    significant = relative > SIGNIFICANT * errors
+    significant = relative > SIGNIFICANT_RATIO * errors
     size = np.where(significant, relative, np.maximum(relative, np.minimum(1.0, errors)))
     c = covariance[np.ix_(kept, kept)] / np.outer(size, size)
-    own = _given_the_others(c)
+    own = _compute_conditional_errors(c)
     chosen = [names[k] for k in kept.tolist()]
-    confounded = (np.sqrt(np.diag(c)) > INFLATION * own) & (np.sqrt(np.diag(c)) > OPEN_RELATIVE_ERROR)
-    found = _open_directions(chosen, c, confounded)
+    confounded = (np.sqrt(np.diag(c)) > VARIANCE_INFLATION * own) & (
+        np.sqrt(np.diag(c)) > CONFOUNDED_RELATIVE_ERROR
+    )
+    found = _find_confounded_directions(chosen, c, confounded)
     eigenvalues = np.linalg.eigvalsh(c) if len(kept) else np.ones(1)
     in_doubt = {name for one in found for name in one.names}
     return Determinability(
-        silent=tuple(names[k] for k in np.flatnonzero(silent).tolist()),
-        open=found,
+        insensitive=tuple(names[k] for k in np.flatnonzero(silent).tolist()),
+        confounded=found,
         insignificant=tuple(
             name for name, is_known in zip(chosen, significant, strict=True)
             if not is_known and name not in in_doubt
@@ -103,15 +107,15 @@ def determinability(
     )  # fmt: skip
 
 
-def _given_the_others(covariance: FloatArray) -> FloatArray:
+def _compute_conditional_errors(covariance: FloatArray) -> FloatArray:
     """Standard errors with all other parameters known."""
     found: FloatArray = 1.0 / np.sqrt(np.maximum(np.diag(np.linalg.pinv(covariance, rcond=1e-15)), 1e-300))
     return found
 
 
-def _open_directions(
+def _find_confounded_directions(
     names: Sequence[str], covariance: FloatArray, confounded: NDArray[np.bool_]
-) -> tuple[OpenDirection, ...]:
+) -> tuple[ConfoundedDirection, ...]:
     if not confounded.any():
         return ()
     inside = np.flatnonzero(confounded)
@@ -120,17 +124,21 @@ def _open_directions(
     found = []
     for value, vector in zip(eigenvalues[::-1], vectors.T[::-1], strict=True):
         error = float(np.sqrt(max(value, 0.0)))
-        if error < OPEN_RELATIVE_ERROR:
+        if error < CONFOUNDED_RELATIVE_ERROR:
             break
-        members = np.flatnonzero(np.abs(vector) > SHARE * np.abs(vector).max())
+        members = np.flatnonzero(np.abs(vector) > LEAST_SHARE * np.abs(vector).max())
         if len(members) < 2:
             continue
         group = tuple(names[inside[k]] for k in members)
-        found.append(OpenDirection(group, error, _fixed(group, vector[members], eigenvalues[0])))
+        found.append(
+            ConfoundedDirection(
+                group, error, _describe_fixed_combination(group, vector[members], eigenvalues[0])
+            )
+        )
     return tuple(found)
 
 
-def _fixed(names: Sequence[str], direction: FloatArray, least: float) -> str:
+def _describe_fixed_combination(names: Sequence[str], direction: FloatArray, least: float) -> str:
     """Combinations that do not change along `direction`: products of powers, pair by pair."""
     said = []
     for (first, a), (second, b) in pairwise(zip(names, direction, strict=True)):
@@ -140,8 +148,8 @@ def _fixed(names: Sequence[str], direction: FloatArray, least: float) -> str:
             exponent = "" if abs(abs(power) - 1.0) < 0.05 else f"^{abs(power):.2g}"
             said.append(f"{first}{word}{second}{exponent}")
     error = f" to {100.0 * np.sqrt(max(least, 0.0)):.2g} %" if len(names) == 2 else ""
-    return _and(said) + error if said else ""
+    return _join_names(said) + error if said else ""
 
 
-def _and(names: Sequence[str]) -> str:
+def _join_names(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)

@@ -13,36 +13,37 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit import Fit, FitError
-from rtctl.identification.least_squares.arrowhead_solver import eliminated
-from rtctl.identification.least_squares.determinability import determinability
+from rtctl.identification.least_squares.arrowhead_solver import eliminate_local
+from rtctl.identification.least_squares.determinability import assess_determinability
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum
-from rtctl.identification.noise.residual_noise import NoiseModel, coloured_gram, fit_noise_by_period
+from rtctl.identification.noise.residual_noise import NoiseModel, compute_coloured_gram, fit_noise_by_period
 from rtctl.identification.simulation_error.segments import SegmentCost
 
 
 def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     """The fit that ended at `found`."""
     sensitivity = cost.sensitivity
-    residuals = _residuals(cost, found)
-    by_record = _by_record(cost, residuals)
+    residuals = _collect_residuals(cost, found)
+    by_record = _group_by_record(cost, residuals)
     periods_s = [segment.record.period_s for segment in cost.segments]
     noise = {name: fit_noise_by_period(residuals[name], periods_s) for name in sensitivity.outputs}
-    information, covariance = _covariance(cost, found, noise)
+    information, covariance = _compute_covariance(cost, found, noise)
     names = tuple(sensitivity.simulation.parameters[k].name for k in sensitivity.free)
     values = found.unknowns.shared * sensitivity.scale
-    said = determinability(names, values, information, covariance, sensitivity.scale)
-    silent = np.array([name in said.silent for name in names], dtype=bool)
+    said = assess_determinability(names, values, information, covariance, sensitivity.scale)
+    silent = np.array([name in said.insensitive for name in names], dtype=bool)
     covariance = covariance * np.outer(sensitivity.scale, sensitivity.scale)
     covariance[silent, :] = covariance[:, silent] = 0.0
     covariance[silent, silent] = np.inf
-    initial = [cost.state(k, found.unknowns) for k in _first_of_records(cost)]
+    initial = [cost.state(k, found.unknowns) for k in _find_first_segments(cost)]
     return Fit(
         simulation=sensitivity.simulation.with_values(sensitivity.values(found.unknowns.shared)),
         method=method, free=sensitivity.free, names=names, values=values, covariance=covariance,
         initial=np.array(initial), noise=noise,
-        rms={name: _rms(residuals[name]) for name in sensitivity.outputs},
+        rms={name: _compute_rms(residuals[name]) for name in sensitivity.outputs},
         record_rms={
-            record: {name: _rms([one]) for name, one in outputs.items()} for record, outputs in by_record.items()
+            record: {name: _compute_rms([residual]) for name, residual in outputs.items()}
+            for record, outputs in by_record.items()
         },
         residuals=by_record,
         status=found.status, iterations=found.iterations, determinability=said,
@@ -50,7 +51,7 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     )  # fmt: skip
 
 
-def _residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]:
+def _collect_residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]:
     """By output, one array a segment."""
     residuals: dict[str, list[FloatArray]] = {name: [] for name in cost.sensitivity.outputs}
     for k in range(len(cost.segments)):
@@ -62,7 +63,9 @@ def _residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]
     return residuals
 
 
-def _by_record(cost: SegmentCost, residuals: dict[str, list[FloatArray]]) -> dict[str, dict[str, FloatArray]]:
+def _group_by_record(
+    cost: SegmentCost, residuals: dict[str, list[FloatArray]]
+) -> dict[str, dict[str, FloatArray]]:
     """The segments of a record put together."""
     names = [segment.record.name for segment in cost.segments]
     return {
@@ -74,23 +77,24 @@ def _by_record(cost: SegmentCost, residuals: dict[str, list[FloatArray]]) -> dic
     }
 
 
-def _covariance(
+def _compute_covariance(
     cost: SegmentCost, found: Minimum, noise: dict[str, NoiseModel]
 ) -> tuple[FloatArray, FloatArray]:
     """Information per unit variance and covariance (p, p) of the scaled shared unknowns."""
-    information, inner = eliminated(found.equations)
+    information, inner = eliminate_local(found.equations)
     middle = np.zeros_like(information)
     for k in range(len(cost.segments)):
         run = cost.linearise(k, found.unknowns)
         if run is None:
-            continue  # `_residuals` has raised for it
+            continue  # `_collect_residuals` has raised for it
         for row, name in enumerate(cost.sensitivity.outputs):
             scored = slice(None, -1 if cost.segments[k].joined else None)
             slopes = run.shared[:, row, scored]
-            if len(run.own):
-                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.own[:, row, scored])
+            if len(run.local):
+                slopes = slopes - np.einsum("qp,qn->pn", inner[k], run.local[:, row, scored])
             middle += (
-                coloured_gram(slopes, noise[name].at(cost.segments[k].record.period_s)) / cost.sigma[row] ** 4
+                compute_coloured_gram(slopes, noise[name].for_period(cost.segments[k].record.period_s))
+                / cost.sigma[row] ** 4
             )
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True)
@@ -99,11 +103,11 @@ def _covariance(
     return information, 0.5 * (covariance + covariance.T)
 
 
-def _first_of_records(cost: SegmentCost) -> NDArray[np.intp]:
+def _find_first_segments(cost: SegmentCost) -> NDArray[np.intp]:
     joined = np.array([False] + [segment.joined for segment in cost.segments[:-1]])
     return np.flatnonzero(~joined)
 
 
-def _rms(series: list[FloatArray]) -> float:
+def _compute_rms(series: list[FloatArray]) -> float:
     count = sum(len(one) for one in series)
     return float(np.sqrt(sum(float(one @ one) for one in series) / count)) if count else 0.0

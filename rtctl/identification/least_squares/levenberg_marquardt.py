@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.least_squares.arrowhead_solver import LinAlgError, NormalEquations, step
+from rtctl.identification.least_squares.arrowhead_solver import LinAlgError, NormalEquations, solve_step
 
 
 class Status(StrEnum):
@@ -36,7 +36,7 @@ class Unknowns(NamedTuple):
 
     shared: FloatArray
     """(p,)"""
-    own: FloatArray
+    local: FloatArray
     """(segments, q)"""
 
 
@@ -50,13 +50,13 @@ class Minimum(NamedTuple):
 
 
 Evaluate = Callable[[Unknowns], NormalEquations | None]
-Bend = Callable[[Unknowns, Unknowns], Unknowns | None]
+SecondDerivative = Callable[[Unknowns, Unknowns], Unknowns | None]
 """At a point, along a step: J^T r'', where r'' is the residuals' second derivative along the step; None: unknown."""
-DISAPPOINTING = 0.5
+POOR_GAIN_RATIO = 0.5
 """Of what the linear model promises of a step."""
-MOST_BENT = 0.75
+MAX_ACCELERATION_RATIO = 0.75
 """Twice the acceleration over the step: beyond, a parabola is no better than a line."""
-STRAIGHT = 0.05
+MIN_ACCELERATION_RATIO = 0.05
 """The same, below which the next step is not asked for its bend."""
 
 
@@ -69,29 +69,29 @@ def minimise(
     iterations: int,
     tolerance: float = 1e-10,
     report: Callable[[int], None] = lambda iteration: None,
-    enough: Callable[[], bool] = lambda: False,
-    bend: Bend = lambda here, move: None,
+    should_stop: Callable[[], bool] = lambda: False,
+    second_derivative: SecondDerivative = lambda here, move: None,
 ) -> Minimum | None:
     """From `start` until a step lowers the cost by less than `tolerance` of it; None: diverged at the start.
 
-    `enough` is asked before each step: then it ends there, as if that had been the last of `iterations`.
+    `should_stop` is asked before each step: then it ends there, as if that had been the last of `iterations`.
     """
     here, equations = start, evaluate(start)
     if equations is None:
         return None
     damping, growth, bent = 1e-3, 2.0, False
     for iteration in range(iterations):
-        if enough():
+        if should_stop():
             return Minimum(here, equations, Status.ITERATIONS, iteration)
         report(iteration)
         if equations.cost == 0.0:
             return Minimum(here, equations, Status.CONVERGED, iteration)
-        frozen = _pushed_out(here, equations, low, high)
-        move = _step(equations, damping, frozen)
-        promised = _promised(equations, move) if move is not None else 0.0
+        frozen = _find_active_bounds(here, equations, low, high)
+        move = _solve_or_none(equations, damping, frozen)
+        promised = _predict_reduction(equations, move) if move is not None else 0.0
         if bent and move is not None:
-            move, bent = _along_the_bend(equations, damping, frozen, move, bend(here, move))
-        trial = _moved(here, move, low, high) if move is not None else None
+            move, bent = _add_acceleration(equations, damping, frozen, move, second_derivative(here, move))
+        trial = _apply_step(here, move, low, high) if move is not None else None
         found = evaluate(trial) if trial is not None else None
         if trial is None or found is None or not found.cost <= equations.cost:
             if (
@@ -106,7 +106,7 @@ def minimise(
             continue
         gained = equations.cost - found.cost
         done = gained <= tolerance * equations.cost and damping < 1.0
-        bent = bent or gained < DISAPPOINTING * promised
+        bent = bent or gained < POOR_GAIN_RATIO * promised
         here, equations = trial, found
         if done:
             return Minimum(here, equations, Status.CONVERGED, iteration + 1)
@@ -114,26 +114,28 @@ def minimise(
     return Minimum(here, equations, Status.ITERATIONS, iterations)
 
 
-def _step(equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]) -> Unknowns | None:
+def _solve_or_none(equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]) -> Unknowns | None:
     """A damped step; None where there is none."""
     try:
-        shared, own = step(equations, damping, frozen)
+        shared, own = solve_step(equations, damping, frozen)
     except (LinAlgError, ValueError):
         return None
     return Unknowns(shared, own) if np.isfinite(shared).all() and np.isfinite(own).all() else None
 
 
-def _moved(here: Unknowns, move: Unknowns, low: FloatArray, high: FloatArray) -> Unknowns:
+def _apply_step(here: Unknowns, move: Unknowns, low: FloatArray, high: FloatArray) -> Unknowns:
     """Cut at the bounds."""
-    return Unknowns(np.clip(here.shared + move.shared, low, high), here.own + move.own)
+    return Unknowns(np.clip(here.shared + move.shared, low, high), here.local + move.local)
 
 
-def _promised(equations: NormalEquations, move: Unknowns) -> float:
+def _predict_reduction(equations: NormalEquations, move: Unknowns) -> float:
     """What a step lowers the cost by in a linear model, at least."""
-    return -0.5 * float(equations.shared_gradient @ move.shared + np.sum(equations.own_gradient * move.own))
+    return -0.5 * float(
+        equations.shared_gradient @ move.shared + np.sum(equations.local_gradient * move.local)
+    )
 
 
-def _along_the_bend(
+def _add_acceleration(
     equations: NormalEquations,
     damping: float,
     frozen: NDArray[np.bool_],
@@ -143,33 +145,35 @@ def _along_the_bend(
     """The step with half of its acceleration, as it is where that is too large; and whether it is bent at all."""
     if second is None:
         return move, True
-    along = equations._replace(shared_gradient=second.shared, own_gradient=second.own)
-    acceleration = _step(along, damping, frozen)
+    along = equations._replace(shared_gradient=second.shared, local_gradient=second.local)
+    acceleration = _solve_or_none(along, damping, frozen)
     if acceleration is None:
         return move, True
-    share = 2.0 * _size(equations, acceleration) / max(_size(equations, move), 1e-300)
-    if share > MOST_BENT:
+    share = (
+        2.0 * _compute_step_norm(equations, acceleration) / max(_compute_step_norm(equations, move), 1e-300)
+    )
+    if share > MAX_ACCELERATION_RATIO:
         return move, True
-    added = Unknowns(move.shared + 0.5 * acceleration.shared, move.own + 0.5 * acceleration.own)
-    return added, share > STRAIGHT
+    added = Unknowns(move.shared + 0.5 * acceleration.shared, move.local + 0.5 * acceleration.local)
+    return added, share > MIN_ACCELERATION_RATIO
 
 
-def _size(equations: NormalEquations, move: Unknowns) -> float:
+def _compute_step_norm(equations: NormalEquations, move: Unknowns) -> float:
     """Norm of a step in the units of Marquardt's damping."""
     diagonal = np.einsum("kqq->kq", equations.diagonal)
-    squares = np.diag(equations.shared) @ move.shared**2 + np.sum(diagonal * move.own**2)
+    squares = np.diag(equations.shared) @ move.shared**2 + np.sum(diagonal * move.local**2)
     return float(np.sqrt(squares))
 
 
-def linear_gain(found: Minimum, low: FloatArray, high: FloatArray) -> float:
+def predict_gain(found: Minimum, low: FloatArray, high: FloatArray) -> float:
     """What one more full step would lower the cost by in a linear model; 0 where there is none."""
-    frozen = _pushed_out(found.unknowns, found.equations, low, high)
-    move = _step(found.equations, 0.0, frozen)
-    gain = _promised(found.equations, move) if move is not None else 0.0
+    frozen = _find_active_bounds(found.unknowns, found.equations, low, high)
+    move = _solve_or_none(found.equations, 0.0, frozen)
+    gain = _predict_reduction(found.equations, move) if move is not None else 0.0
     return gain if np.isfinite(gain) else 0.0
 
 
-def _pushed_out(
+def _find_active_bounds(
     here: Unknowns, equations: NormalEquations, low: FloatArray, high: FloatArray
 ) -> NDArray[np.bool_]:
     """(p,) which shared unknowns are at a bound that their gradient pushes them through."""

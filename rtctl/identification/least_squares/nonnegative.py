@@ -16,11 +16,11 @@ from scipy.optimize import nnls
 
 from rtctl.border.arrays import FloatArray
 
-MOST = 300
+MAX_FACTORISATIONS = 300
 """Factorisations, before the slow method that never fails."""
 PATIENCE = 4
 """Exchanges of whole blocks without fewer wrong signs, before single ones."""
-ROUNDING = 1e-11
+RELATIVE_ROUND_OFF = 1e-11
 """Of the largest: a sign within it is no sign."""
 
 
@@ -34,13 +34,13 @@ def nonnegative_least_squares(
     """
     free = np.zeros(len(right), dtype=bool) if start is None else start > 0.0
     fewest, patience = len(right) + 1, PATIENCE
-    for _ in range(MOST):
+    for _ in range(MAX_FACTORISATIONS):
         x = np.zeros(len(right))
         if free.any():
             x[free] = cho_solve(cho_factor(gram[np.ix_(free, free)]), right[free])
         gradient = gram @ x - right
-        wrong = free & (x < -ROUNDING * np.abs(x).max(initial=0.0))
-        wrong |= ~free & (gradient < -ROUNDING * np.abs(right).max(initial=0.0))
+        wrong = free & (x < -RELATIVE_ROUND_OFF * np.abs(x).max(initial=0.0))
+        wrong |= ~free & (gradient < -RELATIVE_ROUND_OFF * np.abs(right).max(initial=0.0))
         count = int(wrong.sum())
         if not count:
             return np.maximum(x, 0.0)

@@ -20,18 +20,18 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import lfilter
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, by_level, fitted_slow
+from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_part, sum_by_level
 
 HIGHEST_ORDER = 60
 ROWS_AT_ONCE = 16
 """Of a spectrum of many: memory, and what a processor keeps at hand."""
-FINE = 4096
+FINE_LENGTH = 4096
 """Length of a spectrum whose mean is the mean square."""
-SLOWEST = 2**16
+LONG_LENGTH = 2**16
 """Length of one that tells lags of many samples."""
-ALIKE = 1.02
+SAME_PERIOD_RATIO = 1.02
 """Ratio of two periods below which records are sampled alike."""
-DIRECT = 10
+MAX_DIRECT_ORDER = 10
 """Highest order that is filtered sample by sample; above, by FFT."""
 
 
@@ -46,33 +46,33 @@ class NoiseModel(NamedTuple):
     others: tuple[NoiseModel, ...] = ()
     """Of records that are sampled at other periods: an autoregression is of samples, a sensor's noise of seconds."""
 
-    def at(self, period_s: float) -> NoiseModel:
+    def for_period(self, period_s: float) -> NoiseModel:
         """Of records sampled every `period_s`: its own, one of the others, or what every so many samples have of it."""
         for one in (self, *self.others):
-            if not (one.period_s and period_s) or _alike(one.period_s, period_s):
+            if not (one.period_s and period_s) or _are_same_period(one.period_s, period_s):
                 return one
         times = round(period_s / self.period_s)
-        return self.every(times) if times > 1 else self
+        return self.decimate(times) if times > 1 else self
 
-    def every(self, times: int) -> NoiseModel:
+    def decimate(self, times: int) -> NoiseModel:
         """Of one sample in `times`; the slow part of it as far as an autoregression reaches."""
-        correlation = irfft(self.power(SLOWEST), SLOWEST)[: times * (HIGHEST_ORDER + 1) : times]
-        made = autoregression(correlation * SLOWEST, SLOWEST)
+        correlation = irfft(self.power(LONG_LENGTH), LONG_LENGTH)[: times * (HIGHEST_ORDER + 1) : times]
+        made = fit_autoregression(correlation * LONG_LENGTH, LONG_LENGTH)
         return made._replace(period_s=times * self.period_s)
 
-    def louder(self, times: float) -> NoiseModel:
+    def scale_variance(self, times: float) -> NoiseModel:
         """Of so many times the variance, at every period."""
-        others = tuple(one.louder(times) for one in self.others)
+        others = tuple(one.scale_variance(times) for one in self.others)
         return self._replace(variance=times * self.variance, others=others)
 
     def whiten(self, series: FloatArray) -> FloatArray:
         """w of the series (..., n), standardised to variance 1 from the first sample on; without its slow part."""
         order = len(self.coefficients)
         kernel = np.append(1.0, self.coefficients) / np.sqrt(self.variance or 1.0)
-        if order <= DIRECT:
+        if order <= MAX_DIRECT_ORDER:
             whitened: FloatArray = lfilter(kernel, np.ones(1), series, axis=-1)
         else:
-            whitened = _filtered(kernel, series)
+            whitened = _filter_by_fft(kernel, series)
         begin = min(order, series.shape[-1])
         whitened[..., :begin] = series[..., :begin] @ self._begin()[:begin, :begin].T
         return whitened if self.slow is None else self.slow.whiten(whitened)
@@ -94,7 +94,7 @@ class NoiseModel(NamedTuple):
     @property
     def mean_square(self) -> float:
         """Of the noise itself."""
-        return float(np.mean(self.power(FINE)))
+        return float(np.mean(self.power(FINE_LENGTH)))
 
     def power(self, length: int) -> FloatArray:
         """Power (length // 2 + 1,) at the frequencies of a real FFT of `length`; white noise: its variance."""
@@ -103,7 +103,7 @@ class NoiseModel(NamedTuple):
         return density if self.slow is None else density * self.slow.power(np.arange(len(density)) / length)
 
 
-def _filtered(kernel: FloatArray, series: FloatArray) -> FloatArray:
+def _filter_by_fft(kernel: FloatArray, series: FloatArray) -> FloatArray:
     """The series (..., n) through a filter of finite response, as long as they were."""
     rows = series.reshape(-1, series.shape[-1])
     length = int(next_fast_len(rows.shape[1] + len(kernel) - 1, real=True))
@@ -117,63 +117,63 @@ def _filtered(kernel: FloatArray, series: FloatArray) -> FloatArray:
 
 def fit_noise_by_period(series: Sequence[FloatArray], periods_s: Sequence[float]) -> NoiseModel:
     """Of residuals, one array (n,) a record, that are sampled every so often."""
-    groups = sampled_alike(periods_s)
+    groups = group_by_period(periods_s)
     made = [fit_noise([series[k] for k in own])._replace(period_s=periods_s[own[0]]) for own in groups]
-    return of_several(made, [sum(len(series[k]) for k in own) for own in groups])
+    return combine_models(made, [sum(len(series[k]) for k in own) for own in groups])
 
 
 def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) -> NoiseModel:
     """Of residuals, one array (n,) a record. Constant zero gives variance 0."""
     count = sum(len(one) for one in series)
-    highest = order_within([len(one) for one in series], highest_order)
-    correlation = np.sum([autocorrelation(one, highest) for one in series], axis=0)
-    return autoregression(correlation, count)
+    highest = limit_order([len(one) for one in series], highest_order)
+    correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
+    return fit_autoregression(correlation, count)
 
 
-def sampled_alike(periods_s: Sequence[float]) -> list[list[int]]:
+def group_by_period(periods_s: Sequence[float]) -> list[list[int]]:
     """Indices of periods that are the same, the shortest first."""
     groups: list[list[int]] = []
     for k in sorted(range(len(periods_s)), key=lambda k: periods_s[k]):
-        if groups and _alike(periods_s[groups[-1][0]], periods_s[k]):
+        if groups and _are_same_period(periods_s[groups[-1][0]], periods_s[k]):
             groups[-1].append(k)
         else:
             groups.append([k])
     return groups
 
 
-def _alike(one_s: float, other_s: float) -> bool:
-    return max(one_s, other_s) <= ALIKE * min(one_s, other_s)
+def _are_same_period(one_s: float, other_s: float) -> bool:
+    return max(one_s, other_s) <= SAME_PERIOD_RATIO * min(one_s, other_s)
 
 
-def of_several(models: Sequence[NoiseModel], samples: Sequence[int]) -> NoiseModel:
+def combine_models(models: Sequence[NoiseModel], samples: Sequence[int]) -> NoiseModel:
     """One model of records sampled at several periods: that of the most `samples` speaks for all where one has to."""
     main = max(range(len(models)), key=lambda k: samples[k])
     return models[main]._replace(others=tuple(one for k, one in enumerate(models) if k != main))
 
 
-def order_within(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:
+def limit_order(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:
     """Highest order that records of these lengths can carry."""
     return max(0, min(highest_order, sum(lengths) // 20, min(lengths) - 1))
 
 
-def noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> NoiseModel:
+def fit_noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> NoiseModel:
     """Of residuals (rows, n), one array a record, of which the first row is what is left and the others, in squares,
     what was taken of it; with a `slow` part where asked and seen.
     """
     lengths = [one.shape[1] for one in series]
-    highest = order_within(lengths)
-    correlation = np.sum([autocorrelation(one, highest) for one in series], axis=0)
-    model = autoregression(correlation, sum(lengths))
+    highest = limit_order(lengths)
+    correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
+    model = fit_autoregression(correlation, sum(lengths))
     if not slow or not model.variance > 0.0:
         return model
     squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
     for one in series:
-        own, count = by_level(model.whiten(one))
+        own, count = sum_by_level(model.whiten(one))
         squares, numbers = squares + own, numbers + count
-    return model._replace(slow=fitted_slow(squares, numbers))
+    return model._replace(slow=fit_slow_part(squares, numbers))
 
 
-def autoregression(correlation: FloatArray, count: int) -> NoiseModel:
+def fit_autoregression(correlation: FloatArray, count: int) -> NoiseModel:
     """From sums of products (lags,) over `count` samples; the order by BIC."""
     correlation = correlation / count
     if not correlation[0] > 0.0:
@@ -192,7 +192,7 @@ def autoregression(correlation: FloatArray, count: int) -> NoiseModel:
     return best
 
 
-def coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
+def compute_coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
     """J R J^T (p, p) for slopes J (p, n) and the noise's covariance R, by its power spectrum."""
     n = slopes.shape[1]
     length = int(next_fast_len(n + min(n, 4096), real=True))
@@ -203,7 +203,7 @@ def coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
     return gram
 
 
-def autocorrelation(series: FloatArray, highest: int) -> FloatArray:
+def sum_lagged_products(series: FloatArray, highest: int) -> FloatArray:
     """Sums of products (highest + 1,) at lags from 0 of a series (n,), or of all of several (rows, n) together."""
     rows = np.atleast_2d(series)
     length = int(next_fast_len(rows.shape[1] + highest, real=True))

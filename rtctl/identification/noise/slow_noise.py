@@ -19,11 +19,11 @@ from rtctl.border.arrays import FloatArray
 
 LEVELS = 40
 """Enough for any record."""
-STEP = 0.5
+LEVEL_STEP = 0.5
 """From level to level, of the logarithm of a variance; 1/f doubles it, a random walk takes it four times."""
-CHANCE = 0.3
+SIGNIFICANCE = 0.3
 """Of white noise to look as slow, about; what it is then given is little."""
-ROUND_OFF = 1e-6
+ROUND_OFF_VARIANCE = 1e-6
 """Of white noise: details below it were taken out with the mean."""
 
 
@@ -40,7 +40,7 @@ class SlowPart(NamedTuple):
 
     def whiten(self, series: FloatArray) -> FloatArray:
         """`series` (..., n) with each detail over its standard deviation."""
-        sums, counts = _pyramid(series)
+        sums, counts = _build_pyramid(series)
         gains = 1.0 / np.sqrt(self.variances)
         found: FloatArray = gains[len(sums) - 1] * sums[-1] / counts[-1]
         for level in range(len(sums) - 2, -1, -1):
@@ -51,29 +51,29 @@ class SlowPart(NamedTuple):
         return found
 
 
-def fitted_slow(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
+def fit_slow_part(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
     """Of `squares` (LEVELS,) of `numbers` (LEVELS,) details; None where white noise explains them.
 
     The variances' logarithms are a random walk over the levels, with an error of sqrt(2 / number) each.
     """
-    seen = (numbers > 0.0) & (squares > ROUND_OFF * numbers)
+    seen = (numbers > 0.0) & (squares > ROUND_OFF_VARIANCE * numbers)
     if not seen.any():
         return None
     raw = np.zeros(LEVELS)
     raw[seen] = np.log(squares[seen] / numbers[seen])
     unlike = float(np.sum(numbers[seen] * np.expm1(raw[seen]) - numbers[seen] * raw[seen]))
-    if chi2.sf(unlike, int(seen.sum())) > CHANCE:
+    if chi2.sf(unlike, int(seen.sum())) > SIGNIFICANCE:
         return None
     weight = np.where(seen, 0.5 * numbers, 0.0)
-    steps = np.diff(np.eye(LEVELS), axis=0) / STEP
+    steps = np.diff(np.eye(LEVELS), axis=0) / LEVEL_STEP
     smooth = np.linalg.solve(np.diag(weight) + steps.T @ steps, weight * raw)
     return SlowPart(np.exp(smooth))
 
 
-def by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+def sum_by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sums of squared details (LEVELS,) over all of `series` (rows, n), their numbers a row; the mean is the last."""
     squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
-    sums, counts = _pyramid(series)
+    sums, counts = _build_pyramid(series)
     energy = [float(np.sum(one**2 / count)) for one, count in zip(sums, counts, strict=True)]
     for level in range(len(sums) - 1):
         squares[level] = max(energy[level] - energy[level + 1], 0.0)
@@ -82,17 +82,17 @@ def by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     return squares, numbers
 
 
-def _pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
+def _build_pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
     """Sums over blocks of 1, 2, 4 ... samples up to the whole, the last block of each as long as there is, and how
     many samples each has."""
     sums, counts = [series], [np.ones(series.shape[-1])]
     while sums[-1].shape[-1] > 1:
-        sums.append(_pairs(sums[-1]))
-        counts.append(_pairs(counts[-1]))
+        sums.append(_sum_pairs(sums[-1]))
+        counts.append(_sum_pairs(counts[-1]))
     return sums, counts
 
 
-def _pairs(series: FloatArray) -> FloatArray:
+def _sum_pairs(series: FloatArray) -> FloatArray:
     """Sums of each two of (..., n); the last one alone where n is odd."""
     both = series.shape[-1] // 2
     found = np.empty((*series.shape[:-1], series.shape[-1] - both))

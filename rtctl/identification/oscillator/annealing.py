@@ -10,7 +10,7 @@ proposed around where it began, so that one call evaluates them together, and ju
 Corrected of the paper's Algorithm 1: `FAULTS` has the list. Added, because steps that suit the start are far too coarse
 and too square for the end: the moves' covariance follows those that were good (D. Vanderbilt, S. Louie, J. Comput.
 Phys. 56, 259, 1984), their size the share of these (A. Corana et al., ACM Trans. Math. Software 13, 262, 1987).
-`paper_letter` runs the printed lines instead.
+`anneal_as_printed` runs the printed lines instead.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ FAULTS = (
 TARGET_SHARE = (0.2, 0.4)
 """Share of moves that would be taken from where a temperature began, between which the steps stay."""
 STEP_CHANGE = 1.15
-LEAST_STEP, MOST_STEP = 1e-9, 0.5
+MIN_STEP, MAX_STEP = 1e-9, 0.5
 """Of a coefficient's range."""
-LEARNED = 0.15
+COVARIANCE_GAIN = 0.15
 """Weight of a temperature's accepted moves in the covariance of the next ones."""
-LEAST_POWER = 1e-14
+MIN_VARIANCE = 1e-14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ class AnnealingOptions:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Annealed:
+class AnnealingResult:
     """What was found, and how it went."""
 
     values: FloatArray
@@ -89,20 +89,20 @@ class Annealed:
 
 def anneal(
     cost: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
-) -> Annealed:
+) -> AnnealingResult:
     """Minimise `cost` within [low, high] (p,) from `start`. Raises ValueError where the start has no finite cost."""
     options = options or AnnealingOptions()
     rng = np.random.default_rng(options.seed)
     x, width = np.asarray(start, dtype=np.float64), high - low
-    f = _first_cost(cost, x, low, high)
+    f = _evaluate_start(cost, x, low, high)
     shape, step = np.eye(len(x)), options.first_step
-    trials = [_proposed(rng, x, step * shape, low, high, options.moves) for _ in range(options.pre_runs)]
-    temperature = first = _mean_change(cost(np.vstack(trials)), f)
+    trials = [_propose_moves(rng, x, step * shape, low, high, options.moves) for _ in range(options.pre_runs)]
+    temperature = first = _compute_mean_change(cost(np.vstack(trials)), f)
     best, best_f = x, f
     course, taken = np.empty(options.temperatures), np.empty(options.temperatures)
     for turn in range(options.temperatures):
         centre, f_centre = x, f
-        moves = _proposed(rng, x, step * _root(shape), low, high, options.moves)
+        moves = _propose_moves(rng, x, step * _compute_root(shape), low, high, options.moves)
         costs, chances = cost(moves), rng.random(options.moves)
         good = chances < np.exp(-np.maximum(costs - f_centre, 0.0) / temperature)
         for move, found, chance in zip(moves, costs.tolist(), chances.tolist(), strict=True):
@@ -113,49 +113,49 @@ def anneal(
         course[turn], taken[turn] = best_f, good.mean()
         if good.any():
             gone = (moves[good] - centre) / width / step
-            shape = (1.0 - LEARNED) * shape + LEARNED * gone.T @ gone / len(gone)
-        step = _adapted(step, taken[turn])
+            shape = (1.0 - COVARIANCE_GAIN) * shape + COVARIANCE_GAIN * gone.T @ gone / len(gone)
+        step = _adapt_step(step, taken[turn])
         temperature *= options.cooling
     evaluations = 1 + options.moves * (options.pre_runs + options.temperatures)
-    return Annealed(
+    return AnnealingResult(
         values=best, cost=best_f, first_temperature=first, best=course, taken=taken, evaluations=evaluations
     )
 
 
-def paper_letter(
+def anneal_as_printed(
     score: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
-) -> Annealed:
+) -> AnnealingResult:
     """Lines 1 to 25 as printed; `score` is the paper's f itself: the correlation, or an error. One move a call."""
     options = options or AnnealingOptions()
     rng = np.random.default_rng(options.seed)
     x, width = np.asarray(start, dtype=np.float64), high - low
-    f = _first_cost(score, x, low, high)
+    f = _evaluate_start(score, x, low, high)
     even = options.first_step * np.eye(len(x))
-    trials = [_proposed(rng, x, even, low, high, options.moves) for _ in range(options.pre_runs)]
-    first = _mean_change(score(np.vstack(trials)), f)
+    trials = [_propose_moves(rng, x, even, low, high, options.moves) for _ in range(options.pre_runs)]
+    first = _compute_mean_change(score(np.vstack(trials)), f)
     temperature, sign = first, 1.0
     course, taken = np.empty(options.temperatures), np.empty(options.temperatures)
     for turn in range(options.temperatures):
         changes: list[float] = []
         accepted = 0
         for i in range(options.moves):
-            chosen = _chosen(rng, len(x), 1)[0]
+            chosen = _choose_coefficients(rng, len(x), 1)[0]
             move = np.clip(x + sign * options.first_step * width * chosen * rng.random(len(x)), low, high)
             found = float(score(move[None, :])[0])
             changes.append(found - f)
-            if found > f or rng.random() > _exponential(-(found - f) / temperature):
+            if found > f or rng.random() > _exponentiate(-(found - f) / temperature):
                 x, f, accepted = move, found, accepted + 1
             if i + 1 > 5 and abs(changes[i]) >= abs(changes[i - 2]):
                 sign = -sign
         course[turn], taken[turn] = f, accepted / options.moves
         temperature = options.cooling * first
     evaluations = 1 + options.moves * (options.pre_runs + options.temperatures)
-    return Annealed(
+    return AnnealingResult(
         values=x, cost=f, first_temperature=first, best=course, taken=taken, evaluations=evaluations
     )
 
 
-def _first_cost(cost: Cost, x: FloatArray, low: FloatArray, high: FloatArray) -> float:
+def _evaluate_start(cost: Cost, x: FloatArray, low: FloatArray, high: FloatArray) -> float:
     if not ((low <= x) & (x <= high)).all() or not (low < high).all():
         raise ValueError("annealing needs low < high for each coefficient, and a start between them")
     f = float(cost(x[None, :])[0])
@@ -164,44 +164,44 @@ def _first_cost(cost: Cost, x: FloatArray, low: FloatArray, high: FloatArray) ->
     return f
 
 
-def _chosen(rng: np.random.Generator, coefficients: int, moves: int) -> BoolArray:
+def _choose_coefficients(rng: np.random.Generator, coefficients: int, moves: int) -> BoolArray:
     """(moves, p): which coefficients a move changes, half of them on average and one at least."""
     chosen = rng.random((moves, coefficients)) < 0.5
     chosen[np.arange(moves), rng.integers(coefficients, size=moves)] = True
     return chosen
 
 
-def _proposed(
+def _propose_moves(
     rng: np.random.Generator, x: FloatArray, root: FloatArray, low: FloatArray, high: FloatArray, moves: int
 ) -> FloatArray:
     """(moves, p) around x: each a step in some of the directions of `root` (p, p), columns in parts of the range.
 
     Reflected at the bounds: clipped ones would pile up there.
     """
-    steps = rng.standard_normal((moves, len(x))) * _chosen(rng, len(x), moves)
+    steps = rng.standard_normal((moves, len(x))) * _choose_coefficients(rng, len(x), moves)
     found = x + (high - low) * (steps @ root.T)
     found = np.where(found < low, 2.0 * low - found, found)
     return np.asarray(np.clip(np.where(found > high, 2.0 * high - found, found), low, high))
 
 
-def _root(shape: FloatArray) -> FloatArray:
+def _compute_root(shape: FloatArray) -> FloatArray:
     """Principal axes of the moves' covariance, each as long as its deviation."""
     power, axes = np.linalg.eigh(shape)
-    return np.asarray(axes * np.sqrt(np.maximum(power, LEAST_POWER)))
+    return np.asarray(axes * np.sqrt(np.maximum(power, MIN_VARIANCE)))
 
 
-def _mean_change(costs: FloatArray, f: float) -> float:
+def _compute_mean_change(costs: FloatArray, f: float) -> float:
     """T_0: mean |df| of the trials that have a cost; a smallest number where none differs."""
     changes = np.abs(costs[np.isfinite(costs)] - f)
     return max(float(changes.mean()) if len(changes) else 0.0, 1e-300)
 
 
-def _adapted(step: float, share: float) -> float:
+def _adapt_step(step: float, share: float) -> float:
     """The next temperature's step."""
     if share > TARGET_SHARE[1]:
-        return min(step * STEP_CHANGE, MOST_STEP)
-    return max(step / STEP_CHANGE, LEAST_STEP) if share < TARGET_SHARE[0] else step
+        return min(step * STEP_CHANGE, MAX_STEP)
+    return max(step / STEP_CHANGE, MIN_STEP) if share < TARGET_SHARE[0] else step
 
 
-def _exponential(argument: float) -> float:
+def _exponentiate(argument: float) -> float:
     return math.exp(argument) if argument < 700.0 else math.inf

@@ -15,23 +15,23 @@ from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.identification.fit import Fit
-from rtctl.identification.fit_record import FitRecord, fit_records
-from rtctl.identification.oscillator.start_values import start_values
+from rtctl.identification.fit_record import FitRecord, select_fit_records
+from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.oscillator.weak_form import WeakFit
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
-from rtctl.identification.simulation_error.output_error import FitOptions, Told, fit_output_error
-from rtctl.identification.simulation_error.trajectory_divergence import parting
+from rtctl.identification.simulation_error.output_error import FitOptions, ReportProgress, fit_output_error
+from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence
 from rtctl.measured.dataset import Dataset
 
 KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
 CONFIDENCE_95 = 1.96
-LEAVES_THE_DATA = 0.3
+MAX_RESIDUAL_SHARE = 0.3
 """Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
-CONSTANT_RESIDUAL = 0.7
+CONSTANT_RESIDUAL_RATIO = 0.7
 """Mean over RMS: half of the power."""
 NOT_TRUSTED = (
-    f"this fit leaves more than {100.0 * LEAVES_THE_DATA:.0f} % of the motion: do not use it. Check that drive and "
+    f"this fit leaves more than {100.0 * MAX_RESIDUAL_SHARE:.0f} % of the motion: do not use it. Check that drive and "
     "displacement are not swapped and belong together, the sample rate, and the units; give a start model (--model) "
     "with better values or with what the equation lacks"
 )
@@ -75,7 +75,7 @@ def identify_oscillator(
     options: OscillatorFitOptions | None = None,
     *,
     source: str = "model",
-    report: Told = lambda text, share: None,
+    report: ReportProgress = lambda text, share: None,
 ) -> OscillatorFit:
     """Fit the parameters of `model` that are not fixed; without one the nominal four.
 
@@ -83,48 +83,48 @@ def identify_oscillator(
     FitError where no start leads anywhere.
     """
     options = options or OscillatorFitOptions()
-    records = _usable_records(dataset)
-    start = model or _nominal(build, dataset.units)
+    records = _select_usable_records(dataset)
+    start = model or _make_nominal_model(build, dataset.units)
     simulation = build(start, dataset.units, source)
     if all(parameter.fixed for parameter in simulation.parameters):
         raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
     report("start values", 0.0)
-    starts = start_values(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit, reason = _fitted(simulation, records, starts.values, options, report)
-    trusted = _share_left(fit, records, without_mean=True) <= LEAVES_THE_DATA
+    starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
+    fit, reason = _fit_by_suitable_method(simulation, records, starts.values, options, report)
+    trusted = _compute_residual_share(fit, records, without_mean=True) <= MAX_RESIDUAL_SHARE
     return OscillatorFit(
-        model=_written(start, fit, with_errors=trusted),
+        model=_write_model(start, fit, with_errors=trusted),
         trusted=trusted,
         fit=fit,
         weak=starts.weak,
         reason=reason,
-        warnings=(*(() if trusted else (NOT_TRUSTED,)), *_warnings(fit)),
+        warnings=(*(() if trusted else (NOT_TRUSTED,)), *_collect_warnings(fit)),
         records=records,
     )
 
 
-def _fitted(
+def _fit_by_suitable_method(
     simulation: Simulation,
     records: tuple[FitRecord, ...],
     starts: list[FloatArray],
     options: OscillatorFitOptions,
-    report: Told,
+    report: ReportProgress,
 ) -> tuple[Fit, str]:
     """By the method that the data allow, and why it was taken."""
     shooting = ShootingOptions(fit=options.fit)
-    parts = parting(simulation, records, starts[0])
-    if parts.chaotic:
+    parts = measure_divergence(simulation, records, starts[0])
+    if parts.is_chaotic:
         fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
         return fit, (
             f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
             f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
         )
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
-    left = _share_left(free_run, records)
-    if left <= LEAVES_THE_DATA:
+    left = _compute_residual_share(free_run, records)
+    if left <= MAX_RESIDUAL_SHARE:
         return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
     short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
-    follows = _share_left(short, records)
+    follows = _compute_residual_share(short, records)
     if follows < 0.5 * left:
         return short, (
             f"free runs leave {100.0 * left:.2g} % of the motion unexplained (another well, or a start too far off), "
@@ -133,7 +133,7 @@ def _fitted(
     return free_run, f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)"
 
 
-def _share_left(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
+def _compute_residual_share(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
     """RMS residual of the displacement in parts of its motion about the mean.
 
     `without_mean`: of each record, for a constant has a simple cause, which is told.
@@ -146,12 +146,12 @@ def _share_left(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool 
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2))) / motion
 
 
-def _usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
+def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
     if dataset.plant != KIND:
         raise InputError(
             f'{dataset.path}: key "dataset.plant" is "{dataset.plant}", --kind {KIND} needs "{KIND}"'
         )
-    records = fit_records(dataset)
+    records = select_fit_records(dataset)
     if not records:
         raise InputError(f'{dataset.path}: no record has use = "fit"; test records are never fitted')
     for record in records:
@@ -160,14 +160,14 @@ def _usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
     return records
 
 
-def _nominal(build: Build, units: Mapping[str, str]) -> ModelFile:
+def _make_nominal_model(build: Build, units: Mapping[str, str]) -> ModelFile:
     """The nominal model with everything free, in the data's units."""
     empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
     return ModelFile(
         model=ModelTable(
             kind=KIND,
             parameters={
-                one.name: Value(value=0.0, unit=_plain(one.unit))
+                one.name: Value(value=0.0, unit=_simplify_unit(one.unit))
                 for one in empty.parameters
                 if one.name in NOMINAL
             },
@@ -175,14 +175,14 @@ def _nominal(build: Build, units: Mapping[str, str]) -> ModelFile:
     )
 
 
-def _plain(unit: str) -> str:
+def _simplify_unit(unit: str) -> str:
     """A unit without brackets around single names: 1/((V)^2*s^2) is 1/(V^2*s^2)."""
     while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
         unit = shorter
     return unit
 
 
-def _written(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
+def _write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
     """`start` with the fitted values, errors and 95 % intervals, in its own units."""
     numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
     parameters = {one.name: one for one in fit.simulation.parameters}
@@ -191,7 +191,7 @@ def _written(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
         if name not in numbers:
             return old
         value, error = numbers[name]
-        return _value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
+        return _write_value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
 
     return ModelFile(
         model=ModelTable(
@@ -210,7 +210,7 @@ def _written(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
     )
 
 
-def _value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
+def _write_value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
     """In the unit of `old`; without errors where the data say nothing."""
     unit = old.unit
     factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
@@ -222,8 +222,8 @@ def _value(old: Value, parameter: FreeParameter, value: float, error: float) -> 
     return Value(value=value * factor, unit=unit, **known)
 
 
-def _warnings(fit: Fit) -> tuple[str, ...]:
-    said = list(fit.determinability.sentences())
+def _collect_warnings(fit: Fit) -> tuple[str, ...]:
+    said = list(fit.determinability.describe())
     if fit.status != "converged":
         said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
     for k, name in zip(fit.free, fit.names, strict=True):
@@ -234,16 +234,16 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
             )
     if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
         said.append("a mechanism with a memory or a clock of its own began anew with each segment")
-    return (*said, *_offset_notes(fit))
+    return (*said, *_describe_offsets(fit))
 
 
-def _offset_notes(fit: Fit) -> list[str]:
+def _describe_offsets(fit: Fit) -> list[str]:
     """A residual that is mostly a constant has a simple cause."""
     said = []
     for record, outputs in fit.residuals.items():
         for name, residual in outputs.items():
             mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
-            if abs(mean) > CONSTANT_RESIDUAL * rms:
+            if abs(mean) > CONSTANT_RESIDUAL_RATIO * rms:
                 said.append(
                     f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
                     f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "

@@ -12,17 +12,17 @@ from rtctl.identification.fit_record import FitRecord
 DEGREE = 3
 SHARE_OF_HALF_WIDTH = 1.0 / 3.0
 """Of the weak form's: a tenth of a period, over which a cubic follows a motion within its curvature's noise."""
-LEAST_REACH = 3  # samples to each side: seven points for four coefficients
+MIN_REACH_SAMPLES = 3  # samples to each side: seven points for four coefficients
 
 
-def local_state(
+def estimate_initial_state(
     record: FitRecord, at: int, half_width_s: float, states: Sequence[str] = ("displacement", "velocity")
 ) -> FloatArray:
     """States (states,) at sample `at`; `half_width_s` is the weak form's. One-sided at the record's ends.
 
     A velocity that was measured is smoothed itself; a state that is neither is 0.
     """
-    reach = max(LEAST_REACH, round(SHARE_OF_HALF_WIDTH * half_width_s / record.period_s))
+    reach = max(MIN_REACH_SAMPLES, round(SHARE_OF_HALF_WIDTH * half_width_s / record.period_s))
     begin, end = max(0, at - reach), min(record.samples, at + reach + 1)
     x = (np.arange(begin, end) - at) / reach
     found = []
@@ -37,7 +37,7 @@ def local_state(
     return np.array(found)
 
 
-def given_state(record: FitRecord, states: Sequence[str] = ("displacement", "velocity")) -> FloatArray:
+def read_initial_state(record: FitRecord, states: Sequence[str] = ("displacement", "velocity")) -> FloatArray:
     """What the record says of its start: `initial`, else its first sample at rest."""
     found = []
     for name in states:

@@ -27,14 +27,14 @@ def regress_filtered(
     """Coefficients of `terms` over all records, one in memory at a time."""
     gram = np.zeros((1 + len(terms), 1 + len(terms)))
     for record in records:
-        rows = np.stack(_columns(record, terms, neighbours))
+        rows = np.stack(_build_columns(record, terms, neighbours))
         gram += rows @ rows.T
     scale = 1.0 / np.sqrt(np.diag(gram)[1:])
     found = scale * np.linalg.solve(gram[1:, 1:] * np.outer(scale, scale), scale * gram[1:, 0])
     return dict(zip(terms, found.tolist(), strict=True))
 
 
-def mean_filtered(signal: FloatArray, neighbours: int = NEIGHBOURS) -> FloatArray:
+def apply_mean_filter(signal: FloatArray, neighbours: int = NEIGHBOURS) -> FloatArray:
     """Mean over `neighbours` on both sides, (n - 2 neighbours,)."""
     total = np.cumsum(np.concatenate(([0.0], signal)))
     width = 2 * neighbours + 1
@@ -42,23 +42,23 @@ def mean_filtered(signal: FloatArray, neighbours: int = NEIGHBOURS) -> FloatArra
     return averaged
 
 
-def _columns(record: FitRecord, terms: Sequence[str], neighbours: int) -> list[FloatArray]:
+def _build_columns(record: FitRecord, terms: Sequence[str], neighbours: int) -> list[FloatArray]:
     """Acceleration and terms (n - 2 neighbours - 4,) each."""
-    z = mean_filtered(record.measured["displacement"], neighbours)
+    z = apply_mean_filter(record.measured["displacement"], neighbours)
     inner = slice(neighbours, record.samples - neighbours)
     drive = record.stimulus.inputs.get("drive")
     u = np.zeros_like(z) if drive is None else drive[inner]
-    v = _difference(z, record.period_s)
+    v = _differentiate(z, record.period_s)
     signals = Sampled(z[2:-2], v[1:-1], u[2:-2], 0.0)
-    columns = [_difference(v, record.period_s)]
+    columns = [_differentiate(v, record.period_s)]
     for term in (TERMS[name] for name in terms):
         wide = signals._replace(z=z[1:-1], v=v, u=u[1:-1])
-        force = _difference(term.feature(wide), record.period_s) if term.order else term.feature(signals)
+        force = _differentiate(term.feature(wide), record.period_s) if term.order else term.feature(signals)
         columns.append(term.sign * force)
     return columns
 
 
-def _difference(signal: FloatArray, period_s: float) -> FloatArray:
+def _differentiate(signal: FloatArray, period_s: float) -> FloatArray:
     """Central difference (n - 2,)."""
     slope: FloatArray = (signal[2:] - signal[:-2]) / (2.0 * period_s)
     return slope

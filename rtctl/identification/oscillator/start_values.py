@@ -10,8 +10,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.weak_form import TERMS, WeakFit, half_width, regress
-from rtctl.identification.scales import parameter_scales, scales_of
+from rtctl.identification.oscillator.weak_form import TERMS, WeakFit, choose_half_width, regress
+from rtctl.identification.scales import compute_parameter_scales, estimate_scales
 
 WIDTHS = (1.0, 1.6)
 SPREAD = 0.15
@@ -25,25 +25,25 @@ class Starts(NamedTuple):
     weak: WeakFit
 
 
-def start_values(
+def generate_starts(
     simulation: Simulation, records: Sequence[FitRecord], count: int, seed: int, *, trust_own: bool
 ) -> Starts:
     """At least one start; `trust_own`: the simulation's own values are somebody's belief and not zeros."""
     own = np.array([parameter.value for parameter in simulation.parameters])
-    scales = scales_of(records)
-    width_s = half_width(records, scales.rate)
-    regressions = [_regression(simulation, records, factor * width_s) for factor in WIDTHS]
-    found = [_filled_in(simulation, own, weak) for weak in regressions]
+    scales = estimate_scales(records)
+    width_s = choose_half_width(records, scales.rate)
+    regressions = [_regress_free_terms(simulation, records, factor * width_s) for factor in WIDTHS]
+    found = [_fill_in(simulation, own, weak) for weak in regressions]
     if trust_own:
         found.insert(1, own)
     draw = np.random.default_rng(seed)
-    sizes = parameter_scales(simulation.parameters, scales)
+    sizes = compute_parameter_scales(simulation.parameters, scales)
     while len(found) < count:
-        found.append(_moved(simulation, found[0], sizes, draw))
+        found.append(_perturb(simulation, found[0], sizes, draw))
     return Starts(found[: max(count, 1)], regressions[0])
 
 
-def _regression(simulation: Simulation, records: Sequence[FitRecord], width_s: float) -> WeakFit:
+def _regress_free_terms(simulation: Simulation, records: Sequence[FitRecord], width_s: float) -> WeakFit:
     """All parameters that are terms of the weak form and free; those that are fixed are known."""
     terms = [one.name for one in simulation.parameters if one.name in TERMS and not one.fixed]
     known = {
@@ -54,7 +54,7 @@ def _regression(simulation: Simulation, records: Sequence[FitRecord], width_s: f
     return regress(records, [*terms, "offset"], width_s, known)
 
 
-def _filled_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatArray:
+def _fill_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatArray:
     """`own` with what the regression found, within bounds."""
     values = own.copy()
     for k, parameter in enumerate(simulation.parameters):
@@ -63,7 +63,7 @@ def _filled_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatA
     return values
 
 
-def _moved(
+def _perturb(
     simulation: Simulation, values: FloatArray, scale: FloatArray, draw: np.random.Generator
 ) -> FloatArray:
     """Free values by chance around `values`; signs stay, and what is zero moves by a share of its scale."""

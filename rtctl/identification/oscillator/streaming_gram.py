@@ -4,10 +4,10 @@ Columns of a row (`COLUMNS`), of a mass-normalised oscillator on a frame whose v
 
     y = z'' - f,  v = z',  z, z^3, z^5, z^7, z^2, z^2 v, abs(v) v, sign v, 1
 
-`filtered_gram` takes them by the bistable beam paper's mean filter and central differences, at every sample;
-`weak_gram` integrates them over bumps (`weak_form`), which differentiates no noisy signal. Either way a model is a
-vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation and
-constraints are arithmetic on an 11 x 11 matrix a record.
+`compute_filtered_gram` takes them by the bistable beam paper's mean filter and central differences, at every sample;
+`compute_weak_gram` integrates them over bumps (`weak_form`), which differentiates no noisy signal. Either way a model
+is a vector that says which sum of columns is left over, and its least squares, its R^2 on any record, cross-validation
+and constraints are arithmetic on an 11 x 11 matrix a record.
 
 Reference: the bistable beam paper, sections 2.3, 3.2; Messenger, Bortz, Multiscale Model. Simul. 19 (2021) 1474.
 """
@@ -22,7 +22,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.oscillator.mean_filter import NEIGHBOURS
-from rtctl.identification.oscillator.weak_form import BUMPS_PER_HALF_WIDTH, bump
+from rtctl.identification.oscillator.weak_form import BUMPS_PER_HALF_WIDTH, sample_bump
 
 KernelT = TypeVar("KernelT", bound=Callable[..., Any])
 COLUMNS = ("y", "v", "z", "z^3", "z^5", "z^7", "z^2", "z^2 v", "abs(v) v", "sign v", "1")
@@ -36,7 +36,7 @@ def _compiled(function: KernelT) -> KernelT:
     return cast(KernelT, made)
 
 
-def filtered_gram(
+def compute_filtered_gram(
     displacement: FloatArray,
     frame_velocity: FloatArray,
     period_s: float,
@@ -50,11 +50,11 @@ def filtered_gram(
     the same procedure"), so twice before the acceleration; else once, before both.
     """
     gram = np.zeros((_N, _N))
-    _filtered(displacement, frame_velocity, period_s, neighbours, neighbours if each else 0, gram)
+    _accumulate_filtered(displacement, frame_velocity, period_s, neighbours, neighbours if each else 0, gram)
     return gram + np.tril(gram, -1).T
 
 
-def weak_gram(
+def compute_weak_gram(
     displacement: FloatArray, frame_velocity: FloatArray, period_s: float, half_width_s: float
 ) -> FloatArray:
     """(11, 11) of the same by bumps of `half_width_s`, an eighth of it apart; each row's integral over its bump.
@@ -63,16 +63,18 @@ def weak_gram(
     of a fifth harmonic at 10 kHz and the same in all columns.
     """
     m = max(4, 2 * round(0.5 * half_width_s / period_s))
-    kernels = np.stack([bump(m, period_s, order) for order in range(3)])
+    kernels = np.stack([sample_bump(m, period_s, order) for order in range(3)])
     paired = 0.5 * (kernels[:, :-1:2] + kernels[:, 1::2])
     gram = np.zeros((_N, _N))
     hop = max(1, m // (2 * BUMPS_PER_HALF_WIDTH))
-    _weak(displacement, frame_velocity, period_s, np.ascontiguousarray(paired), hop, NEIGHBOURS, gram)
+    _accumulate_weak(
+        displacement, frame_velocity, period_s, np.ascontiguousarray(paired), hop, NEIGHBOURS, gram
+    )
     return gram + np.tril(gram, -1).T
 
 
 @_compiled
-def _add(block: Any, count: int, gram: Any) -> None:
+def _add_block(block: Any, count: int, gram: Any) -> None:
     """The lower triangle of the Gram matrix of `block` (columns, rows)."""
     for i in range(_N):
         for j in range(i + 1):
@@ -83,7 +85,7 @@ def _add(block: Any, count: int, gram: Any) -> None:
 
 
 @_compiled
-def _mean_of(signal: Any, begin: int, count: int, width: int, out: Any) -> None:
+def _average_block(signal: Any, begin: int, count: int, width: int, out: Any) -> None:
     """Means over `width` samples from `begin` on, so many of them; the sum begins anew, so rounding does not grow."""
     total = 0.0
     for k in range(begin, begin + width):
@@ -95,7 +97,7 @@ def _mean_of(signal: Any, begin: int, count: int, width: int, out: Any) -> None:
 
 
 @_compiled
-def _filtered(x: Any, w: Any, h: float, neighbours: int, again: int, gram: Any) -> None:
+def _accumulate_filtered(x: Any, w: Any, h: float, neighbours: int, again: int, gram: Any) -> None:
     """`again`: neighbours of the filter before the second derivative; 0 leaves it out."""
     width, halo = 2 * neighbours + 1, again + 2
     rows = len(x) - 2 * neighbours - 2 * halo
@@ -107,11 +109,11 @@ def _filtered(x: Any, w: Any, h: float, neighbours: int, again: int, gram: Any) 
     slope = 0.5 / h
     for begin in range(0, rows, _BLOCK):
         count = min(_BLOCK, rows - begin)
-        _mean_of(x, begin, count + 2 * halo, width, z)
-        _mean_of(w, begin + halo - 1, count + 2, width, frame)
+        _average_block(x, begin, count + 2 * halo, width, z)
+        _average_block(w, begin + halo - 1, count + 2, width, frame)
         for k in range(count + 2 * halo - 2):
             speed[k] = slope * (z[k + 2] - z[k])
-        _mean_of(speed, 0, count + 2, 2 * again + 1, smooth)
+        _average_block(speed, 0, count + 2, 2 * again + 1, smooth)
         for k in range(count):
             here = z[k + halo]
             v = speed[k + halo - 1]
@@ -129,7 +131,7 @@ def _filtered(x: Any, w: Any, h: float, neighbours: int, again: int, gram: Any) 
             block[8, k] = abs(v) * v
             block[9, k] = np.sign(v)
             block[10, k] = 1.0
-        _add(block, count, gram)
+        _add_block(block, count, gram)
 
 
 @_compiled
@@ -141,7 +143,7 @@ def _dot(a: Any, b: Any) -> float:
 
 
 @_compiled
-def _weak(x: Any, w: Any, h: float, kernels: Any, hop: int, neighbours: int, gram: Any) -> None:
+def _accumulate_weak(x: Any, w: Any, h: float, kernels: Any, hop: int, neighbours: int, gram: Any) -> None:
     """Sums of pairs of samples, kernels (3, pairs), `hop` in pairs.
 
     The velocity in abs(v) v and sign v is the filtered one: a few per cent of the motion's is enough for them.
@@ -191,4 +193,4 @@ def _weak(x: Any, w: Any, h: float, kernels: Any, hop: int, neighbours: int, gra
             block[8, b] = _dot(phi, signals[6, at:end])
             block[9, b] = _dot(phi, signals[7, at:end])
             block[10, b] = area
-        _add(block, count, gram)
+        _add_block(block, count, gram)

@@ -33,8 +33,8 @@ from rtctl.identification.oscillator.tone_kernels import (
     E11,
     KICK,
     LANES,
-    LEAST,
-    MOST,
+    MAX_ERROR,
+    MIN_ERROR,
     PC,
     PRODUCT,
     PS,
@@ -50,7 +50,7 @@ from rtctl.identification.oscillator.tone_kernels import (
 
 NAMES = ("damping", "stiffness", "stiffness_cubic", "force", "rate")
 """Of a parameter set, in this order: 1/s, 1/s^2, 1/(z^2 s^2), z/s^2, rad/s."""
-LEAST_SAMPLES_A_PERIOD = 12.0
+MIN_SAMPLES_PER_PERIOD = 12.0
 
 
 class Objective(StrEnum):
@@ -100,26 +100,26 @@ class ToneRecord:
         return np.array(found, dtype=np.int64)
 
 
-def cost_of(record: ToneRecord, objective: Objective, sets: FloatArray) -> FloatArray:
+def compute_cost(record: ToneRecord, objective: Objective, sets: FloatArray) -> FloatArray:
     """The objective (n,) of parameter sets (n, 5) as `NAMES`; infinite where a set is no underdamped oscillator.
 
     Raises ValueError where the tone has fewer than 12 samples a period.
     """
     if objective is Objective.PEAK_INDEX:
-        return _mismatch(record, sets)
-    scores = scores_of(record, sets)
+        return _compute_peak_cost(record, sets)
+    scores = compute_scores(record, sets)
     if objective is Objective.CORRELATION:
         return 1.0 - scores.correlation
     return scores.peak_to_peak if objective is Objective.PEAK_TO_PEAK else scores.rms
 
 
-def scores_of(record: ToneRecord, sets: FloatArray) -> Scores:
+def compute_scores(record: ToneRecord, sets: FloatArray) -> Scores:
     """All but the peaks' index of parameter sets (n, 5); infinite errors where a set is no underdamped oscillator."""
     scored = record.displacement[record.first :]
     mean, size = float(scored.mean()), float(np.sqrt(np.mean(scored**2)))
     spread = float(np.ptp(scored))
     count = len(scored)
-    table, valid = _summed(record, sets)
+    table, valid = _accumulate_sums(record, sets)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         variance = table[SQUARE] / count - (table[SUM] / count) ** 2
         r = (table[PRODUCT] / count - table[SUM] / count * mean) / np.sqrt(variance * scored.var())
@@ -128,31 +128,31 @@ def scores_of(record: ToneRecord, sets: FloatArray) -> Scores:
     return Scores(
         np.where(good, rms, np.inf),
         np.where(good, r, 0.0),
-        np.where(good, (table[MOST] - table[LEAST]) / spread, np.inf),
+        np.where(good, (table[MAX_ERROR] - table[MIN_ERROR]) / spread, np.inf),
     )
 
 
-def sizes_of(record: ToneRecord, sets: FloatArray) -> FloatArray:
+def compute_sizes(record: ToneRecord, sets: FloatArray) -> FloatArray:
     """RMS (n,) of the motions themselves over the scored samples; infinite where there is none."""
-    table, valid = _summed(record, sets)
+    table, valid = _accumulate_sums(record, sets)
     return np.where(valid, np.sqrt(table[SQUARE] / (len(record.displacement) - record.first)), np.inf)
 
 
-def _summed(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _accumulate_sums(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Sums (5, n) of all sets, and which of them are underdamped oscillators (n,)."""
     table, valid = np.empty((5, len(sets))), np.empty(len(sets), dtype=np.bool_)
-    for part in _parts(sets):
-        work, valid[part] = packed(sets[part], record)
+    for part in _split_lanes(sets):
+        work, valid[part] = pack_lanes(sets[part], record)
         sums = np.zeros(5 * LANES)
-        sums[LEAST * LANES : MOST * LANES], sums[MOST * LANES :] = np.inf, -np.inf
+        sums[MIN_ERROR * LANES : MAX_ERROR * LANES], sums[MAX_ERROR * LANES :] = np.inf, -np.inf
         march_and_sum(work, record.displacement, record.first, np.zeros(BLOCK * LANES), sums)
         table[:, part] = sums.reshape(5, LANES)[:, : part.stop - part.start]
     return table, valid
 
 
-def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:
+def simulate_tone(record: ToneRecord, values: FloatArray) -> FloatArray:
     """Displacement (n,) of one parameter set (5,) at the record's samples."""
-    work, valid = packed(values[None, :], record)
+    work, valid = pack_lanes(values[None, :], record)
     if not valid[0]:
         raise ValueError("these values are no underdamped oscillator: stiffness must be > damping^2 / 4")
     out = np.empty(len(record.displacement))
@@ -160,13 +160,13 @@ def trajectory(record: ToneRecord, values: FloatArray) -> FloatArray:
     return out
 
 
-def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
+def pack_lanes(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
     """(ROWS LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
     h = record.period_s
     c, k, b, force, w = np.asarray(sets, dtype=np.float64).T
-    if (w * h * LEAST_SAMPLES_A_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
+    if (w * h * MIN_SAMPLES_PER_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
         raise ValueError(
-            f"a tone of {w.max() / (2.0 * math.pi):.6g} Hz has fewer than {LEAST_SAMPLES_A_PERIOD:g} samples a period "
+            f"a tone of {w.max() / (2.0 * math.pi):.6g} Hz has fewer than {MIN_SAMPLES_PER_PERIOD:g} samples a period "
             f"at {1.0 / h:.6g} Hz: sample faster"
         )
     valid = (k > 0.25 * c * c) & (c >= 0.0)
@@ -186,22 +186,22 @@ def packed(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np
     return np.ascontiguousarray(work.reshape(-1)), valid
 
 
-def _parts(sets: FloatArray) -> Iterator[slice]:
+def _split_lanes(sets: FloatArray) -> Iterator[slice]:
     """As many sets at a time as there are lanes."""
     for begin in range(0, len(sets), LANES):
         yield slice(begin, min(begin + LANES, len(sets)))
 
 
-def _mismatch(record: ToneRecord, sets: FloatArray) -> FloatArray:
+def _compute_peak_cost(record: ToneRecord, sets: FloatArray) -> FloatArray:
     """(n,) mean mismatch of the peaks' index."""
     found = np.full(len(sets), np.inf)
-    for part in _parts(sets):
-        work, valid = packed(sets[part], record)
-        found[part] = np.where(valid, _peak_mismatch(record, work)[: len(valid)], np.inf)
+    for part in _split_lanes(sets):
+        work, valid = pack_lanes(sets[part], record)
+        found[part] = np.where(valid, _compute_lane_mismatch(record, work)[: len(valid)], np.inf)
     return found
 
 
-def _peak_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
+def _compute_lane_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
     """(LANES,) mean mismatch of one packed part."""
     found = record.peaks
     ends = (found[:-1] + found[1:]) // 2 + 1

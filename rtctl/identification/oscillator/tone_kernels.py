@@ -18,7 +18,7 @@ BLOCK = 64
 DZ, DV, PC, PS, E00, E01, E10, E11, ROT_C, ROT_S, KICK = range(11)
 """Rows: d = (z, v) - P, P's phasor, the linear step, the phasor's rotation, h times the cubic stiffness."""
 ROWS = 11
-SUM, SQUARE, PRODUCT, LEAST, MOST = range(5)
+SUM, SQUARE, PRODUCT, MIN_ERROR, MAX_ERROR = range(5)
 """Rows of the sums."""
 
 
@@ -60,9 +60,9 @@ def march_and_sum(
                 sums[SUM * LANES + j] += z
                 sums[SQUARE * LANES + j] += z * z
                 sums[PRODUCT * LANES + j] += z * m
-                least, most = sums[LEAST * LANES + j], sums[MOST * LANES + j]
-                sums[LEAST * LANES + j] = e if e < least else least
-                sums[MOST * LANES + j] = e if e > most else most
+                least, most = sums[MIN_ERROR * LANES + j], sums[MAX_ERROR * LANES + j]
+                sums[MIN_ERROR * LANES + j] = e if e < least else least
+                sums[MAX_ERROR * LANES + j] = e if e > most else most
 
 
 @background_kernel
@@ -77,7 +77,7 @@ def march_and_keep(w: FloatArray, buffer: FloatArray, out: FloatArray) -> None:
 
 
 @background_kernel
-def _highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
+def _find_highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
     """(LANES,) over `count` rows of the buffer."""
     for j in range(LANES):
         highest[j] = -np.inf
@@ -89,7 +89,7 @@ def _highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
 
 
 @background_kernel
-def _rows_of(buffer: FloatArray, count: int, highest: FloatArray, where: FloatArray) -> None:
+def _find_highest_row(buffer: FloatArray, count: int, highest: FloatArray, where: FloatArray) -> None:
     """Which row the highest is in (LANES,). Not in the loop that finds it: that would branch, and not be vectorised."""
     for n in range(count):
         here, row = float(n), n * LANES
@@ -117,8 +117,8 @@ def march_and_match(
         count = ends[at] - begin
         _march(w, buffer, count)
         if at > 0:
-            _highest(buffer, count, highest)
-            _rows_of(buffer, count, highest, where)
+            _find_highest(buffer, count, highest)
+            _find_highest_row(buffer, count, highest, where)
             peak, half = float(peaks[at - 1] - begin), 2.0 / count
             for j in range(LANES):
                 off = abs(where[j] - peak) * half

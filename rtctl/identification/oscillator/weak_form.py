@@ -26,7 +26,7 @@ from rtctl.identification.fit_record import FitRecord
 
 ORDER = 8
 HALF_WIDTH_PERIODS = 0.35
-LEAST_HALF_WIDTH_SAMPLES = 6
+MIN_HALF_WIDTH_SAMPLES = 6
 BUMPS_PER_HALF_WIDTH = 8
 RANK_TOLERANCE = 1e-7
 _BLOCK = 4096  # bumps at a time: memory stays flat however long a record is
@@ -77,17 +77,17 @@ class WeakFit:
 
     coefficients: Mapping[str, float]
     half_width_s: float
-    share_left: float
+    residual_share: float
     """RMS of what no term explains, relative to the acceleration's."""
     condition: float
     """Of the scaled regressors: large where the data cannot tell the terms apart."""
 
 
-def half_width(records: Sequence[FitRecord], rate: float) -> float:
+def choose_half_width(records: Sequence[FitRecord], rate: float) -> float:
     """Of the bump [s] for motion of the dominant angular frequency `rate` [1/s]."""
     period_s = max(record.period_s for record in records)
     shortest = min(record.samples * record.period_s for record in records)
-    wanted = max(HALF_WIDTH_PERIODS * 2.0 * np.pi / rate, LEAST_HALF_WIDTH_SAMPLES * period_s)
+    wanted = max(HALF_WIDTH_PERIODS * 2.0 * np.pi / rate, MIN_HALF_WIDTH_SAMPLES * period_s)
     return float(min(wanted, 0.25 * shortest))
 
 
@@ -102,7 +102,7 @@ def regress(
     names = [*terms, *known]
     gram = np.zeros((1 + len(names), 1 + len(names)))
     for record in records:
-        for rows, by_noise in _rows(record, names, half_width_s):
+        for rows, by_noise in _build_rows(record, names, half_width_s):
             gram += rows.T @ rows - by_noise
     return _solve(gram, list(terms), known, half_width_s)
 
@@ -122,12 +122,12 @@ def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_
     return WeakFit(
         coefficients=dict(zip(terms, found.tolist(), strict=True)),
         half_width_s=half_width_s,
-        share_left=float(np.sqrt(left / target)) if target > 0.0 else 0.0,
+        residual_share=float(np.sqrt(left / target)) if target > 0.0 else 0.0,
         condition=float(np.sqrt(top / max(float(eigenvalues.min(initial=top)), 1e-300))),
     )
 
 
-def _rows(
+def _build_rows(
     record: FitRecord, names: Sequence[str], half_width_s: float
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
     """Blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps.
@@ -138,19 +138,21 @@ def _rows(
     m = max(2, round(half_width_s / h))
     if record.samples < 2 * m + 1:
         return
-    signals = _signals(record, m)
-    columns = [_Column(signals.z, bump(m, h, 2), np.ones_like(signals.z))]
+    signals = _sample_signals(record, m)
+    columns = [_Column(signals.z, sample_bump(m, h, 2), np.ones_like(signals.z))]
     for term in (TERMS[name] for name in names):
-        by_hold = _held_bump(m, h, record.stimulus.holds.get("drive", "linear"))
-        kernel = by_hold if term.is_drive else bump(m, h, term.order) * (-1.0) ** term.order
-        columns.append(_Column(term.feature(signals), term.sign * kernel, _slope(term, signals)))
+        by_hold = _sample_held_bump(m, h, record.stimulus.holds.get("drive", "linear"))
+        kernel = by_hold if term.is_drive else sample_bump(m, h, term.order) * (-1.0) ** term.order
+        columns.append(
+            _Column(term.feature(signals), term.sign * kernel, _differentiate_feature(term, signals))
+        )
     hop = max(1, m // BUMPS_PER_HALF_WIDTH)
     positions = np.arange(0, record.samples - 2 * m, hop)
     for begin in range(0, len(positions), _BLOCK):
         where = positions[begin : begin + _BLOCK]
-        rows = np.stack([_integrals(one.feature, one.kernel, where, hop) for one in columns], axis=1)
+        rows = np.stack([_integrate_windows(one.feature, one.kernel, where, hop) for one in columns], axis=1)
         sparse = where[::BUMPS_PER_HALF_WIDTH]  # an expectation varies slowly: fewer bumps tell it
-        by_noise = _by_noise(columns, signals.noise, sparse, hop * BUMPS_PER_HALF_WIDTH)
+        by_noise = _compute_noise_gram(columns, signals.noise, sparse, hop * BUMPS_PER_HALF_WIDTH)
         yield rows, by_noise * (len(where) / len(sparse))
 
 
@@ -161,7 +163,7 @@ class _Column(NamedTuple):
     """Of the feature by the displacement reading."""
 
 
-def _slope(term: Term, signals: Sampled) -> FloatArray:
+def _differentiate_feature(term: Term, signals: Sampled) -> FloatArray:
     """d feature / dz by a central difference of the function (not of the data)."""
     step = 1e-4 * float(np.abs(signals.z).max()) or 1.0
     above = term.feature(signals._replace(z=signals.z + step))
@@ -170,37 +172,43 @@ def _slope(term: Term, signals: Sampled) -> FloatArray:
     return slope
 
 
-def _by_noise(columns: Sequence[_Column], noise: float, positions: NDArray[np.intp], hop: int) -> FloatArray:
+def _compute_noise_gram(
+    columns: Sequence[_Column], noise: float, positions: NDArray[np.intp], hop: int
+) -> FloatArray:
     """Expectation (columns, columns) of the Gram matrix of white noise of this standard deviation in z."""
     found = np.zeros((len(columns), len(columns)))
     for i, one in enumerate(columns):
         for j, other in enumerate(columns[: i + 1]):
             both = one.slope * other.slope
             if both.any():
-                found[i, j] = found[j, i] = _integrals(both, one.kernel * other.kernel, positions, hop).sum()
+                found[i, j] = found[j, i] = _integrate_windows(
+                    both, one.kernel * other.kernel, positions, hop
+                ).sum()
     return noise**2 * found
 
 
-def _integrals(signal: FloatArray, kernel: FloatArray, positions: NDArray[np.intp], hop: int) -> FloatArray:
+def _integrate_windows(
+    signal: FloatArray, kernel: FloatArray, positions: NDArray[np.intp], hop: int
+) -> FloatArray:
     """Sum of the signal times the kernel from each position on, `hop` apart."""
     windows = np.lib.stride_tricks.sliding_window_view(signal, len(kernel))
     found: FloatArray = windows[positions[0] : positions[-1] + 1 : hop] @ kernel
     return found
 
 
-def _signals(record: FitRecord, m: int) -> Sampled:
+def _sample_signals(record: FitRecord, m: int) -> Sampled:
     z = record.measured["displacement"]
     u = record.stimulus.inputs.get("drive", np.zeros_like(z))
     if "velocity" in record.measured:
         v = record.measured["velocity"]
     else:
         narrow = max(2, m // 2)
-        kernel = bump(narrow, record.period_s, 1) / np.sum(bump(narrow, record.period_s, 0))
+        kernel = sample_bump(narrow, record.period_s, 1) / np.sum(sample_bump(narrow, record.period_s, 0))
         v = np.convolve(np.pad(z, narrow, mode="edge"), kernel, mode="valid")  # convolution turns -phi' round
-    return Sampled(z, v, u, white_noise(z))
+    return Sampled(z, v, u, estimate_white_noise(z))
 
 
-def white_noise(z: FloatArray) -> float:
+def estimate_white_noise(z: FloatArray) -> float:
     """Standard deviation of the white part of `z`: from the upper fifth of its spectrum, where nothing else is."""
     power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(len(z)))) ** 2
     top = power[-max(1, len(power) // 5) :]
@@ -208,25 +216,27 @@ def white_noise(z: FloatArray) -> float:
     return float(np.sqrt(mean / (0.375 * len(z))))  # 0.375: the Hann window's mean square
 
 
-def _polynomial(derivative: int) -> FloatArray:
+def _differentiate_bump(derivative: int) -> FloatArray:
     """Coefficients of the bump's derivative by x = t/T."""
     return np.asarray(polynomial.polyder(polynomial.polypow([1.0, 0.0, -1.0], ORDER), derivative), np.float64)
 
 
-def bump(m: int, h: float, derivative: int) -> FloatArray:
+def sample_bump(m: int, h: float, derivative: int) -> FloatArray:
     """Samples (2 m + 1,) of a derivative by time, times the sampling period: a sum over samples is the integral."""
     x = np.arange(-m, m + 1) / m
-    return np.asarray(polynomial.polyval(x, _polynomial(derivative)) * h / (m * h) ** derivative, np.float64)
+    return np.asarray(
+        polynomial.polyval(x, _differentiate_bump(derivative)) * h / (m * h) ** derivative, np.float64
+    )
 
 
-def _held_bump(m: int, h: float, hold: str) -> FloatArray:
+def _sample_held_bump(m: int, h: float, hold: str) -> FloatArray:
     """Weights of the drive's samples: the bump averaged over what each sample holds."""
     if hold == "band-limited":
-        return bump(m, h, 0)
+        return sample_bump(m, h, 0)
     legendre, double = np.polynomial.legendre.leggauss(6)
     nodes, weights = 0.5 * (legendre + 1.0), 0.5 * double
     x = (np.arange(-m, m + 1)[:, None] + nodes) / m
-    within = polynomial.polyval(np.clip(x, -1.0, 1.0), _polynomial(0))
+    within = polynomial.polyval(np.clip(x, -1.0, 1.0), _differentiate_bump(0))
     if hold == "zero":  # a sample acts from its own instant to the next
         held: FloatArray = h * (within @ weights)
         return held

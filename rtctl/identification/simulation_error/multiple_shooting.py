@@ -21,23 +21,23 @@ from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.inference import infer
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, Unknowns, minimise
-from rtctl.identification.oscillator.initial_state import local_state
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.scales import scales_of
+from rtctl.identification.oscillator.initial_state import estimate_initial_state
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.output_error import (
     FitOptions,
-    Told,
-    reweighted,
-    signal_sizes,
-    threads,
+    ReportProgress,
+    compute_signal_sizes,
+    compute_weights,
+    open_thread_pool,
 )
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
-LEAST_SEGMENT = 8
+MIN_SEGMENT_SAMPLES = 8
 """Samples: fewer hardly determine their own state."""
-SETTLING_ITERATIONS = 8
-WORSE = 1.05
+STATE_ITERATIONS = 8
+MAX_RESIDUAL_GROWTH = 1.05
 """Of the residual: more than that, and the pull is too strict for this model."""
 
 
@@ -59,53 +59,55 @@ def fit_multiple_shooting(
     *,
     starts: Sequence[FloatArray] = (),
     free: Sequence[int] | None = None,
-    report: Told = lambda text, share: None,
+    report: ReportProgress = lambda text, share: None,
 ) -> Fit:
     """As `fit_output_error`. Raises FitError where a segment diverges from every start."""
     options = options or ShootingOptions()
-    scales = scales_of(records)
+    scales = estimate_scales(records)
     sensitivity = Sensitivity.of(simulation, records, free, scales=scales)
     length_s = options.segment_periods * 2.0 * np.pi / scales.rate
-    width_s = half_width(records, scales.rate)
-    segments = [one for record in records for one in cut(record, simulation, length_s, width_s)]
-    with threads(options.fit.threads) as executor:
+    width_s = choose_half_width(records, scales.rate)
+    segments = [one for record in records for one in cut_segments(record, simulation, length_s, width_s)]
+    with open_thread_pool(options.fit.threads) as executor:
         cost = SegmentCost(
             sensitivity=sensitivity,
             segments=segments,
-            sigma=signal_sizes(sensitivity, records),
+            sigma=compute_signal_sizes(sensitivity, records),
             executor=executor,
             steps_per_period=options.fit.coarse_steps_per_period,
         )
-        found = _loose(cost, starts or [sensitivity.own_values], options.fit)
+        found = _fit_unjoined(cost, starts or [sensitivity.current_values], options.fit)
         report("segments by themselves", 0.3)
-        cost, found = _pulled_together(cost, found, options, report)
-        cost = cost.at(steps_per_period=None)
+        cost, found = _close_gaps(cost, found, options, report)
+        cost = cost.with_changes(steps_per_period=None)
         low, high = sensitivity.bounds
         last = minimise(cost.equations, found.unknowns, low, high, iterations=options.fit.final_iterations)
         return infer("multiple_shooting", cost, last or found)
 
 
-def cut(record: FitRecord, simulation: Simulation, length_s: float, width_s: float) -> list[Segment]:
+def cut_segments(record: FitRecord, simulation: Simulation, length_s: float, width_s: float) -> list[Segment]:
     """Segments of about `length_s`, each ending with the next one's first sample; states by local polynomials."""
-    wanted = max(LEAST_SEGMENT, round(length_s / record.period_s))
+    wanted = max(MIN_SEGMENT_SAMPLES, round(length_s / record.period_s))
     begin = record.first
     count = max(1, round((record.samples - 1 - begin) / wanted))
     edges = np.linspace(begin, record.samples - 1, count + 1).round().astype(int).tolist()
     return [
         Segment(
-            record.piece(a, b + 1), local_state(record, a, width_s, simulation.state), joined=b < edges[-1]
+            record.cut(a, b + 1),
+            estimate_initial_state(record, a, width_s, simulation.state),
+            joined=b < edges[-1],
         )
         for a, b in zip(edges[:-1], edges[1:], strict=True)
     ]
 
 
-def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:
+def _fit_unjoined(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:
     """Segments with nothing between them, from the start that fits best. Raises FitError."""
     low, high = cost.sensitivity.bounds
     reached = []
     for start in starts:
         shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
-        states = settled(cost, cost.start(shared))
+        states = fit_segment_states(cost, cost.start(shared))
         found = minimise(cost.equations, states, low, high, iterations=options.screening_iterations)
         if found is not None:
             reached.append(found)
@@ -116,29 +118,29 @@ def _loose(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions)
     return min(reached, key=lambda found: found.equations.cost)
 
 
-def settled(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unknowns:
+def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unknowns:
     """Only the states, each segment at its own pace: one that starts near a ridge would hold up all the others.
 
     Ends early where the sum of costs falls by less than its share `enough`.
     """
-    q = unknowns.own.shape[1]
-    damping = np.full(len(unknowns.own), 1e-3)
-    here = cost.pieces(unknowns)
-    for _ in range(SETTLING_ITERATIONS):
+    q = unknowns.local.shape[1]
+    damping = np.full(len(unknowns.local), 1e-3)
+    here = cost.compute_terms(unknowns)
+    for _ in range(STATE_ITERATIONS):
         if here is None or q == 0:
             break
-        curvature = np.array([piece.own for piece in here])
-        gradient = np.array([piece.own_gradient for piece in here])
+        curvature = np.array([piece.local for piece in here])
+        gradient = np.array([piece.local_gradient for piece in here])
         floor = 1e-12 * curvature.max()
         diagonal = np.einsum("kii->ki", curvature)
         diagonal += damping[:, None] * diagonal + floor
-        own = unknowns.own - np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
-        trial = cost.pieces(unknowns._replace(own=own))
+        own = unknowns.local - np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+        trial = cost.compute_terms(unknowns._replace(local=own))
         if trial is None:
             damping *= 10.0
             continue
         better = np.array([there.cost < piece.cost for there, piece in zip(trial, here, strict=True)])
-        unknowns = unknowns._replace(own=np.where(better[:, None], own, unknowns.own))
+        unknowns = unknowns._replace(local=np.where(better[:, None], own, unknowns.local))
         before = sum(piece.cost for piece in here)
         here = [there if took else piece for there, piece, took in zip(trial, here, better, strict=True)]
         damping = np.where(better, damping / 5.0, damping * 5.0)
@@ -148,13 +150,13 @@ def settled(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unkno
     return unknowns
 
 
-def _pulled_together(
-    cost: SegmentCost, found: Minimum, options: ShootingOptions, report: Told
+def _close_gaps(
+    cost: SegmentCost, found: Minimum, options: ShootingOptions, report: ReportProgress
 ) -> tuple[SegmentCost, Minimum]:
     """Continuity ever stricter, as long as the residual does not grow."""
     low, high = cost.sensitivity.bounds
-    sigma = reweighted(cost, found)
-    cost = cost.at(sigma=sigma)
+    sigma = compute_weights(cost, found)
+    cost = cost.with_changes(sigma=sigma)
     equations = cost.equations(found.unknowns)
     if equations is None or not any(segment.joined for segment in cost.segments):
         return cost, found
@@ -169,7 +171,7 @@ def _pulled_together(
             stricter.equations, found.unknowns, low, high, iterations=options.fit.iterations, tolerance=1e-6
         )
         report("segments pulled together", 0.3 + 0.6 * (number + 1) / len(options.gaps))
-        if trial is None or (reweighted(stricter, trial) > WORSE * sigma).any():
+        if trial is None or (compute_weights(stricter, trial) > MAX_RESIDUAL_GROWTH * sigma).any():
             break
         cost, found = stricter, trial._replace(iterations=found.iterations + trial.iterations)
     return cost, found

@@ -24,15 +24,15 @@ from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.inference import infer
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
-from rtctl.identification.oscillator.initial_state import given_state, local_state
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.scales import scales_of
+from rtctl.identification.oscillator.initial_state import estimate_initial_state, read_initial_state
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
-LEAST_SCREENED = 200
+MIN_SCREENED_SAMPLES = 200
 """Samples: shorter records are taken whole."""
-Told = Callable[[str, float], None]
+ReportProgress = Callable[[str, float], None]
 """What is under way, and how much of all is done (0 to 1)."""
 
 
@@ -58,7 +58,7 @@ def fit_output_error(
     *,
     starts: Sequence[FloatArray] = (),
     free: Sequence[int] | None = None,
-    report: Told = lambda text, share: None,
+    report: ReportProgress = lambda text, share: None,
 ) -> Fit:
     """Fit the parameters that are not fixed (or the indices `free`).
 
@@ -66,45 +66,48 @@ def fit_output_error(
     model diverges from every start.
     """
     options = options or FitOptions()
-    scales = scales_of(records)
+    scales = estimate_scales(records)
     sensitivity = Sensitivity.of(simulation, records, free, free_start=options.free_start, scales=scales)
-    width_s = half_width(records, scales.rate)
-    with threads(options.threads) as executor:
+    width_s = choose_half_width(records, scales.rate)
+    with open_thread_pool(options.threads) as executor:
 
         def cost_over(parts: Sequence[FitRecord]) -> SegmentCost:
             return SegmentCost(
                 sensitivity=sensitivity,
-                segments=[Segment(one, _start(one, simulation, width_s, options), False) for one in parts],
-                sigma=signal_sizes(sensitivity, records),
+                segments=[
+                    Segment(one, _choose_initial_state(one, simulation, width_s, options), False)
+                    for one in parts
+                ],
+                sigma=compute_signal_sizes(sensitivity, records),
                 executor=executor,
                 steps_per_period=options.coarse_steps_per_period,
             )
 
         span_s = options.screening_periods * 2.0 * np.pi / scales.rate
-        shown = [liveliest(one, span_s) for one in records] if options.free_start else records
-        tried = starts or [sensitivity.own_values]
-        screened = _screened(cost_over(shown), tried, options, report)
-        untouched = [_scaled(sensitivity, start) for start in tried]
-        cost, found = _first_that_runs(cost_over(records), [*screened, *untouched], options)
+        shown = [cut_liveliest(one, span_s) for one in records] if options.free_start else records
+        tried = starts or [sensitivity.current_values]
+        screened = _screen_starts(cost_over(shown), tried, options, report)
+        untouched = [_scale_start(sensitivity, start) for start in tried]
+        cost, found = _find_first_bounded(cost_over(records), [*screened, *untouched], options)
         cost, found = polish(cost, found, options, report)
         return infer("output_error", cost, found)
 
 
-def liveliest(record: FitRecord, span_s: float) -> FitRecord:
+def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
     """A stretch of `record` of this length that ends a quarter of it after the largest displacement.
 
     Starts are compared on it: it costs little, and the basin of a short record is wide.
     """
     length = round(span_s / record.period_s)
-    if length < LEAST_SCREENED or record.samples - record.first <= 2 * length:
+    if length < MIN_SCREENED_SAMPLES or record.samples - record.first <= 2 * length:
         return record
     peak = record.first + int(np.abs(record.measured["displacement"][record.first :]).argmax())
     end = min(max(peak + length // 4, record.first + length), record.samples)
-    return record.piece(end - length, end)
+    return record.cut(end - length, end)
 
 
 @contextmanager
-def threads(count: int) -> Iterator[Executor | None]:
+def open_thread_pool(count: int) -> Iterator[Executor | None]:
     """So many threads for segments or starts, while linear algebra on small matrices keeps to one each."""
     with threadpool_limits(1, "blas"):
         if count < 2:
@@ -114,7 +117,7 @@ def threads(count: int) -> Iterator[Executor | None]:
             yield executor
 
 
-def signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:
+def compute_signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:
     """RMS (outputs,) of what was measured: first weights."""
     sizes = [
         np.sqrt(np.mean(np.concatenate([one.measured[name][one.first :] for one in records]) ** 2))
@@ -125,7 +128,7 @@ def signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> Floa
 
 
 def polish(
-    cost: SegmentCost, found: Minimum, options: FitOptions, report: Told = lambda text, share: None
+    cost: SegmentCost, found: Minimum, options: FitOptions, report: ReportProgress = lambda text, share: None
 ) -> tuple[SegmentCost, Minimum]:
     """Iterate until it converges, outputs reweighted, the last iterations at the simulation's own step."""
     low, high = cost.sensitivity.bounds
@@ -133,7 +136,7 @@ def polish(
     stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
     for number, (steps, most) in enumerate(stages):
         report("fitting", 0.6 + 0.2 * number)
-        cost = cost.at(steps_per_period=steps, sigma=reweighted(cost, found))
+        cost = cost.with_changes(steps_per_period=steps, sigma=compute_weights(cost, found))
         reached = minimise(cost.equations, found.unknowns, low, high, iterations=most)
         if reached is None:
             break
@@ -142,9 +145,9 @@ def polish(
     return cost, found._replace(iterations=iterations)
 
 
-def reweighted(cost: SegmentCost, found: Minimum) -> FloatArray:
+def compute_weights(cost: SegmentCost, found: Minimum) -> FloatArray:
     """RMS residual (outputs,); an output that fits exactly keeps a floor."""
-    pieces = cost.pieces(found.unknowns)
+    pieces = cost.compute_terms(found.unknowns)
     if pieces is None:
         return cost.sigma
     scored = sum(
@@ -152,24 +155,26 @@ def reweighted(cost: SegmentCost, found: Minimum) -> FloatArray:
     )
     rms = np.sqrt(np.sum([piece.square for piece in pieces], axis=0) / scored)
     records = [segment.record for segment in cost.segments]
-    weights: FloatArray = np.maximum(rms, 1e-12 * signal_sizes(cost.sensitivity, records))
+    weights: FloatArray = np.maximum(rms, 1e-12 * compute_signal_sizes(cost.sensitivity, records))
     return weights
 
 
-def _start(record: FitRecord, simulation: Simulation, width_s: float, options: FitOptions) -> FloatArray:
+def _choose_initial_state(
+    record: FitRecord, simulation: Simulation, width_s: float, options: FitOptions
+) -> FloatArray:
     if options.free_start:
-        return local_state(record, 0, width_s, simulation.state)
-    return given_state(record, simulation.state)
+        return estimate_initial_state(record, 0, width_s, simulation.state)
+    return read_initial_state(record, simulation.state)
 
 
-def _screened(
-    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, report: Told
+def _screen_starts(
+    cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, report: ReportProgress
 ) -> list[FloatArray]:
     """Where a few iterations bring each start (p,), lowest cost first; those that diverge are left out."""
     low, high = cost.sensitivity.bounds
     reached = []
     for number, start in enumerate(starts):
-        shared = _scaled(cost.sensitivity, start)
+        shared = _scale_start(cost.sensitivity, start)
         found = minimise(
             cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
         )
@@ -179,13 +184,13 @@ def _screened(
     return [shared for _, _, shared in sorted(reached, key=lambda one: one[:2])]
 
 
-def _scaled(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
+def _scale_start(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
     """Free parameters (p,) of a full vector, scaled, within bounds."""
     low, high = sensitivity.bounds
     return np.asarray(np.clip(start[sensitivity.free] / sensitivity.scale, low, high), np.float64)
 
 
-def _first_that_runs(
+def _find_first_bounded(
     cost: SegmentCost, screened: Sequence[FloatArray], options: FitOptions
 ) -> tuple[SegmentCost, Minimum]:
     """The best start that does not diverge over the whole records. Raises FitError."""

@@ -17,17 +17,17 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, empty
+from rtctl.identification.least_squares.arrowhead_solver import NormalEquations, make_zero_equations
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns
-from rtctl.identification.simulation_error.sensitivity import Linearised, Sensitivity
+from rtctl.identification.simulation_error.sensitivity import Linearisation, Sensitivity
 
 T = TypeVar("T")
-NEAR = 0.1
+DIFFERENCE_STEP = 0.1
 """Of a step: how far along it the second derivative is looked for."""
-HELD = 0.03
+PRIOR_WEIGHT = 0.03
 """A start that is near some state is held there as by so many readings of its size: what the scored samples still know
 of it outweighs that by far, and what they have forgotten would go anywhere."""
-WORTH_A_THREAD = 4000
+MIN_THREADED_SAMPLES = 4000
 """Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
 
 
@@ -39,19 +39,19 @@ class Segment(NamedTuple):
     """State at its first sample: where it is free, the fit starts here."""
     joined: bool
     """The next segment goes on where this one ends."""
-    near: FloatArray | None = None
+    prior: FloatArray | None = None
     """(states,) What the start is known to be near, of a record of which the first samples are not scored."""
 
 
-class Pieces(NamedTuple):
+class SegmentTerms(NamedTuple):
     """What one segment adds to the normal equations, and its two ends for the continuity."""
 
     cost: float
     shared: FloatArray
     gradient: FloatArray
     border: FloatArray
-    own: FloatArray
-    own_gradient: FloatArray
+    local: FloatArray
+    local_gradient: FloatArray
     square: FloatArray
     """(outputs,) sums of squares in units."""
     begin: FloatArray
@@ -70,11 +70,13 @@ class SegmentCost:
     steps_per_period: float | None = None
     gap: FloatArray | None = None
     """In units; None where nothing is joined."""
-    kept: int = 0
-    """At how many points that were asked for last the derivatives are kept, for their `bend`."""
-    seen: list[tuple[Unknowns, list[Linearised | None]]] = field(default_factory=list, init=False, repr=False)
+    cache_size: int = 0
+    """At how many points that were asked for last the derivatives are kept, for their `compute_second_derivative`."""
+    cache: list[tuple[Unknowns, list[Linearisation | None]]] = field(
+        default_factory=list, init=False, repr=False
+    )
 
-    def at(self, **changes: object) -> SegmentCost:
+    def with_changes(self, **changes: object) -> SegmentCost:
         """The same with other weights or steps."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
@@ -87,67 +89,71 @@ class SegmentCost:
     def state(self, index: int, unknowns: Unknowns) -> FloatArray:
         """Initial state of a segment in units."""
         scale = self.sensitivity.state_scale
-        return unknowns.own[index] * scale if len(scale) else self.segments[index].start
+        return unknowns.local[index] * scale if len(scale) else self.segments[index].start
 
-    def linearise(self, index: int, unknowns: Unknowns) -> Linearised | None:
+    def linearise(self, index: int, unknowns: Unknowns) -> Linearisation | None:
         """One segment's free run and its derivatives."""
         return self.sensitivity.linearise(
             self.segments[index].record, unknowns.shared, self.state(index, unknowns), self.steps_per_period
         )
 
-    def pieces(self, unknowns: Unknowns) -> list[Pieces] | None:
+    def compute_terms(self, unknowns: Unknowns) -> list[SegmentTerms] | None:
         """All segments, on as many threads as there are; None where one diverges."""
 
-        def one(index: int) -> tuple[Linearised | None, Pieces | None]:
+        def one(index: int) -> tuple[Linearisation | None, SegmentTerms | None]:
             found = self.linearise(index, unknowns)
             piece = None if found is None else self._piece(found, self.segments[index].joined)
-            if piece is not None and len(unknowns.own[index]):
-                piece = _held(piece, unknowns.own[index], self.segments[index], self.sensitivity.state_scale)
-            return (found if self.kept else None), piece
+            if piece is not None and len(unknowns.local[index]):
+                piece = _add_state_prior(
+                    piece, unknowns.local[index], self.segments[index], self.sensitivity.state_scale
+                )
+            return (found if self.cache_size else None), piece
 
         made = self._of_each(one)
-        if self.kept:
-            self.seen.append((unknowns, [line for line, _ in made]))
-            del self.seen[: -self.kept]
+        if self.cache_size:
+            self.cache.append((unknowns, [line for line, _ in made]))
+            del self.cache[: -self.cache_size]
         whole = [piece for _, piece in made if piece is not None]
         return whole if len(whole) == len(made) else None
 
     def equations(self, unknowns: Unknowns) -> NormalEquations | None:
         """Gauss-Newton's normal equations; None where a segment diverges."""
-        pieces = self.pieces(unknowns)
+        pieces = self.compute_terms(unknowns)
         if pieces is None:
             return None
         p, q = len(self.sensitivity.free), len(self.sensitivity.state_scale)
-        total = empty(p, len(pieces), q)
+        total = make_zero_equations(p, len(pieces), q)
         cost = 0.0
         for k, piece in enumerate(pieces):
             cost += piece.cost
             total.shared[...] += piece.shared
             total.shared_gradient[...] += piece.gradient
             total.border[k] += piece.border
-            total.diagonal[k] += piece.own
-            total.own_gradient[k] += piece.own_gradient
+            total.diagonal[k] += piece.local
+            total.local_gradient[k] += piece.local_gradient
             if self.segments[k].joined and self.gap is not None:
-                cost += _join(total, k, piece, pieces[k + 1], self.gap, p)
+                cost += _add_continuity(total, k, piece, pieces[k + 1], self.gap, p)
         return total._replace(cost=cost)
 
-    def bend(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
+    def compute_second_derivative(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
         """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
-        known = next((lines for point, lines in self.seen if point is here), None)
+        known = next((lines for point, lines in self.cache if point is here), None)
         if known is not None:  # asked for again while steps from there are rejected
-            self.seen.sort(key=lambda one: one[0] is here)
+            self.cache.sort(key=lambda one: one[0] is here)
 
         def one(index: int) -> tuple[FloatArray, FloatArray] | None:
             line = self.linearise(index, here) if known is None else known[index]
             record = self.segments[index].record
-            by = NEAR * np.concatenate((move.shared, move.own[index]))
+            by = DIFFERENCE_STEP * np.concatenate((move.shared, move.local[index]))
             start = self.state(index, here)
             change = self.sensitivity.change(record, here.shared, start, by, self.steps_per_period)
             if line is None or change is None:
                 return None
-            straight = np.tensordot(move.shared, line.shared, 1) + np.tensordot(move.own[index], line.own, 1)
-            second = 2.0 / NEAR * (change / NEAR - straight) / self.sigma[:, None] ** 2
-            return np.tensordot(line.shared, second, 2), np.tensordot(line.own, second, 2)
+            straight = np.tensordot(move.shared, line.shared, 1) + np.tensordot(
+                move.local[index], line.local, 1
+            )
+            second = 2.0 / DIFFERENCE_STEP * (change / DIFFERENCE_STEP - straight) / self.sigma[:, None] ** 2
+            return np.tensordot(line.shared, second, 2), np.tensordot(line.local, second, 2)
 
         if any(segment.joined for segment in self.segments):
             return None
@@ -161,48 +167,52 @@ class SegmentCost:
         """Of each segment, on as many threads as there are."""
         indices = range(len(self.segments))
         length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
-        if self.executor is not None and length >= WORTH_A_THREAD:
+        if self.executor is not None and length >= MIN_THREADED_SAMPLES:
             return list(self.executor.map(one, indices))
         return [one(k) for k in indices]
 
-    def _piece(self, found: Linearised, joined: bool) -> Pieces:
+    def _piece(self, found: Linearisation, joined: bool) -> SegmentTerms:
         p = len(found.shared)
-        slopes = np.concatenate((found.shared, found.own))
+        slopes = np.concatenate((found.shared, found.local))
         table = np.concatenate((found.residual[None], slopes))
         scored = table[:, :, :-1] if joined else table  # the last sample is the next segment's first
         flat = (scored / self.sigma[:, None]).reshape(len(table), -1)
         gram = flat @ flat.T
-        return Pieces(
+        return SegmentTerms(
             cost=0.5 * float(gram[0, 0]),
             shared=gram[1 : 1 + p, 1 : 1 + p],
             gradient=gram[1 : 1 + p, 0],
             border=gram[1 + p :, 1 : 1 + p],
-            own=gram[1 + p :, 1 + p :],
-            own_gradient=gram[1 + p :, 0],
+            local=gram[1 + p :, 1 + p :],
+            local_gradient=gram[1 + p :, 0],
             square=np.einsum("on,on->o", scored[0], scored[0]),
             begin=found.begin,
             end=found.end,
         )
 
 
-def _held(piece: Pieces, own: FloatArray, segment: Segment, scale: FloatArray) -> Pieces:
+def _add_state_prior(
+    piece: SegmentTerms, own: FloatArray, segment: Segment, scale: FloatArray
+) -> SegmentTerms:
     """With HELD readings of the start where it is known to be near some state; `own` and `scale` (q,)."""
-    if segment.near is None:
+    if segment.prior is None:
         return piece
-    states = len(segment.near)
-    off = own[:states] - segment.near / scale[:states]
+    states = len(segment.prior)
+    off = own[:states] - segment.prior / scale[:states]
     weight = np.zeros(len(own))
-    weight[:states] = HELD**2
-    gradient = piece.own_gradient.copy()
-    gradient[:states] += HELD**2 * off
+    weight[:states] = PRIOR_WEIGHT**2
+    gradient = piece.local_gradient.copy()
+    gradient[:states] += PRIOR_WEIGHT**2 * off
     return piece._replace(
-        cost=piece.cost + 0.5 * HELD**2 * float(off @ off),
-        own=piece.own + np.diag(weight),
-        own_gradient=gradient,
+        cost=piece.cost + 0.5 * PRIOR_WEIGHT**2 * float(off @ off),
+        local=piece.local + np.diag(weight),
+        local_gradient=gradient,
     )
 
 
-def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: FloatArray, p: int) -> float:
+def _add_continuity(
+    total: NormalEquations, k: int, piece: SegmentTerms, after: SegmentTerms, gap: FloatArray, p: int
+) -> float:
     """Add the continuity between segments k and k + 1: what the last reads at its end and the next at its begin."""
     miss = (piece.end[0] - after.begin[0]) / gap
     shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
@@ -214,6 +224,6 @@ def _join(total: NormalEquations, k: int, piece: Pieces, after: Pieces, gap: Flo
     total.diagonal[k] += here @ here.T
     total.diagonal[k + 1] += there @ there.T
     total.next[k] += here @ there.T
-    total.own_gradient[k] += here @ miss
-    total.own_gradient[k + 1] += there @ miss
+    total.local_gradient[k] += here @ miss
+    total.local_gradient[k + 1] += there @ miss
     return 0.5 * float(miss @ miss)

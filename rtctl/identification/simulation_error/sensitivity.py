@@ -16,27 +16,27 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Prediction, Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.scales import parameter_scales, scales_of
+from rtctl.identification.scales import compute_parameter_scales, estimate_scales
 
 IntArray = NDArray[np.intp]
-DIFFERENCE = 1e-7
+FORWARD_STEP = 1e-7
 """Of an unknown, or of its scale if that is more: round-off is 1e-6 of a derivative, cut-off Q times 1e-7."""
-LINEAR = 1e-3
+MAX_LINEAR_SHARE = 1e-3
 """Share of an output's swing: a neighbour that leaves the run by more is near a fold, and slopes change on the way."""
-SMALL = 5e-4
+CENTRAL_SHARE = 5e-4
 """The same of the two on both sides that take its place: cut-off and round-off are 1e-5 of a derivative."""
-LEAST = 1e-6
+MIN_STEP_FACTOR = 1e-6
 """Of a step: what moves further over less is no motion that has slopes."""
 
 
-class Linearised(NamedTuple):
+class Linearisation(NamedTuple):
     """A free run minus the measurement, and its derivatives by scaled unknowns."""
 
     residual: FloatArray
     """(outputs, n) from the first scored sample on."""
     shared: FloatArray
     """(p, outputs, n)"""
-    own: FloatArray
+    local: FloatArray
     """(states or 0, outputs, n)"""
     begin: FloatArray
     """(1 + p + states or 0, all outputs of the simulation) at the first sample: the run and its derivatives."""
@@ -56,7 +56,7 @@ class Sensitivity:
     """Of each initial state; (0,) where they are given."""
     outputs: tuple[str, ...]
     """That are compared."""
-    of_record: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
+    record_parameters: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
     """Indices of parameters that each record has for itself; they follow the initial state among its own unknowns."""
 
     @classmethod
@@ -68,14 +68,14 @@ class Sensitivity:
         *,
         free_start: bool = True,
         scales: Scales | None = None,
-        of_record: Sequence[int] = (),
+        record_parameters: Sequence[int] = (),
     ) -> Sensitivity:
-        """`free`: indices of parameters; None: those that are not fixed. `of_record`: of those, each record's own."""
-        scales = scales or scales_of(records)
+        """Build from indices of parameters: `free` (None: all that are not fixed) and `record_parameters`."""
+        scales = scales or estimate_scales(records)
         moving = [k for k, one in enumerate(simulation.parameters) if not one.fixed] if free is None else free
-        moving = [k for k in moving if k not in of_record]
-        apart = parameter_scales([simulation.parameters[k] for k in of_record], scales)
-        sizes = parameter_scales([simulation.parameters[k] for k in moving], scales)
+        moving = [k for k in moving if k not in record_parameters]
+        apart = compute_parameter_scales([simulation.parameters[k] for k in record_parameters], scales)
+        sizes = compute_parameter_scales([simulation.parameters[k] for k in moving], scales)
         by_name = {"displacement": scales.displacement, "velocity": scales.velocity}
         states = [by_name.get(name, 1.0) or 1.0 for name in simulation.state] if free_start else []
         measured = set.intersection(*(set(record.measured) for record in records))
@@ -85,11 +85,11 @@ class Sensitivity:
             scale=sizes,
             state_scale=np.append(states, apart),
             outputs=tuple(name for name in simulation.outputs if name in measured),
-            of_record=np.array(of_record, dtype=np.intp),
+            record_parameters=np.array(record_parameters, dtype=np.intp),
         )
 
     @property
-    def own_values(self) -> FloatArray:
+    def current_values(self) -> FloatArray:
         """Of the simulation, all (parameters,)."""
         return np.array([parameter.value for parameter in self.simulation.parameters])
 
@@ -102,13 +102,13 @@ class Sensitivity:
 
     def values(self, shared: FloatArray) -> FloatArray:
         """All parameters (parameters,) with the free ones at `shared` (p,), scaled."""
-        values = self.own_values
+        values = self.current_values
         values[self.free] = shared * self.scale
         return values
 
     def linearise(
         self, record: FitRecord, shared: FloatArray, start: FloatArray, steps_per_period: float | None = None
-    ) -> Linearised | None:
+    ) -> Linearisation | None:
         """Around scaled `shared` (p,) from the initial state `start` (states,) in units; None: it diverges there.
 
         `start` goes on with the record's own parameters, where there are any.
@@ -116,19 +116,19 @@ class Sensitivity:
         p = len(self.free)
         ahead = self._steps(shared, start)
         behind = np.zeros_like(ahead)
-        run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
+        run = self._run(record, shared, start, _build_lanes(ahead, behind), steps_per_period)
         moved = self._moved(run, record) if run is not None else behind
-        if (moved > LINEAR).any():
+        if (moved > MAX_LINEAR_SHARE).any():
             ahead, behind = self._on_both_sides(shared, ahead, moved)
-            run = self._run(record, shared, start, _neighbours(ahead, behind), steps_per_period)
+            run = self._run(record, shared, start, _build_lanes(ahead, behind), steps_per_period)
         if run is None:
             return None
         lanes = self._lanes(run, record)
         measured = np.stack([record.measured[name][record.first :] for name in self.outputs])
         moves = (ahead + behind) / np.concatenate((self.scale, self.state_scale))
-        slopes = _slopes(lanes, behind, moves)
+        slopes = _compute_slopes(lanes, behind, moves)
         begin, end = (self._reading(run, sample, behind, moves) for sample in (0, -1))
-        return Linearised(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
+        return Linearisation(lanes[0] - measured, slopes[:p], slopes[p:], begin, end)
 
     def change(
         self,
@@ -169,11 +169,11 @@ class Sensitivity:
 
         None: one diverges, or no sensible step of the integrator resolves the values.
         """
-        p, states = len(self.free), len(start) - len(self.of_record)
+        p, states = len(self.free), len(start) - len(self.record_parameters)
         values = np.tile(self.values(shared), (len(moves), 1))
-        values[:, self.of_record] = start[states:]
+        values[:, self.record_parameters] = start[states:]
         values[:, self.free] += moves[:, :p]
-        values[:, self.of_record] += moves[:, p + states :]
+        values[:, self.record_parameters] += moves[:, p + states :]
         initial = np.tile(start[:states], (len(moves), 1))
         initial[:, : moves.shape[1] - p] += moves[:, p : p + states]
         try:
@@ -196,7 +196,7 @@ class Sensitivity:
         self, shared: FloatArray, ahead: FloatArray, moved: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Steps ahead and behind, smaller where a neighbour `moved` far; none behind where a bound is near."""
-        small = ahead * np.clip(SMALL / np.maximum(moved, SMALL), LEAST, 1.0)
+        small = ahead * np.clip(CENTRAL_SHARE / np.maximum(moved, CENTRAL_SHARE), MIN_STEP_FACTOR, 1.0)
         behind, p = small.copy(), len(self.free)
         low, high = self.bounds
         reached = shared - small[:p] / self.scale
@@ -205,23 +205,23 @@ class Sensitivity:
 
     def _reading(self, run: Prediction, sample: int, behind: FloatArray, moves: FloatArray) -> FloatArray:
         lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
-        return np.concatenate((lanes[:1], _slopes(lanes[..., None], behind, moves)[..., 0]))
+        return np.concatenate((lanes[:1], _compute_slopes(lanes[..., None], behind, moves)[..., 0]))
 
     def _steps(self, shared: FloatArray, start: FloatArray) -> FloatArray:
         """(p + q,) finite differences in units, away from a bound."""
-        steps = DIFFERENCE * self.scale * np.maximum(np.abs(shared), 1.0)
+        steps = FORWARD_STEP * self.scale * np.maximum(np.abs(shared), 1.0)
         steps = np.where(shared * self.scale + steps > self.bounds[1] * self.scale, -steps, steps)
-        own = DIFFERENCE * np.maximum(self.state_scale, np.abs(start[: len(self.state_scale)]))
+        own = FORWARD_STEP * np.maximum(self.state_scale, np.abs(start[: len(self.state_scale)]))
         return np.concatenate((steps, own))
 
 
-def _neighbours(ahead: FloatArray, behind: FloatArray) -> FloatArray:
+def _build_lanes(ahead: FloatArray, behind: FloatArray) -> FloatArray:
     """(lanes, p + q): none, each step ahead, each step behind that is not zero."""
     return np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
 
 
-def _slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
-    """(p + q, outputs, n) of `lanes` as `_neighbours` orders them, over the `moves` (p + q,) from behind to ahead."""
+def _compute_slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
+    """(p + q, outputs, n) of `lanes` as `_build_lanes` orders them, over the `moves` (p + q,) from behind to ahead."""
     other = np.zeros(len(behind), dtype=np.intp)
     other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
     slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]

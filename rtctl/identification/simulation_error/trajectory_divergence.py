@@ -10,18 +10,18 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.initial_state import local_state
-from rtctl.identification.oscillator.weak_form import half_width
-from rtctl.identification.scales import scales_of
+from rtctl.identification.oscillator.initial_state import estimate_initial_state
+from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.scales import estimate_scales
 
-NUDGE = 1e-8
+PERTURBATION = 1e-8
 """Of the motion's size."""
-CHAOTIC = 1e4
+CHAOTIC_GROWTH = 1e4
 """Growth of a nudge: a free mass's grows with time, this much only what parts exponentially reaches."""
 STEPS_PER_PERIOD = 64.0
 
 
-class Parting(NamedTuple):
+class TrajectoryDivergence(NamedTuple):
     """Of the record in which it is largest."""
 
     record: str
@@ -31,20 +31,22 @@ class Parting(NamedTuple):
     """Mean exponential rate [1/s] until then: the largest Lyapunov exponent, roughly."""
 
     @property
-    def chaotic(self) -> bool:
+    def is_chaotic(self) -> bool:
         """Whether the runs part exponentially."""
-        return self.growth > CHAOTIC
+        return self.growth > CHAOTIC_GROWTH
 
 
-def parting(simulation: Simulation, records: Sequence[FitRecord], values: FloatArray) -> Parting:
+def measure_divergence(
+    simulation: Simulation, records: Sequence[FitRecord], values: FloatArray
+) -> TrajectoryDivergence:
     """Runs of `values` (parameters,) from each record's start and from a nudge beside it."""
-    scales = scales_of(records)
-    width_s = half_width(records, scales.rate)
-    worst = Parting(records[0].name, 0.0, 0.0)
+    scales = estimate_scales(records)
+    width_s = choose_half_width(records, scales.rate)
+    worst = TrajectoryDivergence(records[0].name, 0.0, 0.0)
     for record in records:
-        start = local_state(record, 0, width_s, simulation.state)
+        start = estimate_initial_state(record, 0, width_s, simulation.state)
         nudged = start.copy()
-        nudged[0] += NUDGE * scales.displacement
+        nudged[0] += PERTURBATION * scales.displacement
         try:
             run = simulation.predict(
                 record.stimulus, np.tile(values, (2, 1)), np.stack((start, nudged)), STEPS_PER_PERIOD
@@ -52,9 +54,9 @@ def parting(simulation: Simulation, records: Sequence[FitRecord], values: FloatA
         except ValueError:
             continue
         lanes = run.outputs[simulation.outputs[0]]
-        distance = np.abs(np.nan_to_num(lanes[1] - lanes[0])) / (NUDGE * scales.displacement)
+        distance = np.abs(np.nan_to_num(lanes[1] - lanes[0])) / (PERTURBATION * scales.displacement)
         at = int(distance.argmax())
         if distance[at] > worst.growth:
             rate = float(np.log(max(distance[at], 1.0))) / max(at * record.period_s, record.period_s)
-            worst = Parting(record.name, float(distance[at]), rate)
+            worst = TrajectoryDivergence(record.name, float(distance[at]), rate)
     return worst

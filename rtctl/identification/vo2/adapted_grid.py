@@ -17,12 +17,12 @@ UNIFORM_SHARE = 0.3
 """Of the cells, as on a uniform grid: a density that is zero somewhere may be so for want of data."""
 
 
-def adapted_nodes(model: PreisachModel, cells: int) -> FloatArray:
+def adapt_nodes(model: PreisachModel, cells: int) -> FloatArray:
     """Nodes (cells + 1,) over the range of the model's own grid, small cells where its masses change most along it."""
     widths = np.diff(model.grid)
     middles = 0.5 * (model.grid[1:] + model.grid[:-1])
     bend = np.zeros(len(widths))
-    for density in switching_densities(model):
+    for density in compute_switching_densities(model):
         slope = np.pad(np.abs(np.diff(density)) / np.diff(middles), 1)  # beyond the range nothing is known
         bend += np.sqrt(np.maximum(slope[1:], slope[:-1])) * widths
     uniform = widths / widths.sum()
@@ -32,7 +32,7 @@ def adapted_nodes(model: PreisachModel, cells: int) -> FloatArray:
     return nodes
 
 
-def switching_densities(model: PreisachModel) -> tuple[FloatArray, FloatArray]:
+def compute_switching_densities(model: PreisachModel) -> tuple[FloatArray, FloatArray]:
     """Mass that switches on heating, and on cooling, over each cell (n,) [y unit / v unit], all relays free to."""
     widths = np.diff(model.grid)
     up, down = (np.bincount(field, model.mu, len(widths)) / widths for field in np.tril_indices(len(widths)))

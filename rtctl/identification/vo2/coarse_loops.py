@@ -4,7 +4,7 @@ A film whose domains switch one by one has steps in its loops that cells spread 
 show it, neither of which rests on a model of the noise: what a read-out leaves at states that the staircases reach more
 than once, against the scatter of the readings there (lack of fit against pure error, as in the analysis of variance);
 and that as many cells, placed where the relays switch, leave much less. Where between two levels of a staircase a
-domain switches only records that move through there can tell: `relearned` takes both together.
+domain switches only records that move through there can tell: `refit_loop` takes both together.
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ from threadpoolctl import threadpool_limits
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.hysteresis.preisach.model import PreisachModel, cooled_stack, move_input
-from rtctl.identification.vo2.adapted_grid import adapted_nodes
-from rtctl.identification.vo2.heating import from_full_cooling
+from rtctl.identification.vo2.adapted_grid import adapt_nodes
+from rtctl.identification.vo2.heating import prepend_full_cooling
 from rtctl.identification.vo2.preisach_fit import PreisachFit, fit_preisach
-from rtctl.identification.vo2.staircase import SteadyStates, heated_hold_ends, steady_states
+from rtctl.identification.vo2.staircase import SteadyStates, extract_steady_states, simulate_hold_ends
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 
-Read = Mapping[str, PreisachModel]
+ReadOuts = Mapping[str, PreisachModel]
 """Read-outs of a model by output: `resistance` gives -ln R."""
-TOO_COARSE = ((0.8, 1e-3), (0.92, 2.5e-3))
+COARSE_LIMITS = ((0.8, 1e-3), (0.92, 2.5e-3))
 """Of what the given read-out leaves, one of as many cells elsewhere leaves less; and the RMS that this certainly (95 %)
 removes, of the output's variation: in noise of half a percent less of a larger misfit is all that shows. Of twelve
 devices of the blind generator that have such domains 0.16 to 0.79 % of the deflection, of two among 40 others that such
 a grid suits better 0.09 and 0.10 %, in the middle of their intervals; of 30 more with nothing hidden and 30 with
 another effect (250200 to 250229, 250300 to 250331) none is coarse.
 """
-REPEATED = 30
+MIN_REPEATED_STATES = 30
 """States that staircases reach more than once: fewer do not say what is lack of fit."""
-LACKS = 2.0
+MIN_LACK_OF_FIT = 2.0
 """Times the pure error: where mean square lacks of fit of both read-outs are below it, no fit is worth it. One film
 moves both, and its domains may show in one alone."""
-CLAIMED = 1.1
+CLAIMED_ERROR_FACTOR = 1.1
 """Times what the identification left: a read-out that leaves more on these staircases was not learned from them."""
-MOST_CELLS = 80
+MAX_CELLS = 80
 """Along each field, of finer loops: time and memory go with the fourth power."""
-ROWS = (3000, 6000)
+SAMPLE_BUDGETS = (3000, 6000)
 """Samples of records that the loops are learned from beside the staircases, evenly spread: for a grid, and on it."""
-SMOOTH = 40
+SMOOTH_CELLS = 40
 """Cells along each field of which loops tell where finer ones are wanted, unless relays are known to switch together:
 fewer cells take a tenth of the time, and hunt less for what is no step."""
-BLOCK = 50
+BLOCK_SAMPLES = 50
 UNITS = {"deflection": "um", "resistance": "dimensionless"}
-OF = {"deflection": "the deflection", "resistance": "ln R"}
+OUTPUT_NAMES = {"deflection": "the deflection", "resistance": "ln R"}
 RESAMPLES = 200
 
 
@@ -63,7 +63,7 @@ class Samples(NamedTuple):
     scored: NDArray[np.bool_]
 
 
-class Coarse(NamedTuple):
+class LoopResolution(NamedTuple):
     """What the staircases say of one read-out of a model."""
 
     given: PreisachModel
@@ -77,7 +77,7 @@ class Coarse(NamedTuple):
     @property
     def rms(self) -> tuple[float, float]:
         """Of what the given read-out leaves, and the finer one."""
-        return _rms(self.left), _rms(self.left_finer)
+        return _compute_rms(self.left), _compute_rms(self.left_finer)
 
     @property
     def share(self) -> float:
@@ -89,12 +89,12 @@ class Coarse(NamedTuple):
     def is_coarse(self) -> bool:
         """Whether that is much less, and certainly of a size that matters."""
         size = float(self.staircases.y[self.staircases.scored].std())
-        return any(self.share < share and self.misfit[1] > least * size for share, least in TOO_COARSE)
+        return any(self.share < share and self.misfit[1] > least * size for share, least in COARSE_LIMITS)
 
     @property
     def misfit(self) -> tuple[float, float, float]:
         """RMS that the given read-out leaves beyond the finer one, and its 95 % interval: resampled in blocks."""
-        count = max(1, len(self.left) // BLOCK)
+        count = max(1, len(self.left) // BLOCK_SAMPLES)
         beyond = [part.mean() for part in np.array_split(self.left**2 - self.left_finer**2, count)]
         draws = np.random.default_rng(0).integers(0, count, (RESAMPLES, count))
         means = np.sqrt(np.maximum(np.array(beyond)[draws].mean(axis=1), 0.0))
@@ -102,52 +102,53 @@ class Coarse(NamedTuple):
         return float(np.sqrt(max(float(np.mean(beyond)), 0.0))), float(low), float(high)
 
 
-def coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
+def find_coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution]:
     """By output, `deflection` and `resistance`; empty where no read-out is too coarse, or no staircase says so."""
-    ends = _ends(dataset)
+    ends = _find_steady_states(dataset)
     if ends is None:
         return {}
-    states = _states(ends)
+    states = _number_states(ends)
     with threadpool_limits(1, "blas"):
-        given = _given(model, dataset, ends)
-        if all(one.lack_of_fit(states) < LACKS for one in given.values()):
+        given = _collect_given(model, dataset, ends)
+        if all(one.lack_of_fit(states) < MIN_LACK_OF_FIT for one in given.values()):
             return {}
-        found = {output: _with_finer(one) for output, one in given.items()}
+        found = {output: _compare_with_finer(one) for output, one in given.items()}
     return found if any(one.is_coarse for one in found.values()) else {}
 
 
-def identified_loops(model: Vo2Model, dataset: Dataset) -> dict[str, Coarse]:
-    """By output, to be `relearned` where something else than the staircases shows that they are off; none is coarse."""
-    ends = _ends(dataset)
+def collect_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution]:
+    """Return the identified loops by output, for `refit_loop` where other records show that they are off."""
+    ends = _find_steady_states(dataset)
     if ends is None:
         return {}
     with threadpool_limits(1, "blas"):
-        given = _given(model, dataset, ends)
+        given = _collect_given(model, dataset, ends)
     return {
-        name: Coarse(one.read, one.read, one.staircases, one.left, one.left) for name, one in given.items()
+        name: LoopResolution(one.read, one.read, one.staircases, one.left, one.left)
+        for name, one in given.items()
     }
 
 
-def left_by(coarse: Mapping[str, Coarse]) -> str:
+def describe_improvement(coarse: Mapping[str, LoopResolution]) -> str:
     """For a person: of each that is too coarse, what as many cells elsewhere leave, and what the given ones do."""
     said = []
     for output, one in ((output, one) for output, one in coarse.items() if one.is_coarse):
         unit = "" if UNITS[output] == "dimensionless" else f" {UNITS[output]}"
         given, finer = one.rms
-        said.append(f"{finer:.3g}{unit} of {OF[output]} instead of {given:.3g}{unit}")
+        said.append(f"{finer:.3g}{unit} of {OUTPUT_NAMES[output]} instead of {given:.3g}{unit}")
     return ", ".join(said)
 
 
-def relearned(coarse: Coarse, records: Sequence[Samples]) -> PreisachModel:
+def refit_loop(coarse: LoopResolution, records: Sequence[Samples]) -> PreisachModel:
     """The read-out from the staircases and from records behind a known temperature, cells where the relays switch."""
     model = coarse.finer
     with threadpool_limits(1, "blas"):
-        cells = _cells(coarse.given)
-        first = cells if coarse.is_coarse else min(SMOOTH, cells)
-        for rows, count in zip(ROWS, (first, cells), strict=True):
-            parts = [coarse.staircases, *(_from_cold(one) for one in _thinned(records, rows))]
+        cells = _count_cells(coarse.given)
+        first = cells if coarse.is_coarse else min(SMOOTH_CELLS, cells)
+        for rows, count in zip(SAMPLE_BUDGETS, (first, cells), strict=True):
+            parts = [coarse.staircases, *(_prepend_cold_sample(one) for one in _thin(records, rows))]
             v, y, scored = (np.concatenate(column) for column in zip(*parts, strict=True))
-            nodes = adapted_nodes(model, count)
+            nodes = adapt_nodes(model, count)
             nodes[0], nodes[-1] = (
                 min(nodes[0], float(v[scored].min())),
                 max(nodes[-1], float(v[scored].max())),
@@ -156,7 +157,7 @@ def relearned(coarse: Coarse, records: Sequence[Samples]) -> PreisachModel:
     return model
 
 
-def lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
+def compute_lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
     """Mean square at the states (n,) that are met more than once, of the mean of what is left there, over that of one
     mean's pure error; NaN where they are fewer than REPEATED.
     """
@@ -164,14 +165,14 @@ def lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
     means = np.bincount(place, left) / count
     again = count > 1
     freedom = int((count[again] - 1).sum())
-    if again.sum() < REPEATED:
+    if again.sum() < MIN_REPEATED_STATES:
         return float("nan")
     scatter = np.bincount(place, (left - means[place]) ** 2)[again].sum() / freedom
     lack = float(np.mean(count[again] * means[again] ** 2))
     return lack / max(float(scatter), 1e-300)
 
 
-class _Given(NamedTuple):
+class _GivenReadOut(NamedTuple):
     """A read-out of the model and what it leaves at the scored samples."""
 
     read: PreisachModel
@@ -179,20 +180,20 @@ class _Given(NamedTuple):
     left: FloatArray
 
     def lack_of_fit(self, states: NDArray[np.intp]) -> float:
-        return lack_of_fit(self.left, states[self.staircases.scored].tolist())
+        return compute_lack_of_fit(self.left, states[self.staircases.scored].tolist())
 
 
-def _ends(dataset: Dataset) -> SteadyStates | None:
+def _find_steady_states(dataset: Dataset) -> SteadyStates | None:
     """None where nothing is known of the loops: no staircase, or one of too few holds."""
     try:
-        return steady_states(dataset)
+        return extract_steady_states(dataset)
     except InputError:
         return None
 
 
-def _given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _Given]:
+def _collect_given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _GivenReadOut]:
     """By output, those that were measured."""
-    v = heated_hold_ends(dataset, model.time_constant_s)
+    v = simulate_hold_ends(dataset, model.time_constant_s)
     reading = -np.log(np.maximum(ends.resistance_ohm, 1e-300))
     found = {}
     for output, read, claimed, y in (
@@ -202,33 +203,37 @@ def _given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _
         scored = ends.scored & np.isfinite(y)
         if scored.any():
             staircases = Samples(v, np.nan_to_num(y), scored)
-            found[output] = _Given(read, staircases, _left(read, claimed, staircases))
+            found[output] = _GivenReadOut(read, staircases, _compute_residual(read, claimed, staircases))
     return found
 
 
-def _left(read: PreisachModel, claimed: float, staircases: Samples) -> FloatArray:
+def _compute_residual(read: PreisachModel, claimed: float, staircases: Samples) -> FloatArray:
     """At the scored samples, by the read-out or by one on its grid that was learned from these staircases."""
     v, y, scored = staircases
     left: FloatArray = (y - read.simulate(v))[scored]
-    return left if _rms(left) <= CLAIMED * claimed else _fit(staircases, read, read.grid).residual
+    return (
+        left
+        if _compute_rms(left) <= CLAIMED_ERROR_FACTOR * claimed
+        else _fit_on_nodes(staircases, read, read.grid).residual
+    )
 
 
-def _with_finer(given: _Given) -> Coarse:
+def _compare_with_finer(given: _GivenReadOut) -> LoopResolution:
     read, staircases, left = given
-    finer = _fit(staircases, read, adapted_nodes(read, _cells(read)))
-    return Coarse(read, finer.model, staircases, left, finer.residual)
+    finer = _fit_on_nodes(staircases, read, adapt_nodes(read, _count_cells(read)))
+    return LoopResolution(read, finer.model, staircases, left, finer.residual)
 
 
-def _fit(staircases: Samples, read: PreisachModel, nodes: FloatArray) -> PreisachFit:
+def _fit_on_nodes(staircases: Samples, read: PreisachModel, nodes: FloatArray) -> PreisachFit:
     return fit_preisach(*staircases, nodes=nodes, sign=read.sign)
 
 
-def _cells(read: PreisachModel) -> int:
+def _count_cells(read: PreisachModel) -> int:
     """As many as it has itself."""
-    return min(len(read.grid) - 1, MOST_CELLS)
+    return min(len(read.grid) - 1, MAX_CELLS)
 
 
-def _states(ends: SteadyStates) -> NDArray[np.intp]:
+def _number_states(ends: SteadyStates) -> NDArray[np.intp]:
     """(n,): the same number where the extremes of current that the relays remember are the same."""
     known: dict[tuple[float, ...], int] = {}
     grid = np.array([0.0, float(ends.current_mA.max())])
@@ -240,13 +245,13 @@ def _states(ends: SteadyStates) -> NDArray[np.intp]:
     return np.array(found, dtype=np.intp)
 
 
-def _from_cold(one: Samples) -> Samples:
+def _prepend_cold_sample(one: Samples) -> Samples:
     """With a full cooling in front."""
     first = np.zeros(1)
-    return Samples(from_full_cooling(one.v), np.append(first, one.y), np.append([False], one.scored))
+    return Samples(prepend_full_cooling(one.v), np.append(first, one.y), np.append([False], one.scored))
 
 
-def _thinned(records: Sequence[Samples], most: int) -> list[Samples]:
+def _thin(records: Sequence[Samples], most: int) -> list[Samples]:
     total = sum(int(one.scored.sum()) for one in records)
     step = max(1, -(-total // most))
     thin = []
@@ -257,5 +262,5 @@ def _thinned(records: Sequence[Samples], most: int) -> list[Samples]:
     return thin
 
 
-def _rms(values: FloatArray) -> float:
+def _compute_rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))

@@ -20,9 +20,9 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.measured.dataset import Record
 
-LEAST_MOVING = 20
+MIN_MOVING_SAMPLES = 20
 MOVING_SAMPLES = 9
-SEARCHED_FACTOR = 10.0  # about the nominal value, either way
+SEARCH_FACTOR = 10.0  # about the nominal value, either way
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
@@ -43,7 +43,7 @@ class TimeConstant(NamedTuple):
 
 
 @kernel
-def heat(current_mA: FloatArray, period_s: float, time_constant_s: float) -> FloatArray:
+def simulate_heating(current_mA: FloatArray, period_s: float, time_constant_s: float) -> FloatArray:
     """Surrogate v (n,) [mA] at the sample instants, before each sample's current takes effect.
 
     The current is held between samples; the first sample is at rest.
@@ -58,7 +58,7 @@ def heat(current_mA: FloatArray, period_s: float, time_constant_s: float) -> Flo
     return v
 
 
-def from_full_cooling(v: FloatArray) -> FloatArray:
+def prepend_full_cooling(v: FloatArray) -> FloatArray:
     """v with one sample far below in front: any hysteresis model forgets what came before."""
     return np.concatenate((np.zeros(1), v))
 
@@ -72,25 +72,25 @@ def fit_time_constant(
     so the standard error counts holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
     """
     usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
-    moving = sum(int(_moving(record).sum()) for record in usable)
-    if moving < LEAST_MOVING:
+    moving = sum(int(_find_moving_samples(record).sum()) for record in usable)
+    if moving < MIN_MOVING_SAMPLES:
         return None
 
     def residual(ln_tau: float) -> FloatArray:
-        parts = [_residual(record, resistance, deflection, math.exp(ln_tau)) for record in usable]
+        parts = [_compute_residual(record, resistance, deflection, math.exp(ln_tau)) for record in usable]
         return np.concatenate(parts)
 
     def cost(ln_tau: float) -> float:
         error = residual(ln_tau)
         return float(error @ error)
 
-    bounds = math.log(nominal_s / SEARCHED_FACTOR), math.log(nominal_s * SEARCHED_FACTOR)
+    bounds = math.log(nominal_s / SEARCH_FACTOR), math.log(nominal_s * SEARCH_FACTOR)
     best = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
     if min(best - bounds[0], bounds[1] - best) < 0.01:
         return None
     step = 0.01
     slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
-    scores = np.bincount(_holds(usable, deflection is not None), weights=slope * residual(best))
+    scores = np.bincount(_number_holds(usable, deflection is not None), weights=slope * residual(best))
     information = float(slope @ slope)
     if not information > 0.0:
         return None
@@ -105,7 +105,7 @@ def shows_heating(record: Record) -> bool:
     return record.use != "identify" or changes < 0.5 * record.samples
 
 
-def _moving(record: Record) -> NDArray[np.bool_]:
+def _find_moving_samples(record: Record) -> NDArray[np.bool_]:
     """The nine samples that follow a change of current: row k is measured before its own current acts."""
     current = record.signals["current"]
     changed = np.flatnonzero(np.diff(current) != 0.0) + 1
@@ -117,21 +117,25 @@ def _moving(record: Record) -> NDArray[np.bool_]:
     return mask
 
 
-def _holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
+def _number_holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
     """Which hold each residual belongs to, in the order of the residuals."""
     parts: list[NDArray[np.intp]] = []
     first = 0
     for record in records:
         hold = first + np.cumsum(np.diff(record.signals["current"], prepend=np.nan) != 0.0)
-        parts += [hold[_moving(record)]] * (2 if with_deflection and record.has("deflection") else 1)
+        parts += [hold[_find_moving_samples(record)]] * (
+            2 if with_deflection and record.has("deflection") else 1
+        )
         first = int(hold[-1])
     return np.concatenate(parts)
 
 
-def _residual(record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float) -> FloatArray:
+def _compute_residual(
+    record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float
+) -> FloatArray:
     """Errors of the moving samples in parts of the record's range: resistance, then deflection where there is one."""
-    v = from_full_cooling(heat(record.signals["current"], record.period_s, tau_s))
-    moving = _moving(record)
+    v = prepend_full_cooling(simulate_heating(record.signals["current"], record.period_s, tau_s))
+    moving = _find_moving_samples(record)
     reading = -np.log(record.signals["resistance"])
     parts = [(resistance.simulate(v)[1:] - reading)[moving] / max(float(np.ptp(reading)), 1e-9)]
     if deflection is not None and record.has("deflection"):

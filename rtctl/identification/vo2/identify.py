@@ -23,7 +23,7 @@ from rtctl.hysteresis.gpi_inverse import GpiInverse
 from rtctl.identification.vo2.heating import TimeConstant, fit_time_constant
 from rtctl.identification.vo2.play_fit import PlayFit, PlayProblem, fit_plays, spread_starts
 from rtctl.identification.vo2.preisach_fit import PreisachFit, fit_preisach
-from rtctl.identification.vo2.staircase import SteadyStates, heated_hold_ends, steady_states
+from rtctl.identification.vo2.staircase import SteadyStates, extract_steady_states, simulate_hold_ends
 from rtctl.measured.dataset import Dataset
 from rtctl.models.span import Span
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Vo2Model
@@ -31,7 +31,7 @@ from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, FitQuality, Vo2Model
 Report = Callable[[str], None]
 COARSE_CELLS = 24  # enough for the time constant
 PAPER_SMOOTHNESS = 1e-4  # of the paper's few levels, which need none
-LEAST_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
+MIN_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,17 +70,17 @@ def identify_vo2(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo
 
 
 def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
-    data = _prepare(dataset)
+    data = _prepare_data(dataset)
     report("resistance: GPI with an analytic inverse")
     gpi, gpi_error = _fit_gpi(data, options)
     report("deflection: EGPI behind the inverse GPI")
     behind_gpi, composite_error = _fit_egpi(
-        surrogate_of(data, GpiInverse.of(gpi).estimate, -1e-3), data, options
+        compute_surrogate(data, GpiInverse.of(gpi).estimate, -1e-3), data, options
     )
     report("resistance: gap-free, and EGPI behind its inverse")
     gap_free, gap_free_error = _fit_gap_free(data, options)
     behind_gap_free, gap_free_composite_error = _fit_egpi(
-        surrogate_of(data, gap_free.invert, None), data, options
+        compute_surrogate(data, gap_free.invert, None), data, options
     )
     report("deflection: EGPI on the current itself")
     egpi, egpi_error = _fit_egpi(data.v, data, options)
@@ -99,15 +99,15 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
             f"{1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an interval"
         )
     resistance_span, deflection_span = (
-        _span(np.exp(-data.u[data.scored])),
-        _span(data.deflection[data.deflection_scored]),
+        _make_span(np.exp(-data.u[data.scored])),
+        _make_span(data.deflection[data.deflection_scored]),
     )
     u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
     return Vo2Model(
         identity=dataset.identity,
         time_constant_s=tau.value_s if tau else NOMINAL_TIME_CONSTANT_S,
         time_constant_error_s=tau.standard_error_s if tau else float("inf"),
-        current=_span(data.v[data.scored]),
+        current=_make_span(data.v[data.scored]),
         resistance=resistance_span,
         deflection=deflection_span,
         reading_error=float(np.std(fine_r.residual)),
@@ -122,15 +122,15 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         direct_preisach=direct_d.model,
         direct_egpi=direct_egpi,
         quality={
-            "resistance_gpi": quality_of(gpi_error, "kohm", 1e-3 * resistance_span.width),
-            "composite": quality_of(composite_error, "um", d_width),
-            "gap_free_composite": quality_of(gap_free_composite_error, "um", d_width),
-            "resistance_gap_free": quality_of(gap_free_error, "ln ohm", u_width),
-            "resistance_preisach": quality_of(fine_r.residual, "ln ohm", u_width),
-            "deflection_egpi": quality_of(egpi_error, "um", d_width),
-            "deflection_preisach": quality_of(fine_d.residual, "um", d_width),
-            "direct_preisach": quality_of(direct_d.residual, "um", d_width),
-            "direct_egpi": quality_of(direct_error, "um", d_width),
+            "resistance_gpi": compute_quality(gpi_error, "kohm", 1e-3 * resistance_span.width),
+            "composite": compute_quality(composite_error, "um", d_width),
+            "gap_free_composite": compute_quality(gap_free_composite_error, "um", d_width),
+            "resistance_gap_free": compute_quality(gap_free_error, "ln ohm", u_width),
+            "resistance_preisach": compute_quality(fine_r.residual, "ln ohm", u_width),
+            "deflection_egpi": compute_quality(egpi_error, "um", d_width),
+            "deflection_preisach": compute_quality(fine_d.residual, "um", d_width),
+            "direct_preisach": compute_quality(direct_d.residual, "um", d_width),
+            "direct_egpi": compute_quality(direct_error, "um", d_width),
         },
     )
 
@@ -150,15 +150,15 @@ def _fit_fine_and_heating(
         fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
         tau = fit_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
         if tau is not None:
-            v = heated_hold_ends(dataset, tau.value_s)
+            v = simulate_hold_ends(dataset, tau.value_s)
     return fine_r, fine_d, tau
 
 
-def _prepare(dataset: Dataset) -> _Data:
+def _prepare_data(dataset: Dataset) -> _Data:
     if dataset.plant != "vo2":
         raise InputError(f'{dataset.path}: dataset.plant is "{dataset.plant}", --kind vo2 needs "vo2"')
     _refuse_impossible(dataset)
-    ends = steady_states(dataset)
+    ends = extract_steady_states(dataset)
     has_deflection = ends.scored & np.isfinite(ends.deflection_um)
     if has_deflection.sum() < 100:
         raise InputError(
@@ -167,7 +167,7 @@ def _prepare(dataset: Dataset) -> _Data:
         )
     u = -np.log(ends.resistance_ohm)
     low, width = float(u[ends.scored].min()), float(np.ptp(u[ends.scored]))
-    if not width > LEAST_LN_CHANGE:
+    if not width > MIN_LN_CHANGE:
         raise InputError(
             f"{dataset.path}: resistance changes by {100.0 * np.expm1(width):.2g} % over the staircases: that is no "
             "transition; check the range of the current and the resistance channel"
@@ -203,7 +203,7 @@ def _refuse_impossible(dataset: Dataset) -> None:
         raise InputError("\n".join(found))
 
 
-def surrogate_of(
+def compute_surrogate(
     data: _Data,
     invert: Callable[[FloatArray], tuple[FloatArray, FloatArray, Any]],
     resistance_scale: float | None,
@@ -225,7 +225,7 @@ def surrogate_of(
     return surrogate
 
 
-def _radii(count: int) -> FloatArray:
+def _space_radii(count: int) -> FloatArray:
     return np.arange(count) / count  # the paper's (i - 1) / 6
 
 
@@ -235,7 +235,7 @@ def _fit_gpi(data: _Data, options: Vo2FitOptions) -> tuple[GpiModel, FloatArray]
         v=data.v,
         y=y,
         scored=data.scored,
-        radii=_radii(options.plays),
+        radii=_space_radii(options.plays),
         common=True,
         free=np.ones((len(data.v), 1)),
         nonnegative=np.empty((len(data.v), 0)),
@@ -263,7 +263,7 @@ def _fit_gap_free(data: _Data, options: Vo2FitOptions) -> tuple[GapFreeModel, Fl
         v=data.v,
         y=data.u - least_slope * data.v,
         scored=data.scored,
-        radii=_radii(options.plays),
+        radii=_space_radii(options.plays),
         common=False,
         free=np.ones((len(data.v), 1)),
         nonnegative=np.stack((data.v, data.v**2), axis=1),
@@ -271,7 +271,7 @@ def _fit_gap_free(data: _Data, options: Vo2FitOptions) -> tuple[GapFreeModel, Fl
     fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=80)
     low, high = problem.range
     model = GapFreeModel(
-        **_plays(fit, problem),
+        **_collect_play_fields(fit, problem),
         q1=float(fit.nonnegative[0]) + least_slope,
         q2=float(fit.nonnegative[1]),
         c=float(fit.free[0]),
@@ -286,7 +286,7 @@ def _fit_egpi(v: FloatArray, data: _Data, options: Vo2FitOptions) -> tuple[EgpiM
         v=v,
         y=data.deflection,
         scored=data.deflection_scored,
-        radii=_radii(options.plays),
+        radii=_space_radii(options.plays),
         common=False,
         free=np.stack((np.ones_like(v), v), axis=1),
         nonnegative=np.empty((len(v), 0)),
@@ -294,20 +294,24 @@ def _fit_egpi(v: FloatArray, data: _Data, options: Vo2FitOptions) -> tuple[EgpiM
     fit = fit_plays(problem, spread_starts(problem, options.starts, options.seed), evaluations=80)
     low, high = problem.range
     model = EgpiModel(
-        **_plays(fit, problem), c3=float(fit.free[0]), c2=float(fit.free[1]), v_low=low, v_high=high
+        **_collect_play_fields(fit, problem),
+        c3=float(fit.free[0]),
+        c2=float(fit.free[1]),
+        v_low=low,
+        v_high=high,
     )
     return model, fit.residual
 
 
-def _plays(fit: PlayFit, problem: PlayProblem) -> dict[str, Any]:
+def _collect_play_fields(fit: PlayFit, problem: PlayProblem) -> dict[str, Any]:
     return {"p": fit.weights, "r": problem.radii, **fit.envelopes._asdict()}
 
 
-def _span(values: FloatArray) -> Span:
+def _make_span(values: FloatArray) -> Span:
     return Span(float(values.min()), float(values.max()))
 
 
-def quality_of(residual: FloatArray, unit: str, width: float) -> FitQuality:
+def compute_quality(residual: FloatArray, unit: str, width: float) -> FitQuality:
     """Of a read-out's residual (n,) [unit], whose output is `width` wide."""
     error = np.abs(residual)
     return FitQuality(

@@ -83,29 +83,31 @@ def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) 
     Promise is judged on every fourth sample. The first start, which has no scatter, always goes to the end.
     """
     pairs = 1 if problem.common else len(problem.radii)
-    thinned = replace(problem, scored=_every(SCREENING_STRIDE, problem.scored))
+    thinned = replace(problem, scored=_thin_scored(SCREENING_STRIDE, problem.scored))
     guesses = [np.resize(start, pairs * PARAMETERS) for start in starts]
     first, *trials = (_descend(thinned, guess, SCREENING_EVALUATIONS) for guess in guesses)
     trials.sort(key=lambda trial: trial[1])
     finals = [_descend(problem, theta, evaluations) for theta, _ in (first, *trials[:FINALISTS])]
     best = min(finals, key=lambda trial: trial[1])[0]
-    inner, plays = _inner(problem, _columns(problem, best)), len(problem.radii)
+    inner, plays = _solve_inner(problem, _build_columns(problem, best)), len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
     weights[0] += problem.least_first_weight
-    return PlayFit(envelopes_of(best, plays), weights, inner.free, inner.nonnegative[plays:], inner.residual)
+    return PlayFit(
+        compute_envelopes(best, plays), weights, inner.free, inner.nonnegative[plays:], inner.residual
+    )
 
 
 def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple[FloatArray, float]:
     """theta and cost after at most so many evaluations of the outer problem."""
     pairs = 1 if problem.common else len(problem.radii)
     span = problem.range[1] - problem.range[0]
-    low, high = _bounds(problem, pairs)
+    low, high = _make_bounds(problem, pairs)
 
     @lru_cache(maxsize=1)  # the solver asks for the residual, then for the Jacobian at the same theta
     def linearised(theta: bytes) -> tuple[FloatArray, FloatArray]:
-        columns = _compressed(_columns(problem, np.frombuffer(theta)))
-        inner = _inner(problem, columns)
-        return inner.residual, _jacobian(problem, columns, inner)
+        columns = _compress(_build_columns(problem, np.frombuffer(theta)))
+        inner = _solve_inner(problem, columns)
+        return inner.residual, _compute_jacobian(problem, columns, inner)
 
     def residual(theta: FloatArray) -> FloatArray:
         return linearised(theta.tobytes())[0]
@@ -126,7 +128,7 @@ def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple
     return result.x, float(result.cost)
 
 
-def _every(stride: int, scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _thin_scored(stride: int, scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """One of so many scored samples, at least a hundred; the plays still see all of them."""
     index = np.flatnonzero(scored)
     kept = np.zeros(len(scored), dtype=bool)
@@ -141,8 +143,8 @@ def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArra
     together = problem.scored[1:] & problem.scored[:-1]  # not across the jump from one record to the next
     middle, change = 0.5 * (v[1:] + v[:-1])[together], np.abs(np.diff(y))[together] + 1e-12
     rising = np.diff(v)[together] > 0.0
-    up, up_width = _middle_and_width(middle[rising], change[rising])
-    down, down_width = _middle_and_width(middle[~rising], change[~rising])
+    up, up_width = _locate_change(middle[rising], change[rising])
+    down, down_width = _locate_change(middle[~rising], change[~rising])
     centre, gap = 0.5 * (up + down), max(up - down, 0.02 * (high - low))
     width = max(0.5 * (up_width + down_width), 0.02 * (high - low))
     pairs = 1 if problem.common else len(problem.radii)
@@ -160,12 +162,12 @@ def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArra
     return starts
 
 
-def _middle_and_width(v: FloatArray, change: FloatArray) -> tuple[float, float]:
+def _locate_change(v: FloatArray, change: FloatArray) -> tuple[float, float]:
     centre = float(np.average(v, weights=change))
     return centre, float(np.sqrt(np.average((v - centre) ** 2, weights=change)))
 
 
-def _bounds(problem: PlayProblem, pairs: int) -> tuple[FloatArray, FloatArray]:
+def _make_bounds(problem: PlayProblem, pairs: int) -> tuple[FloatArray, FloatArray]:
     low, high = problem.range
     span = high - low
     one_low = [np.log(0.005 * span), -1.0, low - 0.5 * span, 0.0]
@@ -173,7 +175,7 @@ def _bounds(problem: PlayProblem, pairs: int) -> tuple[FloatArray, FloatArray]:
     return np.tile(one_low, pairs), np.tile(one_high, pairs)
 
 
-def envelopes_of(theta: FloatArray, plays: int) -> EnvelopePairs:
+def compute_envelopes(theta: FloatArray, plays: int) -> EnvelopePairs:
     """Envelope coefficients of theta; a single pair is repeated for all plays."""
     ln_width, skew, centre, gap = theta.reshape(-1, PARAMETERS).T
     half_skew = gap / (2.0 * SATURATED_ARGUMENT)
@@ -198,18 +200,18 @@ class Columns(NamedTuple):
     """Of each output by the four parameters of its envelopes, (rows, n, 4)."""
 
 
-def _columns(problem: PlayProblem, theta: FloatArray) -> Columns:
+def _build_columns(problem: PlayProblem, theta: FloatArray) -> Columns:
     """A row a scored sample."""
     plays, scored = len(problem.radii), problem.scored
-    moved = play_columns(
-        problem.v, scored, problem.radii, *_arguments(problem.v, envelopes_of(theta, plays)),
-        *envelope_derivatives(theta, plays),
+    moved = compute_play_columns(
+        problem.v, scored, problem.radii, *_compute_arguments(problem.v, compute_envelopes(theta, plays)),
+        *differentiate_envelopes(theta, plays),
     )  # fmt: skip
     outputs, derivatives = moved[:, 0].T, moved[:, 1:].transpose(2, 0, 1)
     return Columns(problem.free[scored], outputs, problem.nonnegative[scored], problem.y[scored], derivatives)
 
 
-def _compressed(columns: Columns) -> Columns:
+def _compress(columns: Columns) -> Columns:
     """The R of a QR decomposition of all columns side by side: as many rows as columns, the same products.
 
     Weights, norms and angles follow from products alone, and so does every step of the outer solver. It then
@@ -227,14 +229,14 @@ def _compressed(columns: Columns) -> Columns:
     return Columns(free, plays, nonnegative, y[:, 0], derivatives.reshape(-1, n, PARAMETERS))
 
 
-def _inner(problem: PlayProblem, columns: Columns) -> LinearFit:
+def _solve_inner(problem: PlayProblem, columns: Columns) -> LinearFit:
     """Weights and residual for given envelopes."""
     sloped = np.concatenate((columns.plays, columns.nonnegative), axis=1)
     target = columns.y - problem.least_first_weight * columns.plays[:, 0]
     return fit_partly_nonnegative(columns.free, sloped, target)
 
 
-def _jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) -> FloatArray:
+def _compute_jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) -> FloatArray:
     """Derivative of the residual (rows, parameters), Kaufman's form: -P dW p, P off the active columns."""
     plays = len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
@@ -247,7 +249,7 @@ def _jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) -> Float
     return moved - basis @ (basis.T @ moved)
 
 
-def envelope_derivatives(theta: FloatArray, plays: int) -> tuple[FloatArray, FloatArray]:
+def differentiate_envelopes(theta: FloatArray, plays: int) -> tuple[FloatArray, FloatArray]:
     """d x / d parameter = shift + stretch x of both tanh arguments x = a v + b: two arrays (2, 4, plays).
 
     Heating edge first; parameters in the order of theta.
@@ -263,16 +265,16 @@ def envelope_derivatives(theta: FloatArray, plays: int) -> tuple[FloatArray, Flo
     return np.tile(shift, repeated), np.tile(stretch, repeated)
 
 
-def play_regressors(
+def compute_play_regressors(
     v: FloatArray, radii: FloatArray, a_R: FloatArray, b_R: FloatArray, a_L: FloatArray, b_L: FloatArray
 ) -> FloatArray:
     """Outputs (n, plays) of generalised plays that come cooling from saturation; equations (3), (4)."""
     still = np.zeros((2, PARAMETERS, len(radii)))
-    arguments = _arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
-    return play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
+    arguments = _compute_arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
+    return compute_play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
 
 
-def _arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatArray]:
+def _compute_arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatArray]:
     """x = a v + b of all edges and tanh x, each (2, plays, n); numpy's tanh takes many at once, libm's one."""
     a, b = np.stack((pairs.a_R, pairs.a_L)), np.stack((pairs.b_R, pairs.b_L))
     x = a[:, :, None] * v + b[:, :, None]
@@ -280,7 +282,7 @@ def _arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatAr
 
 
 @kernel
-def play_columns(
+def compute_play_columns(
     v: FloatArray,
     scored: NDArray[np.bool_],
     radii: FloatArray,

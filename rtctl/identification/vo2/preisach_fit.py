@@ -26,11 +26,11 @@ from rtctl.identification.least_squares.nonnegative import nonnegative_least_squ
 
 SMOOTHNESS = (1e-1, 1e-2, 1e-3, 1e-4)
 """That are tried, of the mean square of the regressors."""
-WORTH = 0.97
+MIN_ERROR_RATIO = 0.97
 """Of the predicted error: less smoothness has to lower it to that."""
 RIDGE = 1e-9
 """Of the same: what no sample and no neighbour determines is 0."""
-ALONG_AXES = 0.1
+AXIS_WEIGHT = 0.1
 """Weight of the density's second differences along the switching fields, beside those along their mean. Films vary more
 smoothly with where a loop lies than with how wide it is."""
 
@@ -91,7 +91,7 @@ def fit_preisach(
     columns = [np.ones_like(inputs)] + [inputs**k for k, used in zip((1, 2), memoryless, strict=True) if used]
     free = np.stack(columns, axis=1)
     basis, triangle = np.linalg.qr(free)
-    masses = _masses(rows, basis, target, roughness(nodes), smoothness)
+    masses = _fit_masses(rows, basis, target, build_roughness(nodes), smoothness)
     left = target - rows.of(masses)
     free_values = np.linalg.solve(triangle, basis.T @ left)
     residual = sign * (left - free @ free_values)
@@ -103,7 +103,7 @@ def fit_preisach(
     return PreisachFit(model, residual)
 
 
-def _masses(
+def _fit_masses(
     rows: CornerRows, basis: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None
 ) -> FloatArray:
     """Of the cells, beside what the orthonormal columns of `basis` (samples, m) explain."""
@@ -125,15 +125,15 @@ def _masses(
         found = nonnegative_least_squares(regular, right, masses)
         if smoothness is not None:
             return found
-        error = _predicted_error(gram, regular, found, remaining - less(rows.of(found)), basis.shape[1])
-        if masses is not None and not error < WORTH * least:
+        error = _predict_error(gram, regular, found, remaining - less(rows.of(found)), basis.shape[1])
+        if masses is not None and not error < MIN_ERROR_RATIO * least:
             break
         masses, least = found, error
     assert masses is not None
     return masses
 
 
-def _predicted_error(
+def _predict_error(
     gram: FloatArray, regular: FloatArray, masses: FloatArray, residual: FloatArray, fitted: int
 ) -> float:
     """RMS on samples that took no part, by generalised cross-validation among the cells that are not empty; `fitted`
@@ -146,7 +146,7 @@ def _predicted_error(
     return float(np.sqrt(count) * np.linalg.norm(residual) / (count - freedom)) if count > freedom else np.inf
 
 
-def roughness(nodes: FloatArray) -> FloatArray:
+def build_roughness(nodes: FloatArray) -> FloatArray:
     """L' L of second differences of cell density, in units of the median cell area: along both switching fields, and
     along their mean (cells diagonally next to each other)."""
     widths = np.diff(nodes)
@@ -157,7 +157,7 @@ def roughness(nodes: FloatArray) -> FloatArray:
     index[upper + 1, lower + 1] = np.arange(len(upper))
     weight = np.median(area) / area
     penalty = np.zeros((len(upper), len(upper)))
-    for step, share in (((1, 0), ALONG_AXES), ((0, 1), ALONG_AXES), ((1, 1), 1.0)):
+    for step, share in (((1, 0), AXIS_WEIGHT), ((0, 1), AXIS_WEIGHT), ((1, 1), 1.0)):
         before, after = (index[upper + 1 + s * step[0], lower + 1 + s * step[1]] for s in (-1, 1))
         inside = (before >= 0) & (after >= 0)
         cells = (before[inside], np.flatnonzero(inside), after[inside])

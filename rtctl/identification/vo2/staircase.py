@@ -1,7 +1,7 @@
 """Quasi-static staircases: the end of each hold is a steady state, so current is the temperature surrogate.
 
 Paper, section II.C: each current is held 10 ms, five time constants of the heating and more. Where a record goes on
-after it has settled, the steady state is the mean of the settled samples: `settled_samples`.
+after it has settled, the steady state is the mean of the settled samples: `count_settled_samples`.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.identification.vo2.heating import heat, shows_heating
+from rtctl.identification.vo2.heating import shows_heating, simulate_heating
 from rtctl.measured.dataset import Dataset, Record
 
 READINGS = ("resistance", "deflection")
-LEAST_HOLDS = 10
-UNSEEN = 0.1
+MIN_HOLDS = 10
+MAX_SETTLING_RATIO = 0.1
 """Of the variance of a mean's noise: settling, squared."""
 
 
@@ -46,13 +46,13 @@ class SteadyStates:
         return self.weight > 0.0
 
 
-def hold_ends(current_mA: FloatArray) -> NDArray[np.intp]:
+def find_hold_ends(current_mA: FloatArray) -> NDArray[np.intp]:
     """Indices of the last sample of each run of equal current."""
     changes = np.flatnonzero(np.diff(current_mA) != 0.0)
     return np.append(changes, len(current_mA) - 1)
 
 
-def steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
+def extract_steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
     """All staircases of a vo2 dataset. Raises InputError where there is none."""
     records = [record for record in dataset.records if record.use == use]
     if not records:
@@ -60,11 +60,11 @@ def steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
             f'{dataset.path}: no record has use = "{use}": a quasi-static staircase is needed, '
             "such as `rtctl acquire` makes"
         )
-    return _concatenate([_ends_of(record, dataset) for record in records])
+    return _concatenate([_extract_record_states(record, dataset) for record in records])
 
 
-def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "identify") -> FloatArray:
-    """Surrogate v [mA] at the ends of the holds, in the order of `steady_states`, with what heating is left.
+def simulate_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "identify") -> FloatArray:
+    """Surrogate v [mA] at the ends of the holds, in the order of `extract_steady_states`, with what heating is left.
 
     After five time constants 0.7 % of a step is still to come: little, but it would bias the time constant. A
     record with one row a hold gives its steady states themselves.
@@ -73,15 +73,21 @@ def heated_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "ident
     for record in dataset.records:
         if record.use == use:
             current = record.signals["current"]
-            ends = hold_ends(current)
-            v = heat(current, record.period_s, time_constant_s) if shows_heating(record) else current
-            parts += [np.zeros(1), _end_means(v, ends, settled_samples(record))]
+            ends = find_hold_ends(current)
+            v = (
+                simulate_heating(current, record.period_s, time_constant_s)
+                if shows_heating(record)
+                else current
+            )
+            parts += [np.zeros(1), _average_hold_ends(v, ends, count_settled_samples(record))]
     return np.concatenate(parts)
 
 
-def _ends_of(record: Record, dataset: Dataset) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _extract_record_states(
+    record: Record, dataset: Dataset
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     current = record.signals["current"]
-    ends = hold_ends(current)
+    ends = find_hold_ends(current)
     if len(ends) < 20:
         raise InputError(
             f"{dataset.path}: record {record.file or record.name}: only {len(ends)} holds of current; a quasi-static "
@@ -89,22 +95,24 @@ def _ends_of(record: Record, dataset: Dataset) -> tuple[FloatArray, FloatArray, 
             "measure it anew"
         )
     weight = (ends >= record.ignore_first).astype(np.float64)
-    count = settled_samples(record)
+    count = count_settled_samples(record)
     resistance, deflection = (
-        _end_means(record.signals[name], ends, count) if record.has(name) else np.full(len(ends), np.nan)
+        _average_hold_ends(record.signals[name], ends, count)
+        if record.has(name)
+        else np.full(len(ends), np.nan)
         for name in READINGS
     )
     return current[ends], resistance, deflection, weight
 
 
-def settled_samples(record: Record) -> int:
+def count_settled_samples(record: Record) -> int:
     """How many at the end of each hold are averaged: as many as still settle by less than their noise lets one see.
 
     Of a tail, d is the mean of its newer half less that of its older one, D the step of its mean from the hold before.
     What settles is the share of D that is in d (least squares; noise that is stationary has no part in it, of any
     colour); the rest of d is noise, a quarter of its variance that of the mean.
     """
-    ends = hold_ends(record.signals["current"])
+    ends = find_hold_ends(record.signals["current"])
     lengths = np.diff(ends, prepend=-1)
     readings = [record.signals[name] for name in READINGS if record.has(name)]
     most = int(np.median(lengths)) // 4
@@ -115,15 +123,15 @@ def settled_samples(record: Record) -> int:
     return 1
 
 
-def still_moving(record: Record) -> float:
+def estimate_unsettled_share(record: Record) -> float:
     """Share of a step that the last sample of a hold still brings, of the reading that moves most.
 
     NaN where too few holds say so. By samples that have no noise in common: the step is that of the third last ones.
     """
     current = record.signals["current"]
-    ends = hold_ends(current)
+    ends = find_hold_ends(current)
     held = ends[np.diff(ends, prepend=-1) >= 4]
-    if len(held) < LEAST_HOLDS:
+    if len(held) < MIN_HOLDS:
         return np.nan
     shares = []
     for values in (record.signals[name] for name in READINGS if record.has(name)):
@@ -132,15 +140,15 @@ def still_moving(record: Record) -> float:
     return max(shares, default=np.nan)
 
 
-def static_noise(dataset: Dataset) -> dict[str, float]:
+def estimate_static_noise(dataset: Dataset) -> dict[str, float]:
     """RMS noise of one reading, by name (of resistance in its logarithm), about the means of what is settled.
 
     Empty where no staircase has two settled samples a hold.
     """
     squares: dict[str, list[FloatArray]] = {}
     for record in (one for one in dataset.records if one.use == "identify"):
-        count = settled_samples(record)
-        ends = hold_ends(record.signals["current"])
+        count = count_settled_samples(record)
+        ends = find_hold_ends(record.signals["current"])
         held = ends[np.diff(ends, prepend=-1) >= count, None] - np.arange(count)
         for name in READINGS:
             if count > 1 and record.has(name):
@@ -152,16 +160,16 @@ def static_noise(dataset: Dataset) -> dict[str, float]:
 
 def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
     """Whether the last two halves, at the ends `held` (holds, 1), differ by noise; a few holds do not say."""
-    if len(held) < LEAST_HOLDS:
+    if len(held) < MIN_HOLDS:
         return False
     newer, older = (values[held - first - np.arange(half)].mean(axis=1) for first in (0, half))
     change, step = (newer - older)[1:], np.diff(0.5 * (newer + older))
     share = float(change @ step) / max(float(step @ step), 1e-300)
     settling, noise = share**2 * float(np.mean(step**2)), 0.25 * float(np.var(change - share * step))
-    return settling < UNSEEN * noise
+    return settling < MAX_SETTLING_RATIO * noise
 
 
-def _end_means(values: FloatArray, ends: NDArray[np.intp], count: int) -> FloatArray:
+def _average_hold_ends(values: FloatArray, ends: NDArray[np.intp], count: int) -> FloatArray:
     """(holds,): of the last `count` samples of each hold, of half of it where it is shorter than twice that."""
     count_of = np.clip(np.diff(ends, prepend=-1) // 2, 1, count)
     found = values[ends].copy()

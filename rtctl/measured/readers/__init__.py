@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from rtctl.border.errors import nearest
+from rtctl.border.errors import InputError, nearest
+from rtctl.extras import require
 from rtctl.measured.readers.table import Header, Table
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
@@ -21,6 +22,8 @@ READERS = {
     ".uff": "uff58",
     ".unv": "uff58",
 }
+NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
+"""Optional dependency of a reader by suffix; h5py is asked for where a file turns out to be HDF5."""
 
 
 def open_table(path: Path) -> Table:
@@ -43,6 +46,11 @@ def open_table(path: Path) -> Table:
         raise ValueError(f"cannot be read: {error.strerror}") from None
     if size == 0:
         raise ValueError("the file is empty (0 bytes)")
+    if suffix in NEEDS:
+        try:
+            require(NEEDS[suffix], f"reading {suffix}")
+        except InputError as missing:
+            raise ValueError(str(missing)) from None
     module = importlib.import_module(f"{__name__}.{READERS[suffix]}")
     table: Table = module.read(path)
     return table

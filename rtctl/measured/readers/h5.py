@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.extras import missing_message
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -73,6 +74,6 @@ def _h5py() -> ModuleType:
         return importlib.import_module("h5py")
     except ImportError:
         raise ValueError(
-            "is an HDF5 file (MATLAB 7.3 also is), which needs h5py: pip install h5py, "
-            "or save as Parquet, .npz or MATLAB version 5 (save -v7)"
+            "is an HDF5 file (MATLAB 7.3 also is): "
+            f"{missing_message('h5py', 'reading it')}, or save as Parquet, .npz or MATLAB version 5 (save -v7)"
         ) from None

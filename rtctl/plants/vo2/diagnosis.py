@@ -32,9 +32,15 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.hysteresis.preisach.model import PreisachModel
-from rtctl.identification.vo2.coarse_loops import Coarse, Samples, coarse_loops, identified_loops, relearned
-from rtctl.identification.vo2.identify import quality_of
-from rtctl.identification.vo2.staircase import static_noise
+from rtctl.identification.vo2.coarse_loops import (
+    LoopResolution,
+    Samples,
+    collect_loops,
+    find_coarse_loops,
+    refit_loop,
+)
+from rtctl.identification.vo2.identify import compute_quality
+from rtctl.identification.vo2.staircase import estimate_static_noise
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
@@ -224,7 +230,7 @@ def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
     """By what the identification left on its staircases; no more than the noise of one reading there, as far as the
     dataset has them: what is left beyond it is too coarse a model.
     """
-    noise = static_noise(dataset)
+    noise = estimate_static_noise(dataset)
     left = {"resistance": model.reading_error, "deflection": model.deflection_error}
     names = {"resistance": LOG_RESISTANCE}
     return {names.get(name, name): min(ON_OTHER_LOOPS * left[name], noise.get(name, np.inf)) for name in left}
@@ -233,7 +239,7 @@ def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
 class _Placed(NamedTuple):
     """Read-outs learned anew, and what showed that it was needed."""
 
-    coarse: Mapping[str, Coarse]
+    coarse: Mapping[str, LoopResolution]
     loops: Mapping[str, PreisachModel]
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
@@ -245,7 +251,7 @@ class _Placed(NamedTuple):
 
 
 def _relearned(
-    coarse: Mapping[str, Coarse],
+    coarse: Mapping[str, LoopResolution],
     hypothesis: FittedModel,
     problem: FittedRecords,
     report: Callable[[str], None],
@@ -273,12 +279,12 @@ def _relearned(
     for output, found in samples.items():
         report(f"the static loops, learned anew: {output}")
         problem.cancellation.raise_if_cancelled()
-        loops[output] = relearned(coarse[output], found)
+        loops[output] = refit_loop(coarse[output], found)
     return _Placed(coarse, loops)
 
 
 def _with_loops(
-    model: Vo2Model, coarse: Mapping[str, Coarse], loops: Mapping[str, PreisachModel]
+    model: Vo2Model, coarse: Mapping[str, LoopResolution], loops: Mapping[str, PreisachModel]
 ) -> Vo2Model:
     """`model` with other read-outs by output, and what they leave of the staircases."""
     for output, read in loops.items():
@@ -286,7 +292,7 @@ def _with_loops(
         left, name = (y - read.simulate(v))[scored], f"{output}_preisach"
         error = "reading_error" if output == "resistance" else "deflection_error"
         old = model.quality.get(name)
-        quality = {} if old is None else {name: quality_of(left, old.unit, old.range)}
+        quality = {} if old is None else {name: compute_quality(left, old.unit, old.range)}
         changed: dict[str, Any] = {
             name: read,
             error: float(left.std()),
@@ -336,8 +342,8 @@ VO2 = Subject(
     glance_samples=12_000,
     comparable=_comparable,
     inner=_inner,
-    coarse=coarse_loops,
-    identified=identified_loops,
+    coarse=find_coarse_loops,
+    identified=collect_loops,
     relearned=_relearned,
     corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     offsets={"deflection": "deflection_offset"},

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray, IntArray
-from rtctl.identification.oscillator.mean_filter import mean_filtered
-from rtctl.identification.oscillator.streaming_gram import filtered_gram, weak_gram
+from rtctl.identification.oscillator.mean_filter import apply_mean_filter
+from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.orbits.classes import Kind, rule
 from rtctl.orbits.settling import repeats
 from rtctl.orbits.turning_points import turning_points
@@ -103,9 +103,9 @@ def collect(campaign: Shaker, report: Callable[[int], None] = lambda done: None)
         marks = [time.process_time()]
         one = record(campaign, setting)
         marks.append(time.process_time())
-        filtered.append(filtered_gram(one.displacement, one.frame_velocity, h))
+        filtered.append(compute_filtered_gram(one.displacement, one.frame_velocity, h))
         marks.append(time.process_time())
-        weak.append(weak_gram(one.displacement, one.frame_velocity, h, HALF_WIDTH_S))
+        weak.append(compute_weak_gram(one.displacement, one.frame_velocity, h, HALF_WIDTH_S))
         marks.append(time.process_time())
         if done:  # the first one compiles
             made, by_filter, by_bumps = (
@@ -136,7 +136,7 @@ _FIRST = 20
 
 def looked_at(displacement: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Displacement and velocity at 1 kHz by the paper's filter and central differences."""
-    z = mean_filtered(displacement)
+    z = apply_mean_filter(displacement)
     v = (z[2:] - z[:-2]) * (0.5 * RATE_HZ)
     inner = z[1:-1]
     begin = _FIRST - 11

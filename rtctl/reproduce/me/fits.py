@@ -13,9 +13,15 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.identification.fit import FitError
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.annealing import Annealed, AnnealingOptions, anneal
-from rtctl.identification.oscillator.start_values import start_values
-from rtctl.identification.oscillator.tone_cost import Objective, ToneRecord, cost_of, scores_of, sizes_of
+from rtctl.identification.oscillator.annealing import AnnealingOptions, AnnealingResult, anneal
+from rtctl.identification.oscillator.start_values import generate_starts
+from rtctl.identification.oscillator.tone_cost import (
+    Objective,
+    ToneRecord,
+    compute_cost,
+    compute_scores,
+    compute_sizes,
+)
 from rtctl.identification.simulation_error.output_error import FitOptions, fit_output_error
 from rtctl.reproduce.me import device
 
@@ -48,7 +54,7 @@ class Found(NamedTuple):
     """(5,)"""
     seconds: float
     """Of processor time, on one thread."""
-    annealed: Annealed | None = None
+    annealed: AnnealingResult | None = None
 
 
 def driven(duration_s: float, field_mT: float = FIELD, frequency_hz: float = FREQUENCY_HZ) -> Stimulus:
@@ -96,7 +102,7 @@ def annealing(
     """Algorithm 1 as it is meant."""
     low, high = ranges or box()
     begun = time.process_time()
-    found = anneal(lambda sets: cost_of(record, objective, sets), start, low, high, options)
+    found = anneal(lambda sets: compute_cost(record, objective, sets), start, low, high, options)
     return Found(found.values, time.process_time() - begun, found)
 
 
@@ -106,8 +112,8 @@ def sized(record: ToneRecord, values: FloatArray) -> FloatArray:
     z -> s z with F -> s F and b -> b / s^2 is the same motion on another scale: an exact symmetry of the equation.
     """
     measured = float(np.sqrt(np.mean(record.displacement[record.first :] ** 2)))
-    correlation = float(scores_of(record, values[None, :]).correlation[0])
-    factor = max(correlation, 0.0) * measured / float(sizes_of(record, values[None, :])[0])
+    correlation = float(compute_scores(record, values[None, :]).correlation[0])
+    factor = max(correlation, 0.0) * measured / float(compute_sizes(record, values[None, :])[0])
     return values * np.array([1.0, 1.0, factor**-2, factor, 1.0]) if factor > 0.0 else values
 
 
@@ -128,7 +134,7 @@ def least_squares(
     whole = replace(stimulus, peak=peak, initial={"displacement": 0.0, "velocity": 0.0})
     record = FitRecord(name="tone", stimulus=whole, measured={"displacement": displacement}, first=first)
     if start is None:
-        starts = start_values(simulation, [record], 1, 0, trust_own=False).values
+        starts = generate_starts(simulation, [record], 1, 0, trust_own=False).values
     else:
         starts = [np.append(start[:3], start[3] / field_mT)]
     try:

@@ -26,7 +26,7 @@ MECHANISM = OscillatorMechanism(
             "of the hum at the record's first sample",
             lambda s: s.displacement,
             default=0.0,
-            of_record=True,
+            per_record=True,
         ),
         coefficient(
             "sine",
@@ -34,7 +34,7 @@ MECHANISM = OscillatorMechanism(
             "a quarter of a period later",
             lambda s: s.displacement,
             default=0.0,
-            of_record=True,
+            per_record=True,
         ),
         shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from matplotlib.axes import Axes
 
-from rtctl.identification.oscillator.streaming_gram import filtered_gram, weak_gram
+from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.plots.elements.style import BLACK, BLUE, VERMILION
 from rtctl.plots.reproduce_bistable import draw
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, collected
@@ -93,9 +93,9 @@ def _quintic(records: list[Recorded], method: str, noise_mm: float) -> float:
         rng = np.random.default_rng([one.setting.number, 77])
         z = one.clean + noise_mm * rng.standard_normal(len(one.clean))
         if method == METHODS[2]:
-            gram += weak_gram(z, one.frame_velocity, 1.0 / RATE_HZ, HALF_WIDTH_S)
+            gram += compute_weak_gram(z, one.frame_velocity, 1.0 / RATE_HZ, HALF_WIDTH_S)
         else:
-            gram += filtered_gram(z, one.frame_velocity, 1.0 / RATE_HZ, each=method == METHODS[0])
+            gram += compute_filtered_gram(z, one.frame_velocity, 1.0 / RATE_HZ, each=method == METHODS[0])
     return least_squares(gram, QUINTIC).beam.quintic
 
 
@@ -108,7 +108,7 @@ def _draw(run: Run, records: dict[str, list[Recorded]]) -> None:
                     gram = np.zeros((11, 11))
                     for one in own:
                         h = 1.0 / RATE_HZ
-                        gram += filtered_gram(one.clean, one.frame_velocity, h, neighbours, each=each)
+                        gram += compute_filtered_gram(one.clean, one.frame_velocity, h, neighbours, each=each)
                     found.append(least_squares(gram, QUINTIC).beam.quintic)
                 words = METHODS[0] if each else METHODS[1]
                 axis.plot(2 * np.array(NEIGHBOURS) + 1, found, "o-", color=color, markersize=3.5, label=words)

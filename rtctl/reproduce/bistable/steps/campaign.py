@@ -84,14 +84,14 @@ def _kinds_table(found: Collected) -> Table:
 
 
 def _figure_3(run: Run, found: Collected) -> None:
-    from rtctl.identification.oscillator.mean_filter import mean_filtered
+    from rtctl.identification.oscillator.mean_filter import apply_mean_filter
 
     settings = found.campaign.settings
     chosen = next(k for k, one in enumerate(settings) if one.frequency_hz == 10.25 and found.interwell[k])
     one = record(found.campaign, settings[chosen])
     span = slice(0, round(0.2 * RATE_HZ))
     raw = one.displacement[span.start : span.stop + 24]
-    smooth = mean_filtered(raw)
+    smooth = apply_mean_filter(raw)
     t = 1000.0 * np.arange(span.stop) / RATE_HZ
     acceleration = (raw[2:] - 2.0 * raw[1:-1] + raw[:-2]) * RATE_HZ**2 / 1000.0
     filtered = (smooth[4:] - 2.0 * smooth[2:-2] + smooth[:-4]) * 0.25 * RATE_HZ**2 / 1000.0

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.identification.oscillator.streaming_gram import filtered_gram, weak_gram
+from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, collected
 from rtctl.reproduce.bistable.protocol import RATE_HZ, record, shaker
 from rtctl.reproduce.study import Comparison, Row, Run, Section
@@ -58,8 +58,8 @@ def _memory(short: bool, make: bool) -> float:
             displacement, frame_velocity = one.displacement, one.frame_velocity
         else:
             displacement, frame_velocity = np.random.default_rng(1).standard_normal((2, campaign.samples))
-        filtered_gram(displacement, frame_velocity, 1.0 / RATE_HZ)
-        weak_gram(displacement, frame_velocity, 1.0 / RATE_HZ, HALF_WIDTH_S)
+        compute_filtered_gram(displacement, frame_velocity, 1.0 / RATE_HZ)
+        compute_weak_gram(displacement, frame_velocity, 1.0 / RATE_HZ, HALF_WIDTH_S)
     status = Path("/proc/self/status")  # its own: what getrusage tells on Linux includes who started it
     if status.is_file():
         line = next(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.oscillator.annealing import AnnealingOptions
-from rtctl.identification.oscillator.tone_cost import Objective, scores_of, trajectory
+from rtctl.identification.oscillator.tone_cost import Objective, compute_scores, simulate_tone
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import house_style, new_figure
 from rtctl.reproduce.me import device
@@ -98,8 +98,8 @@ def _point(trained: FloatArray, solved: FloatArray, size: float, seed: int) -> t
     test = tone_record(
         device.noisy(size * solved, seed + 1, deviation), round(SETTLED_S * device.SAMPLE_RATE_HZ)
     )
-    scores = scores_of(test, np.vstack((shared, forced)))
-    motion = trajectory(test, shared)[-10_000:]
+    scores = compute_scores(test, np.vstack((shared, forced)))
+    motion = simulate_tone(test, shared)[-10_000:]
     turns = np.exp(-1j * shared[4] * test.period_s * np.arange(len(test.displacement))[-10_000:])
     phasor = complex(2.0 * np.mean(motion * turns))
     return Point(

@@ -7,8 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.oscillator.annealing import AnnealingOptions, paper_letter
-from rtctl.identification.oscillator.tone_cost import Objective, ToneRecord, cost_of, scores_of, trajectory
+from rtctl.identification.oscillator.annealing import AnnealingOptions, anneal_as_printed
+from rtctl.identification.oscillator.tone_cost import (
+    Objective,
+    ToneRecord,
+    compute_cost,
+    compute_scores,
+    simulate_tone,
+)
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import BLUE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
@@ -41,10 +47,10 @@ def compute(run: Run) -> Section:
     options = {"temperatures": 80} if run.short else {}
     clean = device.response(driven(duration))
     records = [tone_record(device.noisy(clean, seed)) for seed in seeds]
-    cost_of(
+    compute_cost(
         tone_record(clean[:2000]), Objective.PEAK_INDEX, truth()[None, :]
     )  # compiles; not the annealing's time
-    cost_of(tone_record(clean[:2000]), Objective.RMS, truth()[None, :])
+    compute_cost(tone_record(clean[:2000]), Objective.RMS, truth()[None, :])
     rows, best = [], None
     for objective in Objective:
         outcomes = [
@@ -103,7 +109,7 @@ def _outcome(
     found = found._replace(values=values)
     return Outcome(
         found,
-        float(scores_of(record, values[None, :]).correlation[0]),
+        float(compute_scores(record, values[None, :]).correlation[0]),
         amplitude_error(values, record, clean),
         values / truth() - 1.0,
     )
@@ -112,7 +118,7 @@ def _outcome(
 def amplitude_error(values: FloatArray, record: ToneRecord, clean: FloatArray) -> float:
     """Of the last quarter's RMS against the motion without noise."""
     last = slice(3 * len(clean) // 4, None)
-    model = trajectory(record, values)[last]
+    model = simulate_tone(record, values)[last]
     return abs(float(np.std(model) / np.std(clean[last])) - 1.0)
 
 
@@ -144,20 +150,22 @@ def _letter(seed: int, clean: FloatArray, options: AnnealingOptions) -> Table:
     rows = []
     for objective in (Objective.CORRELATION, Objective.PEAK_TO_PEAK):
         if objective is Objective.CORRELATION:
-            letter = paper_letter(lambda sets: scores_of(record, sets).correlation, start, low, high, few)
+            letter = anneal_as_printed(
+                lambda sets: compute_scores(record, sets).correlation, start, low, high, few
+            )
         else:
-            letter = paper_letter(
-                lambda sets: cost_of(record, Objective.PEAK_TO_PEAK, sets), start, low, high, few
+            letter = anneal_as_printed(
+                lambda sets: compute_cost(record, Objective.PEAK_TO_PEAK, sets), start, low, high, few
             )
         meant = annealing(record, objective, start, few)
-        first = float(cost_of(record, objective, start[None, :])[0])
-        ended = float(cost_of(record, objective, letter.values[None, :])[0])
+        first = float(compute_cost(record, objective, start[None, :])[0])
+        ended = float(compute_cost(record, objective, letter.values[None, :])[0])
         rows.append(
             (
                 "1 - correlation" if objective is Objective.CORRELATION else "peak-to-peak error",
                 f"{first:.3g}",
                 f"{ended:.3g}",
-                f"{float(cost_of(record, objective, meant.values[None, :])[0]):.3g}",
+                f"{float(compute_cost(record, objective, meant.values[None, :])[0]):.3g}",
                 f"{100.0 * float(letter.taken.mean()):.1f}",
             )
         )
@@ -191,7 +199,7 @@ def _text(duration: float, seeds: int, options: AnnealingOptions) -> str:
 
 
 def _draw(run: Run, record: ToneRecord, values: FloatArray) -> None:
-    model = trajectory(record, values)
+    model = simulate_tone(record, values)
     time_ms = 1e3 * record.period_s * np.arange(len(model))
     length = 75
     with house_style():

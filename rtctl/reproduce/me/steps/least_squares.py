@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.identification.oscillator.annealing import AnnealingOptions
-from rtctl.identification.oscillator.tone_cost import Objective, ToneRecord, scores_of
+from rtctl.identification.oscillator.tone_cost import Objective, ToneRecord, compute_scores
 from rtctl.reproduce.me import device
 from rtctl.reproduce.me.fits import Found, annealing, box, driven, least_squares, start_in, tone_record, truth
 from rtctl.reproduce.study import Run, Section, Table
@@ -137,7 +137,7 @@ def _tried(found: Found | None, clean: FloatArray) -> Tried:
     if found is None:
         return Tried(np.inf, np.nan, np.full(5, np.nan))
     record: ToneRecord = tone_record(clean)
-    error = float(scores_of(record, found.values[None, :]).rms[0]) * float(np.sqrt(np.mean(clean**2)))
+    error = float(compute_scores(record, found.values[None, :]).rms[0]) * float(np.sqrt(np.mean(clean**2)))
     return Tried(error, found.seconds, np.abs(found.values / truth() - 1.0))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.oscillator.annealing import AnnealingOptions
-from rtctl.identification.oscillator.tone_cost import Objective, scores_of
+from rtctl.identification.oscillator.tone_cost import Objective, compute_scores
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import BLUE, GREEN, ORANGE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
@@ -144,7 +144,7 @@ def _points(
                 tries[name].append((math.inf, math.inf, math.inf))
                 continue
             off = np.abs(found.values / truth() - 1.0)
-            error = float(scores_of(reference, found.values[None, :]).rms[0])
+            error = float(compute_scores(reference, found.values[None, :]).rms[0])
             tries[name].append((error, float(off[0]), float(off[3])))
     return {name: Point(*np.median(np.array(values), axis=0).tolist()) for name, values in tries.items()}
 
@@ -160,7 +160,7 @@ def _scaled(clean: FloatArray, first: int, factor: float) -> float:
     detuning = values[1] + shift - values[4] ** 2
     scaled = values * np.array([factor, 1.0, 0.0, factor, 1.0])
     scaled[1] = values[4] ** 2 + factor * detuning
-    return float(scores_of(tone_record(clean, first), scaled[None, :]).correlation[0])
+    return float(compute_scores(tone_record(clean, first), scaled[None, :]).correlation[0])
 
 
 def _cell(point: Point) -> str:

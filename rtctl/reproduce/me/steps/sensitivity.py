@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.oscillator.tone_cost import NAMES, sizes_of
+from rtctl.identification.oscillator.tone_cost import NAMES, compute_sizes
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.elements.style import BLUE, VERMILION, house_style, new_figure
 from rtctl.reproduce.me import device
@@ -77,7 +77,7 @@ def compute(run: Run) -> Section:
         def output(sets: FloatArray, free: list[int] = free, centre: FloatArray = centre) -> FloatArray:
             whole = np.tile(centre, (len(sets), 1))
             whole[:, free] = sets
-            return sizes_of(record, whole)
+            return compute_sizes(record, whole)
 
         found[name] = sensitivity(output, low, high, latin_hypercube(low, high, points, SEED))
     names = [NAMES[k] for k, width in enumerate(RANGES["wide"]) if width > 0.0]

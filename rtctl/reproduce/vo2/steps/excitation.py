@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.estimators import ESTIMATORS as BUILDERS
-from rtctl.identification.vo2.staircase import steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plots.elements.small_png import save_small_png
@@ -93,7 +93,7 @@ def measured(run: Run, device: str, seed: int) -> SteadyLoops:
         scenario = whole.model_copy(update={"excitation": whole.excitation[:1]})
         driver = build_driver(scenario, bundled_scenarios())
         acquire(scenario, driver, folder, lambda: False, lambda text: None)
-    ends = steady_states(read_dataset(folder / "dataset.toml"))
+    ends = extract_steady_states(read_dataset(folder / "dataset.toml"))
     kept = ends.scored
     return SteadyLoops(ends.current_mA[kept], ends.resistance_ohm[kept], ends.deflection_um[kept])
 

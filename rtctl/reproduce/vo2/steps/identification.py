@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import parse_quantity, read_toml
-from rtctl.identification.vo2.staircase import steady_states
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.models.vo2 import Vo2Model
 from rtctl.plots.elements.small_png import save_small_png
 from rtctl.plots.identification import identification_figure
@@ -132,7 +132,7 @@ def staircases(folder: Path, protocol: Protocol) -> list[SteadyLoops]:
     dataset = data_of(folder, protocol)
     found = []
     for record in dataset.used_for("identify"):
-        ends = steady_states(replace(dataset, records=(record,)))
+        ends = extract_steady_states(replace(dataset, records=(record,)))
         kept = ends.scored
         found.append(SteadyLoops(ends.current_mA[kept], ends.resistance_ohm[kept], ends.deflection_um[kept]))
     return found
