@@ -34,13 +34,13 @@ unit: $(STAMP)
 
 # The documentation as a site in out/site; a broken link or an undocumented argument is an error.
 docs: $(STAMP)
-	$(BIN)/mkdocs build --quiet --strict --site-dir out/site
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --site-dir out/site
 
 # The table of thresholds in docs/thresholds.md, from the docstrings of rtctl/diagnosis/thresholds.
 thresholds: $(STAMP)
 	$(BIN)/python benchmarks/thresholds_table.py
 
-# The suite with line coverage and its floor (compiled kernels are excluded); about half as long again as `make unit`.
+# The suite with line coverage and its floor (compiled kernels are excluded); slower than `make unit`.
 coverage: $(STAMP)
 	$(BIN)/python -m pytest --cov --cov-report=term
 

@@ -1,1 +1,1 @@
-"""Wires: every driver speaks `rtctl.border.records.Driver` and knows neither plant nor controller."""
+"""Drivers of devices on a wire: each is a `rtctl.border.records.Driver` and knows neither plant nor controller."""

@@ -12,20 +12,20 @@ from typing import Protocol
 
 
 class Line(Protocol):
-    """Both ends as file descriptors; -1 where there is none at present."""
+    """A line with two ends as file descriptors; -1: there is none at present."""
 
     where: str
-    """What the host connects to."""
+    """Address or path that the host connects to."""
     listener: int
     host: int
     device: int
 
     def connect(self) -> None:
-        """The listener is ready, or the line is to be mended. Raises OSError."""
+        """Accept or reopen what became ready. Raises OSError."""
         ...
 
     def hang_up(self) -> None:
-        """Both sides notice, as far as their kind of line tells."""
+        """Break the line; both sides notice, as far as their kind of line tells."""
         ...
 
     def close(self) -> None:
@@ -34,7 +34,7 @@ class Line(Protocol):
 
 
 class TcpLine:
-    """Listens on a free port; each connection of the host makes one to the device."""
+    """A line over TCP: a listener on a free port, whose every connection makes one to the device."""
 
     def __init__(self, target: str) -> None:
         host, _, port = target.rpartition(":")
@@ -45,7 +45,7 @@ class TcpLine:
         self.host = self.device = -1
 
     def connect(self) -> None:
-        """One host at a time: a new one replaces the old."""
+        """Accept a host and connect to the device; a new host replaces the old one."""
         if not select.select([self.listener], [], [], 0.0)[0]:
             return
         client, _ = self._server.accept()
@@ -75,7 +75,7 @@ class TcpLine:
 
 
 class PtyLine:
-    """A pty for the host whose link is `where`; the device's port stays open."""
+    """A line over a pty for the host, with a link at `where`; the device's port stays open."""
 
     def __init__(self, target: str, link: str) -> None:
         self.where, self.listener, self.host = link, -1, -1
@@ -85,7 +85,7 @@ class PtyLine:
         self.connect()
 
     def connect(self) -> None:
-        """A new pty under the same link, unless there is one."""
+        """Make a new pty under the same link, unless there is one."""
         if self.host < 0:
             self.host, self._slave = os.openpty()
             tty.setraw(self._slave)
@@ -95,7 +95,7 @@ class PtyLine:
             partial.replace(self.where)
 
     def hang_up(self) -> None:
-        """The host reads an error; the link is gone until the line is mended."""
+        """Close the pty: the host reads an error, and the link is gone until the line is mended."""
         if self.host >= 0:
             with suppress(OSError):
                 Path(self.where).unlink()
@@ -104,7 +104,7 @@ class PtyLine:
         self.host = -1
 
     def close(self) -> None:
-        """Leave the device's port too."""
+        """Close the pty and the device's port."""
         self.hang_up()
         if self.device >= 0:
             os.close(self.device)

@@ -16,7 +16,7 @@ from rtctl.border.errors import InputError
 
 
 class Kind(StrEnum):
-    """What can be done to a line, to the device behind it and to the host before it."""
+    """A kind of fault of a line, of the device behind it or of the host before it."""
 
     DELAY = "delay"  # the burst comes `duration` later, and what follows waits
     JITTER = "jitter"  # the same, for a random part of `duration`
@@ -32,7 +32,7 @@ class Kind(StrEnum):
 
 
 class Way(StrEnum):
-    """Direction of a burst."""
+    """The direction of a burst."""
 
     TO_DEVICE = "to_device"
     TO_HOST = "to_host"
@@ -40,14 +40,14 @@ class Way(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disturbance:
-    """One kind of fault, how often, how long."""
+    """A kind of fault, how often and how long."""
 
     kind: Kind
     rate: float
     """Share of bursts, 0 to 1."""
     duration_s: float = 0.0
     way: Way | None = None
-    """None: both."""
+    """Direction; None: both."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
@@ -57,7 +57,7 @@ class Disturbance:
 
 
 class Delivery(NamedTuple):
-    """Bytes that come out of the line."""
+    """Bytes that come out of the line, and when."""
 
     due_s: float
     way: Way
@@ -65,7 +65,7 @@ class Delivery(NamedTuple):
 
 
 class Injected(NamedTuple):
-    """One fault that was done."""
+    """A fault that was injected."""
 
     time_s: float
     kind: Kind
@@ -73,18 +73,18 @@ class Injected(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """What became of a burst."""
+    """The fate of a burst."""
 
     deliveries: list[Delivery]
     struck: list[Disturbance]
-    """Those that the caller has to carry out: disconnect, reboot, pause."""
+    """Faults that the caller has to carry out: disconnect, reboot, pause."""
 
 
 _BY_THE_CALLER = (Kind.DISCONNECT, Kind.DEVICE_REBOOT, Kind.HOST_PAUSE)
 
 
 class FaultyLine:
-    """The line; `injected` is its log."""
+    """A line with faults; `injected` is its log."""
 
     def __init__(self, disturbances: Sequence[Disturbance], seed: int) -> None:
         self._disturbances = tuple(disturbances)
@@ -93,7 +93,7 @@ class FaultyLine:
         self.injected: list[Injected] = []
 
     def passes(self, way: Way, data: bytes, now_s: float) -> Passed:
-        """A burst goes in at `now_s` [s]."""
+        """Pass a burst that goes in at `now_s` [s]."""
         due_s, copies, overtaken, struck = now_s, 1, False, []
         for disturbance in self._disturbances:
             kind, duration_s = disturbance.kind, disturbance.duration_s

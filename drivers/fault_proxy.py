@@ -30,21 +30,21 @@ _STDIN = 0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FaultPlan:
-    """What is put between host and device."""
+    """A plan of faults between host and device."""
 
     wire: str
     """ "tcp" or "pty"."""
     target: str
-    """The device: HOST:PORT, or the path of its port."""
+    """HOST:PORT of the device, or the path of its port."""
     disturbances: tuple[Disturbance, ...]
     seed: int = 0
     link: str = ""
-    """Of a pty: the path that the host opens."""
+    """Path that the host opens, of a pty."""
     host_pid: int = 0
     device_pid: int = 0
-    """`rtctl serve`, which restarts its device on SIGUSR1."""
+    """Process of `rtctl serve`, which restarts its device on SIGUSR1."""
     quiet_s: float = 0.0
-    """Nothing is done for so long after each fault: a run has to be under way again to be struck."""
+    """Pause after each fault [s]: a run has to be under way again to be struck."""
 
     def __post_init__(self) -> None:
         for kind, pid in ((Kind.HOST_PAUSE, self.host_pid), (Kind.DEVICE_REBOOT, self.device_pid)):
@@ -56,12 +56,12 @@ class FaultPlan:
             )
 
     def to_json(self) -> str:
-        """As the process takes it."""
+        """Return the plan as the process takes it."""
         return json.dumps(asdict(self))
 
 
 def plan_of(text: str) -> FaultPlan:
-    """Inverse of `FaultPlan.to_json`."""
+    """Read a plan that `FaultPlan.to_json` wrote."""
     values = json.loads(text)
     disturbances = tuple(
         Disturbance(
@@ -76,7 +76,7 @@ def plan_of(text: str) -> FaultPlan:
 
 
 class FaultProxy:
-    """The loop between both ends."""
+    """A proxy between both ends of a line."""
 
     def __init__(self, plan: FaultPlan, tell: Callable[[Injected], None] = lambda injected: None) -> None:
         self._tell = tell
@@ -90,7 +90,7 @@ class FaultProxy:
 
     @property
     def injected(self) -> list[Injected]:
-        """What was done so far."""
+        """The faults injected so far."""
         return self._faulty.injected
 
     def run(self, stop: int) -> None:
@@ -153,7 +153,7 @@ class FaultProxy:
             self._mend_s = now_s + disturbance.duration_s
 
     def _carry_out(self, now_s: float) -> None:
-        """What is due by now."""
+        """Carry out what is due by now."""
         if now_s >= self._mend_s:
             self._mend_s = float("inf")
             self.line.connect()
@@ -173,7 +173,10 @@ class FaultProxy:
 
 @contextmanager
 def faulty_line(plan: FaultPlan) -> Iterator[tuple[str, list[Injected]]]:
-    """The line in a thread, while the block runs: where the host connects, and the growing log. No host_pause."""
+    """Run a line in a thread while the block runs; yield where the host connects, and the growing log.
+
+    `host_pause` is not possible here: it would stop this process.
+    """
     import threading
 
     proxy = FaultProxy(plan)
@@ -190,7 +193,7 @@ def faulty_line(plan: FaultPlan) -> Iterator[tuple[str, list[Injected]]]:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """The process."""
+    """Run the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the host, which still needs its line
     proxy = FaultProxy(plan_of(arguments[0]), lambda injected: print(*injected, flush=True))
     print(f"ready {proxy.line.where}", flush=True)

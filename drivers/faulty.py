@@ -17,14 +17,14 @@ from rtctl.border.records import DeviceProfile, Driver, Measurement
 from rtctl.border.wire_memory import CompiledExchange
 
 NOWHERE = "nowhere:0"
-"""Where a driver would be that is never opened."""
+"""Address of a driver that is never opened."""
 
 
 class FaultyDriver:
-    """`rtctl.border.records.Driver` around another one. Each opening has a line, and a seed, of its own."""
+    """A driver around another one, with faults on its line; each opening has a line, and a seed, of its own."""
 
     def __init__(self, make: Callable[[str], Driver], plan: FaultPlan, profile: DeviceProfile) -> None:
-        """`make`: the driver of a port or HOST:PORT. A pty's link is chosen here."""
+        """Wrap the driver that `make` returns for a port or HOST:PORT; a pty's link is chosen here."""
         self.profile = profile
         self.identity = ""
         self.injected: Counter[str] = Counter()
@@ -34,7 +34,7 @@ class FaultyDriver:
         self._line = ExitStack()
 
     def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
-        """As the driver's. Raises DriverError; then nothing stays open."""
+        """Start the line, then open the driver. Raises DriverError; nothing stays open then."""
         self._end()
         try:
             self._driver = driver = self._make(self._start())
@@ -48,20 +48,20 @@ class FaultyDriver:
         return first
 
     def exchange(self, levels: Sequence[float]) -> Measurement:
-        """As the driver's. Raises DriverError."""
+        """Exchange as the driver does. Raises DriverError."""
         if self._driver is None:
             raise DriverError(Fault.CONNECTION_LOST, "the line with faults is not open")
         return self._driver.exchange(levels)
 
     def compiled_exchange(self) -> CompiledExchange | None:
-        """As the driver's; before the line is there only good for compiling."""
+        """Return the driver's compiled exchange; before the line is there it is only good for compiling."""
         driver = self._driver or self._make(NOWHERE)
         find = getattr(driver, "compiled_exchange", None)
         found: CompiledExchange | None = None if find is None else find()
         return found
 
     def close(self, safe_levels: Sequence[float]) -> None:
-        """As the driver's; then the line ends. Never raises."""
+        """Close the driver, then end the line. Never raises."""
         if self._driver is not None:
             self._driver.close(safe_levels)
         self._end()

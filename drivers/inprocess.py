@@ -13,7 +13,7 @@ _REFUSED = int(DeviceStatus.REFUSED)
 
 
 class InProcessDriver:
-    """`rtctl.border.records.Driver` around a `Device`."""
+    """A driver (`rtctl.border.records.Driver`) around a `Device`."""
 
     def __init__(self, device: Device) -> None:
         self.profile = device.profile
@@ -53,7 +53,7 @@ class InProcessDriver:
         return measurement
 
     def compiled_exchange(self) -> CompiledExchange | None:
-        """The exchange for a compiled loop; None: the device has none."""
+        """Return the exchange for a compiled loop; None if the device has none."""
         find = getattr(self._device, "compiled_exchange", None)
         if find is None or type(self).exchange is not _EXCHANGE:  # somebody looks at every exchange
             return None

@@ -17,7 +17,7 @@ _ADVICE = {
 
 
 def lost(name: str, error: Exception, timeout_s: float) -> DriverError:
-    """The fault of `error` on the line `name`, where a connection may take `timeout_s` [s]."""
+    """Return the fault of `error` on the line `name`, where a connection may take `timeout_s` [s]."""
     number = error.errno if isinstance(error, OSError) else None
     if isinstance(error, TimeoutError):
         what = f"no connection within {1e3 * timeout_s:g} ms; is the address right, the device on?"

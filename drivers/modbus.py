@@ -60,7 +60,7 @@ assert (STATUS, TIME_US) == (COUNTER + 2, COUNTER + 3)  # they are unpacked in o
 
 
 class ModbusDriver:
-    """`rtctl.border.records.Driver` over any Modbus client; use it through the two classes below."""
+    """A driver over any Modbus client; use it through the two classes below."""
 
     def __init__(
         self,
@@ -70,7 +70,15 @@ class ModbusDriver:
         profile: DeviceProfile,
         kernel: Kernel | None,
     ) -> None:
-        """`make_client` takes the timeout [s]; `name` stands in messages; `kernel`: the exchange compiled, or None."""
+        """Make a driver that is closed.
+
+        Args:
+            make_client: returns the client for a timeout [s].
+            name: port or address, for messages.
+            unit: Modbus unit.
+            profile: names and units of the device's channels.
+            kernel: the compiled exchange; None: the exchange is taken in Python.
+        """
         check_layout(profile)
         self.profile = profile
         self._reading_count = reading_count(profile)
@@ -127,7 +135,7 @@ class ModbusDriver:
         return self.conclude(self._compiled.run(levels), levels)
 
     def conclude(self, ended: int, levels: Sequence[float]) -> Measurement:
-        """The measurement of a compiled exchange that ended so; raises DriverError as Python's does."""
+        """Return the measurement of a compiled exchange, or raise DriverError as the one in Python does."""
         line, compiled = self._line, self._compiled
         assert line is not None
         assert compiled is not None
@@ -136,7 +144,7 @@ class ModbusDriver:
         return self._believed(line, levels, lambda: self._explained(line, ended, levels))
 
     def compiled_exchange(self) -> CompiledExchange | None:
-        """The exchange for a compiled loop; None: it cannot be called without Python."""
+        """Return the exchange for a compiled loop; None if it cannot be called without Python."""
         compiled = self._compile()
         return (
             None
@@ -145,7 +153,7 @@ class ModbusDriver:
         )
 
     def _compile(self) -> LineExchange | None:
-        """Made, or taken from the disk, before the device is armed: it may last seconds."""
+        """Compile the exchange, or load it: before the device is armed, since it may last seconds."""
         if self._kernel is not None and self._compiled is None:
             self._compiled = line_exchange(self._kernel, self._memory)
         return self._compiled
@@ -153,7 +161,7 @@ class ModbusDriver:
     def _believed(
         self, line: ModbusLine, levels: Sequence[float], take: Callable[[], Measurement]
     ) -> Measurement:
-        """What `take` gives, if it answers the last command. Raises DriverError."""
+        """Return what `take` returns, if it answers the last command. Raises DriverError."""
         try:
             measurement = take()
         except (ExceptionReply, OverflowError) as refusal:
@@ -194,17 +202,17 @@ class ModbusDriver:
             self._memory.line[SETTINGS : SETTINGS + 5] = settings  # a command has to run over them
 
     def _next_sequence(self) -> int:
-        """Never sent twice, whatever comes of it."""
+        """Return the next sequence number; none is sent twice, whatever happens."""
         sequence = (int(self._memory.line[SEQUENCE_SLOT]) + 1) & 0xFFFF
         self._memory.line[SEQUENCE_SLOT] = sequence
         return sequence
 
     def _exchange_readable(self, line: ModbusLine, levels: Sequence[float], sequence: int) -> Measurement:
-        """What the compiled exchange does, in Python: its oracle, and for devices without function 23."""
+        """Exchange in Python: the oracle of the compiled one, and for devices without function 23."""
         return self._measurement(self._command(line, self._words(levels, sequence)))
 
     def _explained(self, line: ModbusLine, ended: int, levels: Sequence[float]) -> Measurement:
-        """Of a compiled exchange that ended otherwise than well: its measurement, if it has one. Raises as Python's."""
+        """Return the measurement of a compiled exchange that did not end well, or raise as the one in Python does."""
         sequence = int(self._memory.line[SEQUENCE_SLOT])
         if ended == OVERFLOW:
             return self._exchange_readable(line, levels, sequence)
@@ -217,7 +225,7 @@ class ModbusDriver:
         return self._exchange_readable(line, levels, sequence)
 
     def _words(self, levels: Sequence[float], sequence: int) -> list[int]:
-        """Registers from 0 on: first command, sequence number, then settings and further commands."""
+        """Return registers from 0 on: first command, sequence number, then settings and further commands."""
         first, *further = levels
         words = [*float32_words(first), sequence]
         if further:
@@ -238,7 +246,7 @@ class ModbusDriver:
         return line.read(READING, self._reading_count)
 
     def _measurement(self, registers: bytes) -> Measurement:
-        """From registers 100 on."""
+        """Return the measurement in registers from 100 on."""
         counter, status, time_us = _COUNTER_STATUS_TIME.unpack_from(registers, _COUNTER_AT)
         return Measurement(
             tuple([_FLOAT32.unpack_from(registers, at)[0] for at in self._sensed_at]),
@@ -256,12 +264,20 @@ class ModbusDriver:
 
 
 class ModbusRtuDriver(ModbusDriver):
-    """A device on a serial port, 8N1."""
+    """A driver of a device on a serial port, 8N1."""
 
     def __init__(
         self, *, port: str, baud: int, unit: int, profile: DeviceProfile, compiled: bool = True
     ) -> None:
-        """`port`: path of the serial port; `baud` [bit/s]; `compiled`: False: the exchange in Python."""
+        """Make a driver that is closed.
+
+        Args:
+            port: path of the serial port.
+            baud: baud rate [bit/s].
+            unit: Modbus unit.
+            profile: names and units of the device's channels.
+            compiled: whether the exchange is compiled.
+        """
         super().__init__(
             lambda timeout_s, memory: RtuClient(port, baud, timeout_s, memory),
             f"modbus-rtu {port}",
@@ -272,12 +288,12 @@ class ModbusRtuDriver(ModbusDriver):
 
 
 class ModbusTcpDriver(ModbusDriver):
-    """A device behind a TCP address."""
+    """A driver of a device behind a TCP address."""
 
     def __init__(
         self, *, host: str, port: int, unit: int, profile: DeviceProfile, compiled: bool = True
     ) -> None:
-        """`compiled`: False: the exchange in Python."""
+        """Make a driver that is closed; the exchange is compiled if `compiled`."""
         super().__init__(
             lambda timeout_s, memory: TcpClient(host, port, timeout_s, memory),
             f"modbus-tcp {host}:{port}",
@@ -288,7 +304,7 @@ class ModbusTcpDriver(ModbusDriver):
 
 
 def _read_identity(line: ModbusLine) -> str:
-    """The device's name, or "" where the device has none."""
+    """Return the device's name, or "" if it has none."""
     try:
         return words_identity(struct.unpack(">8H", line.read(IDENTITY, IDENTITY_COUNT)))
     except ExceptionReply:

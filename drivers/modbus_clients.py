@@ -19,12 +19,12 @@ _RECEIVE_BYTES = 4096
 
 
 class RtuClient:
-    """Modbus RTU, 8N1. A late reply may answer a later request: what has arrived by then is drained."""
+    """A client of Modbus RTU, 8N1. A late reply could answer a later request, so what arrived before one is drained."""
 
     full = FULL
 
     def __init__(self, port: str, baud: int, timeout_s: float, memory: WireMemory) -> None:
-        """`memory` learns the descriptor, for the compiled exchange."""
+        """Make a client that is not connected; `memory` learns the descriptor, for the compiled exchange."""
         self._path, self._baud, self._timeout_s = port, baud, timeout_s
         self._port: SerialPort | None = None
         self._memory = memory
@@ -44,10 +44,13 @@ class RtuClient:
         self._port = None
 
     def forget(self) -> None:
-        """Nothing to do after a failed transaction: the next one drains the line before it sends."""
+        """Do nothing after a failed transaction: the next one drains the line before it sends."""
 
     def transact(self, unit: int, request: bytes) -> bytes | None:
-        """The reply's function code and body; None: no sound one in time. Raises OSError."""
+        """Take one transaction; return the reply's function code and body, or None: no valid one in time.
+
+        Raises OSError.
+        """
         self.connect()
         port = self._port
         assert port is not None
@@ -65,12 +68,12 @@ class RtuClient:
 
 
 class TcpClient:
-    """Modbus TCP. A connection whose transaction failed is given up, and its late reply with it."""
+    """A client of Modbus TCP. A connection whose transaction failed is given up, and its late reply with it."""
 
     full = "the connection takes no more bytes, nobody reads at its other end"
 
     def __init__(self, host: str, port: int, timeout_s: float, memory: WireMemory) -> None:
-        """`memory` learns the descriptor, for the compiled exchange, and counts the transactions."""
+        """Make a client that is not connected; `memory` learns the descriptor and counts the transactions."""
         self._address, self._timeout_s = (host, port), timeout_s
         self._socket: socket.socket | None = None
         self._memory = memory
@@ -97,11 +100,14 @@ class TcpClient:
         self._socket = None
 
     def forget(self) -> None:
-        """After a failed transaction: the next one makes a connection of its own."""
+        """Disconnect after a failed transaction: the next one makes a connection of its own."""
         self.disconnect()
 
     def transact(self, unit: int, request: bytes) -> bytes | None:
-        """The reply's function code and body; None: no sound one in time. Raises OSError."""
+        """Take one transaction; return the reply's function code and body, or None: no valid one in time.
+
+        Raises OSError.
+        """
         self.connect()
         connection = self._socket
         assert connection is not None

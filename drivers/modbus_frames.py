@@ -26,11 +26,11 @@ def _crc_table() -> tuple[int, ...]:
 
 
 CRC_TABLE = _crc_table()
-"""Of the low byte; the compiled exchange has it too."""
+"""Table of the low byte's checksums; the compiled exchange has it too."""
 
 
 def crc16(data: bytes) -> int:
-    """The serial line's checksum: polynomial 0xA001 (reflected 0x8005), start 0xFFFF."""
+    """Return the serial line's checksum: polynomial 0xA001 (reflected 0x8005), start 0xFFFF."""
     crc, table = 0xFFFF, CRC_TABLE
     for byte in data:
         crc = crc >> 8 ^ table[(crc ^ byte) & 0xFF]
@@ -38,18 +38,18 @@ def crc16(data: bytes) -> int:
 
 
 def read_request(address: int, count: int) -> bytes:
-    """Function 3."""
+    """Return a request of function 3."""
     return struct.pack(">BHH", READ, address, count)
 
 
 def write_request(address: int, words: list[int]) -> bytes:
-    """Function 16."""
+    """Return a request of function 16."""
     count = len(words)
     return struct.pack(f">BHHB{count}H", WRITE, address, count, 2 * count, *words)
 
 
 def write_then_read_request(address: int, words: list[int], read_address: int, read_count: int) -> bytes:
-    """Function 23."""
+    """Return a request of function 23."""
     count = len(words)
     return struct.pack(
         f">BHHHHB{count}H", WRITE_THEN_READ, read_address, read_count, address, count, 2 * count, *words
@@ -57,13 +57,13 @@ def write_then_read_request(address: int, words: list[int], read_address: int, r
 
 
 def to_rtu(unit: int, pdu: bytes) -> bytes:
-    """Unit, request or reply, checksum."""
+    """Return a frame of RTU: unit, request or reply, checksum."""
     body = bytes((unit,)) + pdu
     return body + _CRC.pack(crc16(body))
 
 
 def from_rtu(unit: int, data: bytes) -> bytes | None:
-    """The first sound reply of `unit` in `data`, whatever stands before it; None: there is none yet."""
+    """Return the first valid reply of `unit` in `data`, whatever stands before it; None: there is none yet."""
     for at in range(len(data) - _EXCEPTION_REPLY + 1):
         if data[at] != unit:
             continue
@@ -81,22 +81,22 @@ def from_rtu(unit: int, data: bytes) -> bytes | None:
 
 
 class TcpReply(NamedTuple):
-    """One frame of a TCP connection."""
+    """A frame of a TCP connection."""
 
     transaction: int
     unit: int
     pdu: bytes
     used: int
-    """Bytes of the frame."""
+    """Size of the frame [bytes]."""
 
 
 def to_tcp(transaction: int, unit: int, pdu: bytes) -> bytes:
-    """Header and request."""
+    """Return a frame of TCP: header and request."""
     return _MBAP.pack(transaction, 0, len(pdu) + 1, unit) + pdu
 
 
 def from_tcp(data: bytes) -> TcpReply | None:
-    """The first reply in `data`; None: it is not whole yet. Raises ValueError where it is no Modbus."""
+    """Return the first reply in `data`; None: it is not whole yet. Raises ValueError if it is no Modbus."""
     if len(data) < _MBAP.size:
         return None
     transaction, protocol, length, unit = _MBAP.unpack_from(data)

@@ -1,4 +1,4 @@
-"""One Modbus unit at the end of a line: requests that are answered, or fail with a cause and an advice."""
+"""One Modbus unit at the end of a line: requests that are answered, or fail with a cause and advice."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ _EXCEPTIONS = {
 
 
 class Client(Protocol):
-    """What a line needs of `drivers.modbus_clients`."""
+    """The protocol of a client (`drivers.modbus_clients`)."""
 
     full: str
-    """What is wrong where bytes can no longer be sent."""
+    """The fault if bytes can no longer be sent."""
 
     def connect(self) -> None:
-        """Unless connected. Raises OSError."""
+        """Connect, unless connected. Raises OSError."""
         ...
 
     def disconnect(self) -> None:
-        """Never raises."""
+        """Disconnect. Never raises."""
         ...
 
     def forget(self) -> None:
@@ -49,12 +49,15 @@ class Client(Protocol):
         ...
 
     def transact(self, unit: int, request: bytes) -> bytes | None:
-        """One transaction: the reply's function code and body; None: no sound one in time. Raises OSError."""
+        """Take one transaction; return the reply's function code and body, or None: no valid one in time.
+
+        Raises OSError.
+        """
         ...
 
 
 class ExceptionReply(Exception):  # noqa: N818 - an answer of the device, not always a failure
-    """The unit answered with a Modbus exception."""
+    """An answer that is a Modbus exception."""
 
     def __init__(self, function: int, code: int) -> None:
         name = _EXCEPTIONS.get(code, "unknown")
@@ -63,7 +66,7 @@ class ExceptionReply(Exception):  # noqa: N818 - an answer of the device, not al
 
 
 class ModbusLine:
-    """Transactions with one unit. `name` says in messages which port or address it is."""
+    """The line to one unit; `name` is its port or address, for messages."""
 
     def __init__(self, client: Client, name: str, unit: int, timeout_s: float) -> None:
         self._client = client
@@ -72,35 +75,35 @@ class ModbusLine:
         self.name = f"{name} unit {unit}"
 
     def connect(self) -> None:
-        """Raises DriverError."""
+        """Connect. Raises DriverError."""
         try:
             self._client.connect()
         except OSError as error:
             raise lost(self.name, error, self._timeout_s) from None
 
     def disconnect(self) -> None:
-        """Never raises."""
+        """Disconnect. Never raises."""
         self._client.disconnect()
 
     def read(self, address: int, count: int) -> bytes:
-        """Function 3: the registers, high byte first. Raises DriverError, ExceptionReply."""
+        """Read registers by function 3, high byte first. Raises DriverError, ExceptionReply."""
         return self._registers(self._transact(read_request(address, count)), count)
 
     def write(self, address: int, words: list[int]) -> None:
-        """Function 16. Raises DriverError, ExceptionReply."""
+        """Write registers by function 16. Raises DriverError, ExceptionReply."""
         reply = self._transact(write_request(address, words))
         found, count = struct.unpack(">HH", reply) if len(reply) == 4 else (-1, 0)
         if (found, count) != (address, len(words)):
             raise self._stale(f"registers {found}+{count} instead of {address}+{len(words)}")
 
     def write_then_read(self, address: int, words: list[int], read_address: int, count: int) -> bytes:
-        """Function 23: one transaction. Raises DriverError, ExceptionReply."""
+        """Write, then read registers by function 23, in one transaction. Raises DriverError, ExceptionReply."""
         return self._registers(
             self._transact(write_then_read_request(address, words, read_address, count)), count
         )
 
     def _transact(self, request: bytes) -> bytes:
-        """The reply's body. Raises DriverError, ExceptionReply."""
+        """Return the reply's body. Raises DriverError, ExceptionReply."""
         try:
             reply = self._client.transact(self._unit, request)
         except OSError as error:
@@ -108,7 +111,7 @@ class ModbusLine:
         return self._body(request[0], reply)
 
     def explain(self, ended: int, memory: WireMemory, count: int) -> bytes:
-        """The registers of a compiled function 23 that ended in order. Raises DriverError, ExceptionReply."""
+        """Return the registers of a compiled function 23 that ended well. Raises DriverError, ExceptionReply."""
         if ended in (SYSTEM, FULL):
             raise self._lost(system_error(memory) if ended == SYSTEM else OSError(self._client.full))
         at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
@@ -120,7 +123,7 @@ class ModbusLine:
         return lost(self.name, error, self._timeout_s)
 
     def _body(self, function: int, reply: bytes | None) -> bytes:
-        """Of the reply to a request of `function`; None: there was no sound one in time."""
+        """Return the body of the reply to a request of `function`; None: there was no valid one in time."""
         if reply is None:
             self._client.forget()
             raise DriverError(

@@ -61,14 +61,14 @@ _UINT32 = 0xFFFFFFFF
 
 
 class _Asked(NamedTuple):
-    """A request that is under way."""
+    """A request under way."""
 
     kind: Request
     tag: int
 
 
 class SerialDriver:
-    """`rtctl.border.records.Driver` of one device at the end of a serial line."""
+    """A driver of one device at the end of a serial line."""
 
     def __init__(
         self,
@@ -80,10 +80,15 @@ class SerialDriver:
         first_tag: int | None = None,
         compiled: bool = True,
     ) -> None:
-        """`baud` [bit/s], 8N1; `pipeline`: how many answers may be under way when a command is sent.
+        """Make a driver that is closed.
 
-        `first_tag`: number of the first request (default: any, so that no answer to an earlier program fits).
-        `compiled`: False: the exchange in Python, as it is when pipelined.
+        Args:
+            port: path of the serial port, 8N1.
+            baud: baud rate [bit/s].
+            profile: names and units of the device's channels.
+            pipeline: how many answers may be under way when a command is sent.
+            first_tag: number of the first request; None: any, so that no answer to an earlier program fits.
+            compiled: whether the exchange is compiled; never so if pipelined.
         """
         if pipeline < 0:
             raise InputError(f"serial {port}: pipeline must be 0 or more periods, got {pipeline!r}")
@@ -145,18 +150,18 @@ class SerialDriver:
         return self.conclude(self._compiled.run(levels), levels)
 
     def compiled_exchange(self) -> CompiledExchange | None:
-        """The exchange for a compiled loop; None: it cannot be called without Python."""
+        """Return the exchange for a compiled loop; None if it cannot be called without Python."""
         compiled = self._compile()
         return None if compiled is None else compiled.compiled_exchange(self.conclude)
 
     def _compile(self) -> LineExchange | None:
-        """Made, or taken from the disk, before the device is armed: it may last seconds."""
+        """Compile the exchange, or load it: before the device is armed, since it may last seconds."""
         if self._compiles and self._compiled is None:
             self._compiled = line_exchange(exchange_serial, self._memory)
         return self._compiled
 
     def conclude(self, ended: int, levels: Sequence[float]) -> Measurement:
-        """The measurement of a compiled exchange that ended so; raises DriverError as Python's does."""
+        """Return the measurement of a compiled exchange, or raise DriverError as the one in Python does."""
         memory, compiled = self._memory, self._compiled
         assert compiled is not None
         if ended == OK:
@@ -184,7 +189,7 @@ class SerialDriver:
             ) from None
 
     def _exchange_readable(self, levels: Sequence[float]) -> Measurement:
-        """What the compiled exchange does, in Python: its oracle, and for pipelined lines."""
+        """Exchange in Python: the oracle of the compiled one, and for pipelined lines."""
         payload = self._payload(levels)
         if self._pipeline and not self._sent:  # the first one: so many exchanges need answers of their own
             self._sent.extend([self._ask(Request.READ) for _ in range(self._pipeline)])
@@ -245,7 +250,7 @@ class SerialDriver:
         return _Asked(kind, tag)
 
     def _answer(self, asked: _Asked) -> Message:
-        """The answer to a request; what is damaged or has another number is thrown away. Raises DriverError."""
+        """Return the answer to a request; drop what is damaged or has another number. Raises DriverError."""
         deadline_s = time.monotonic() + self._timeout_s
         kind, damaged = asked.kind | REPLY, self._reader.damaged
         while True:
@@ -271,7 +276,7 @@ class SerialDriver:
             raise self._lost(error) from None
 
     def _reading(self, asked: _Asked) -> Measurement:
-        """The measurement that answers a command or a read. Raises DriverError."""
+        """Return the measurement that answers a command or a read. Raises DriverError."""
         measurement = self._layout.measurement(self._answer(asked).payload)
         if measurement is None:
             raise self._of_another_length()

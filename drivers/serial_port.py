@@ -14,10 +14,16 @@ _RECEIVE_BYTES = 4096
 
 
 class SerialPort:
-    """8N1, raw, this program's alone; made open. Every method may raise OSError."""
+    """A serial port, 8N1, raw, locked for this program and open once made. Every method may raise OSError."""
 
     def __init__(self, path: str, baud: int, timeout_s: float) -> None:
-        """`baud` [bit/s]; `timeout_s` [s] of a write."""
+        """Open the port.
+
+        Args:
+            path: path of the port.
+            baud: baud rate [bit/s].
+            timeout_s: timeout of a write [s].
+        """
         self._port = serial.Serial(path, baud, timeout=0, write_timeout=timeout_s, exclusive=True)
         with suppress(OSError, ValueError, NotImplementedError):  # FTDI: 1 ms instead of 16
             self._port.set_low_latency_mode(True)
@@ -26,11 +32,11 @@ class SerialPort:
         self._poll.register(self._fd, select.POLLIN)
 
     def send(self, data: bytes) -> None:
-        """All of `data`."""
+        """Send all of `data`."""
         write_all(self._fd, data)
 
     def receive(self, deadline_s: float) -> bytes:
-        """What has arrived, as soon as something has; empty at `deadline_s` (monotonic clock)."""
+        """Return what has arrived, as soon as something has; empty at `deadline_s` (monotonic clock)."""
         remaining_s = deadline_s - time.monotonic()
         if not self._poll.poll(max(0.0, 1e3 * remaining_s)):
             return b""
@@ -40,7 +46,7 @@ class SerialPort:
         return data
 
     def close(self) -> None:
-        """Never raises."""
+        """Close the port. Never raises."""
         with suppress(OSError):
             self._port.close()
 

@@ -1,4 +1,4 @@
-"""A simulated device in blocks of compiled exchanges: what `SimulatedDevice` and its plant lend to them, and take back.
+"""A simulated device in blocks of compiled exchanges: its state and its plant's, lent to a block and taken back.
 
 The kernel of a plant (`plant_sim.vo2.compiled`) finds both behind the line's own numbers: this module's slots, then the
 addresses of the plant's arrays.
@@ -29,12 +29,15 @@ from rtctl.border.wire_memory import (
 )
 
 LEVEL, LOW, HIGH, EPOCH_S = range(LINE_SIZE, LINE_SIZE + 4)
-"""Of float64: the level in force and its limits [mA], when the device's time began [s]."""
+"""Slots of float64: the level in force and its limits [mA], when the device's time started [s]."""
 HEALTH, NUMBER, COUNT, NOW_US, FED_US, WATCHDOG_US, LOCKSTEP, PERIOD_US, ROW, ROWS, RELAYS = range(
     LINE_SIZE + 4, LINE_SIZE + 15
 )
-"""Status, number in force, sample counter, device time, when a command last fed the watchdog (-1: it sleeps), the
-watchdog's time, lockstep, its sample period, the last row of noise, rows of a block of it, relays of a bank."""
+"""Slots of the device's other numbers.
+
+Status, number in force, sample counter, device time [us], when a command last fed the watchdog (-1: it sleeps), the
+watchdog's time [us], lockstep, its sample period [us], the last row of noise, rows of a block of it, relays of a bank.
+"""
 ADDRESSES = LINE_SIZE + 16
 MOST_ARRAYS = 8
 SIZE = ADDRESSES + MOST_ARRAYS
@@ -42,7 +45,7 @@ NONE = -1
 
 
 class DeviceMemory(NamedTuple):
-    """What a device with one command remembers."""
+    """The state of a device with one command."""
 
     level: float
     low: float
@@ -61,20 +64,20 @@ class DeviceMemory(NamedTuple):
 
 
 class CompiledPlant(NamedTuple):
-    """A plant's part."""
+    """The part of a plant in a compiled exchange."""
 
     kernel: Callable[..., int]
-    """Exchanges with the whole device."""
+    """Kernel that exchanges with the whole device."""
     arrays: Callable[[], tuple[NDArray[Any], ...]]
-    """What it advances: parameters, state, noise, the film's memory."""
+    """Returns the arrays that it uses: parameters, state, noise, the film's memory."""
     noise: NoiseSource
 
 
 class Remembering(Protocol):
-    """`plant_sim.device.SimulatedDevice`."""
+    """A device whose state can be read and set: `plant_sim.device.SimulatedDevice`."""
 
     def memory(self) -> DeviceMemory:
-        """All of it."""
+        """Return the whole state."""
         ...
 
     def resume(self, memory: DeviceMemory) -> None:
@@ -83,7 +86,7 @@ class Remembering(Protocol):
 
 
 class CompiledDevice:
-    """A device and its plant, one block of exchanges after the other."""
+    """A device and its plant in blocks of compiled exchanges."""
 
     def __init__(self, device: Remembering, plant: CompiledPlant) -> None:
         self._device, self._plant = device, plant
@@ -92,7 +95,7 @@ class CompiledDevice:
         self._lent: tuple[NDArray[Any], ...] = ()
 
     def exchange(self) -> CompiledExchange:
-        """For a driver."""
+        """Return the exchange for a driver."""
         function = _first_class(self._plant.kernel)
         return CompiledExchange(function, self._memory, self._conclude, self._lend, self._give_back)
 

@@ -40,7 +40,7 @@ _UINT32 = 0xFFFFFFFF
 
 
 class SimulatedDevice:
-    """`rtctl.border.records.Device` around a plant; `clock` [s] is not looked at in lockstep."""
+    """A device (`rtctl.border.records.Device`) around a plant; `clock` [s] is not used in lockstep."""
 
     def __init__(self, plant: Plant, clock: Callable[[], float] = time.monotonic) -> None:
         self.profile = plant.profile
@@ -68,22 +68,22 @@ class SimulatedDevice:
 
     @property
     def enabled(self) -> bool:
-        """Register 3."""
+        """Whether the device is enabled, register 3."""
         return bool(self._status & _ENABLED)
 
     @property
     def watchdog_ms(self) -> int:
-        """Register 4 [ms], 0: none."""
+        """Watchdog time [ms], register 4; 0: none."""
         return self._watchdog_us // 1000
 
     @property
     def lockstep(self) -> bool:
-        """Register 5."""
+        """Whether the device runs in lockstep, register 5."""
         return self._lockstep
 
     @property
     def period_us(self) -> int:
-        """Registers 6-7: sample period in lockstep [us]."""
+        """Sample period in lockstep [us], registers 6-7."""
         return self._period_us
 
     def exchange(self, levels: Sequence[float], sequence: int) -> Measurement:
@@ -92,7 +92,15 @@ class SimulatedDevice:
         return self.read()
 
     def command(self, levels: Sequence[float], sequence: int) -> None:
-        """Commands and register 2 written: `levels` in the profile's units, `sequence` uint16. Raises ValueError."""
+        """Take a command: commands and register 2 are written.
+
+        Args:
+            levels: level of each command, in the profile's units.
+            sequence: sequence number (uint16).
+
+        Raises:
+            ValueError: a level is not a finite float32.
+        """
         asked = self._float32(levels)
         if not self._lockstep:
             self._live_until_now()
@@ -109,7 +117,7 @@ class SimulatedDevice:
             self._sample()
 
     def read(self) -> Measurement:
-        """Registers 100-111. Free-running: measured now; in lockstep: as the last sample left it."""
+        """Read registers 100-111: free-running, measured now; in lockstep, as the last sample left them."""
         if not self._lockstep:
             self._live_until_now()
             self._measured(*self._plant.measure())
@@ -125,7 +133,7 @@ class SimulatedDevice:
         )
 
     def compiled_exchange(self) -> CompiledExchange | None:
-        """`exchange` for a compiled loop; None: the plant has none, or something here is not what it is by default."""
+        """Return `exchange` for a compiled loop; None if the plant has none, or this device is a derived one."""
         find = getattr(self._plant, "compiled_plant", None)
         if find is None or type(self) is not SimulatedDevice or self._clock is not time.monotonic:
             return None
@@ -133,7 +141,7 @@ class SimulatedDevice:
         return None if plant is None else CompiledDevice(self, plant).exchange()
 
     def memory(self) -> DeviceMemory:
-        """For a compiled block of exchanges."""
+        """Return the state, for a compiled block of exchanges."""
         return DeviceMemory(
             self._levels[0], self._low[0], self._high[0], self._epoch_s, self._status, self._sequence,
             self._counter, self._time_us, self._fed_us, self._watchdog_us, self._lockstep, self._period_us,
@@ -147,7 +155,7 @@ class SimulatedDevice:
         self._sensed, self._reference = memory.sensed, memory.reference
 
     def set_enable(self, on: bool) -> None:
-        """Register 3; off: the off level; off, then on: clears the watchdog's trip and a refusal."""
+        """Set register 3; off: the off level; off, then on: clears the watchdog's trip and a refusal."""
         if not self._lockstep:
             self._live_until_now()
         if not on:
@@ -158,7 +166,7 @@ class SimulatedDevice:
             self._status = _ENABLED | (self._status & _SENSOR_FAULT)
 
     def set_watchdog(self, period_ms: int) -> None:
-        """Register 4 [ms], 0: none. Counts from the last accepted command. Raises ValueError."""
+        """Set the watchdog [ms], register 4, 0: none; it counts from the last accepted command. Raises ValueError."""
         if not 0 <= period_ms <= 0xFFFF:
             raise ValueError(f"watchdog must be 0 (none) to 65535 ms, got {period_ms!r}")
         if not self._lockstep:
@@ -166,7 +174,7 @@ class SimulatedDevice:
         self._watchdog_us = 1000 * period_ms
 
     def set_clock(self, *, lockstep: bool, period_us: int) -> None:
-        """Registers 5 and 6-7; device time goes on from where it is. Raises ValueError."""
+        """Set registers 5 and 6-7; device time goes on from where it is. Raises ValueError."""
         if not 0 < period_us <= _UINT32 and (lockstep or period_us != 0):
             raise ValueError(f"sample period must be 1 to {_UINT32} us, got {period_us!r}")
         if not self._lockstep:
@@ -196,7 +204,7 @@ class SimulatedDevice:
         self._counter = self._time_us = 0
 
     def _float32(self, levels: Sequence[float]) -> tuple[float, ...]:
-        """`levels` rounded to float32. Raises ValueError, in words, on what no register pair carries."""
+        """Return `levels` rounded to float32. Raises ValueError on what no register pair can carry."""
         try:
             rounded: tuple[float, ...] = self._commands.unpack(self._commands.pack(*levels))
         except (struct.error, OverflowError) as error:
@@ -207,14 +215,14 @@ class SimulatedDevice:
         return rounded
 
     def _clamped(self, asked: tuple[float, ...]) -> tuple[float, ...]:
-        """`asked` within the plant's limits."""
+        """Return `asked` within the plant's limits."""
         for level, low, high in zip(asked, self._low, self._high, strict=True):
             if not low <= level <= high:
                 return tuple(map(min, map(max, asked, self._low), self._high))
         return asked
 
     def _sample(self) -> None:
-        """One lockstep sample; the lease of its command may end inside it."""
+        """Advance by one lockstep sample; the lease of its command may end inside it."""
         if 0 < self._watchdog_us < self._period_us:
             self._live_until(self._time_us + self._period_us)
             self._measured(*self._plant.measure())

@@ -1,4 +1,4 @@
-"""What a device did, by its own account: the levels that reached the plant, commands that came into force, readings.
+"""A journal of what a device did: the levels that reached the plant, commands that came into force, readings.
 
 The account of the applied levels is kept at the plant, below everything that could be wrong about commands. Rows are
 `event, time_us, number, values`: time since power-up [us], going on through restarts; values in the profile's units.
@@ -25,7 +25,7 @@ from plant_sim.plant import Plant
 
 
 class Entry(NamedTuple):
-    """One row."""
+    """A row of the journal."""
 
     event: str
     time_us: int
@@ -34,7 +34,7 @@ class Entry(NamedTuple):
 
 
 class JournalledPlant:
-    """`Plant` that writes down what it is given; equal levels in a row are one entry."""
+    """A plant that notes what it is given; equal levels in a row are one entry."""
 
     def __init__(self, plant: Plant) -> None:
         self.profile, self.identity = plant.profile, plant.identity
@@ -45,25 +45,25 @@ class JournalledPlant:
         self._last: Entry | None = None
 
     def reset(self) -> None:
-        """As the plant's."""
+        """See `Plant`."""
         self._plant.reset()
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
-        """As the plant's."""
+        """See `Plant`."""
         self._note(tuple(levels), dt_s)
         self._plant.advance(levels, dt_s)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """As the plant's."""
+        """See `Plant`."""
         return self._plant.measure()
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """As the plant's."""
+        """See `Plant`."""
         self._note(tuple(levels), dt_s)
         return self._plant.step(levels, dt_s)
 
     def applied(self) -> list[Entry]:
-        """All levels until now."""
+        """Return all levels so far."""
         return [*self.entries, *([self._last] if self._last else [])]
 
     def _note(self, levels: tuple[float, ...], dt_s: float) -> None:
@@ -78,7 +78,7 @@ class JournalledPlant:
 
 
 class JournalledDevice(SimulatedDevice):
-    """`SimulatedDevice` that keeps a journal of itself."""
+    """A `SimulatedDevice` that keeps a journal of itself."""
 
     def __init__(self, plant: Plant, clock: Callable[[], float] = time.monotonic) -> None:
         self._journalled = JournalledPlant(plant)
@@ -86,7 +86,7 @@ class JournalledDevice(SimulatedDevice):
         super().__init__(self._journalled, clock)
 
     def command(self, levels: Sequence[float], sequence: int) -> None:
-        """As a device does."""
+        """See `SimulatedDevice`."""
         before, begun_us = self._sequence, self._journalled.now_us
         super().command(levels, sequence)
         if self._sequence != before:
@@ -94,22 +94,22 @@ class JournalledDevice(SimulatedDevice):
             self._entries.append(Entry("command", at_us, sequence, tuple(self._levels)))
 
     def set_enable(self, on: bool) -> None:
-        """As a device does."""
+        """See `SimulatedDevice`."""
         super().set_enable(on)
         if not on:
             self._note("off", self._status)
 
     def power_cycle(self) -> None:
-        """As a device does."""
+        """See `SimulatedDevice`."""
         super().power_cycle()
         self._note("restart", 0)
 
     def journal(self) -> list[Entry]:
-        """Everything until now, by time."""
+        """Return all entries so far, by time."""
         return sorted([*self._journalled.applied(), *self._entries], key=lambda entry: entry.time_us)
 
     def write_journal(self, path: Path) -> None:
-        """As CSV; the values in one column, with spaces between."""
+        """Write the journal as CSV; the values in one column, with spaces between."""
         with path.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(Entry._fields)
@@ -127,7 +127,7 @@ class JournalledDevice(SimulatedDevice):
 
 
 def read_journal(path: Path) -> list[Entry]:
-    """The entries of a journal file."""
+    """Return the entries of a journal file."""
     with path.open(encoding="utf-8", newline="") as file:
         return [
             Entry(event, int(time_us), int(number), tuple(map(float, values.split())))

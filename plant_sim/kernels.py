@@ -22,15 +22,15 @@ Record = Any
 
 
 def compiled(function: KernelT) -> KernelT:
-    """`function` compiled by numba on its first call, cached on disk, with IEEE arithmetic as written."""
+    """Return `function`, compiled by numba on its first call, cached on disk, with IEEE arithmetic as written."""
     return cast(KernelT, numba.njit(cache=True, fastmath=False)(function))
 
 
 def direct(function: KernelT, *examples: Any) -> KernelT:
-    """`function`, a compiled kernel, for arguments of the types of `examples` only; compiles it, runs nothing.
+    """Compile a kernel for arguments of the types of `examples` only; nothing runs.
 
-    Skips numba's look-up of the types at each call, which is 0.4 us where records are among them. The caller
-    vouches for the types: an array of another type would be read as if it were the right one.
+    Skips numba's look-up of the types at each call, which is 0.4 us where records are among them. The caller vouches
+    for the types: an array of another type would be read as if it were the right one.
     """
     if not isinstance(function, numba.core.dispatcher.Dispatcher):  # NUMBA_DISABLE_JIT=1
         return function
@@ -41,7 +41,7 @@ def direct(function: KernelT, *examples: Any) -> KernelT:
 
 
 def pack(model: BaseModel) -> NDArray[Any]:
-    """The numbers of `model` as a one-element structured array: the same names, nested tables nested.
+    """Return the numbers of `model` as a one-element structured array: the same names, nested tables nested.
 
     Floats become float64, whole numbers and enumerations int64; text, of no use to a kernel, is left out.
     """
@@ -52,7 +52,7 @@ def pack(model: BaseModel) -> NDArray[Any]:
 
 
 _LAYOUTS: dict[str, np.dtype[Any]] = {}
-"""One dtype object a layout: numba recognises an object at once, an equal one only by a slow comparison."""
+"""One dtype object per layout: numba recognises an object at once, an equal one only by a slow comparison."""
 
 
 def _numbers(model: BaseModel) -> list[tuple[str, Any]]:

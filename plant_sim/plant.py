@@ -9,19 +9,19 @@ from rtctl.border.records import DeviceProfile
 
 
 class Plant(Protocol):
-    """Command levels in, readings out. Time passes only in `step` and `advance`."""
+    """A simulated plant: command levels in, readings out. Time passes only in `step` and `advance`."""
 
     profile: DeviceProfile
     identity: str
     """ASCII, at most 16 characters."""
     low: tuple[float, ...]
-    """The device's own lower limit of each command, in the profile's units: it clamps."""
+    """The device's own lower limit of each command, in the profile's units; levels beyond are clamped."""
     high: tuple[float, ...]
     safe: tuple[float, ...]
     """Levels that the device takes by itself when its watchdog trips."""
 
     def reset(self) -> None:
-        """Full cooling, clocks and noise as at power-up."""
+        """Reset to power-up: full cooling, clocks and noise from the start."""
         ...
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
@@ -29,9 +29,9 @@ class Plant(Protocol):
         ...
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """Readings of the profile's sensed channels and the reference, noise and converter included."""
+        """Return readings of the sensed channels and the reference, noise and converter included."""
         ...
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """`advance` then `measure` in one call (a lockstep sample)."""
+        """Call `advance`, then `measure`, in one (a lockstep sample)."""
         ...

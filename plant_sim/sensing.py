@@ -1,4 +1,4 @@
-"""What instruments make of the truth: a resistance bridge with noise and a converter, a reference deflection.
+"""Instruments: a resistance bridge with noise and a converter, and a reference for the deflection.
 
 `V = R I_s (1 + flicker) + white`, rounded to the converter's step, `R_read = V / I_s`. The flicker is 1/f
 noise of the resistance: a sum of first-order processes with equal variance, their corner frequencies f_k an
@@ -22,11 +22,11 @@ from rtctl.border.quantities import Checked, Quantity
 
 OCTAVES = 14
 LOWEST_CORNER_HZ = 0.0625
-"""Corners from here to 512 Hz."""
+"""Lowest corner frequency [Hz]; the highest is 512 Hz."""
 
 WHITE, REFERENCE = OCTAVES, OCTAVES + 1
 NORMALS = OCTAVES + 2
-"""Standard normals that a reading consumes: one by octave, one of the bridge, one of the instrument."""
+"""Standard normals that a reading consumes: one per octave, one of the bridge, one of the instrument."""
 
 _BLOCK = 1024
 
@@ -35,15 +35,15 @@ class Sensing(Checked):
     """The `[sensing]` table; each zero turns its imperfection off."""
 
     current: Annotated[float, Quantity("mA"), POSITIVE]
-    """I_s, which is small enough not to heat [mA]."""
+    """Sensing current I_s, small enough not to heat [mA]."""
     white: Annotated[float, Quantity("V"), NOT_NEGATIVE]
     """Standard deviation of the voltage in one reading [V]."""
     flicker: Annotated[float, Quantity("1/Hz^0.5"), NOT_NEGATIVE]
     """Relative 1/f noise: square root of the one-sided density of dR/R at 1 Hz [1/sqrt(Hz)]."""
     converter_range: Annotated[float, Quantity("V"), POSITIVE]
-    """The converter reads from minus this to plus this [V], and stays at its end beyond."""
+    """Range of the converter: from minus this to plus this [V]; it stays at the end beyond."""
     converter_bits: Annotated[int, Field(ge=0, le=24)]
-    """0: no rounding."""
+    """Bits of the converter; 0: no rounding."""
     reference: Annotated[float, Quantity("um"), NOT_NEGATIVE]
     """Standard deviation of the external instrument in one reading [um]."""
 
@@ -60,11 +60,11 @@ class NoiseSource:
 
     @property
     def rows(self) -> int:
-        """Of a block."""
+        """Rows of a block."""
         return _BLOCK
 
     def next_row(self) -> int:
-        """Index into `block` of a row not used before (draws the next block into the same array)."""
+        """Return the index in `block` of a row not used before; draw the next block into the same array if needed."""
         self.row += 1
         if self.row == _BLOCK:
             self._rng.standard_normal(out=self.block)
@@ -74,7 +74,7 @@ class NoiseSource:
 
 @compiled
 def drift(flicker: NDArray[np.float64], normals: NDArray[np.float64], dt: float) -> float:
-    """Propagate the octaves by `dt` [s]; their sum (each has variance one)."""
+    """Propagate the octaves by `dt` [s]; return their sum (each has variance one)."""
     decay = math.exp(-2.0 * math.pi * LOWEST_CORNER_HZ * dt)
     total = 0.0
     for k in range(OCTAVES):
@@ -86,7 +86,7 @@ def drift(flicker: NDArray[np.float64], normals: NDArray[np.float64], dt: float)
 
 @compiled
 def read_resistance(sensing: Record, resistance: float, flicker: float, white: float) -> float:
-    """The reading [ohm] of `resistance` [ohm]; `flicker` and `white` in units of their own deviations."""
+    """Return the reading [ohm] of `resistance` [ohm]; `flicker` and `white` in their own standard deviations."""
     sense_current = 1e-3 * sensing.current
     relative = sensing.flicker * math.sqrt(math.log(2.0)) * flicker
     voltage = resistance * sense_current * (1.0 + relative) + sensing.white * white
@@ -99,5 +99,5 @@ def read_resistance(sensing: Record, resistance: float, flicker: float, white: f
 
 @compiled
 def read_deflection(sensing: Record, deflection: float, normal: float) -> float:
-    """The external instrument's reading [um] of `deflection` [um]."""
+    """Return the external instrument's reading [um] of `deflection` [um]."""
     return float(np.float64(np.float32(deflection + sensing.reference * normal)))

@@ -22,13 +22,15 @@ from rtctl.registry import (
     load,
     mechanisms_of,
     names,
+    plant_kind,
     plant_kinds,
 )
 from rtctl.registry.building import build
 from rtctl.registry.guarding import guarded_controller, guarded_estimator
 from rtctl.registry.loading import resolved
 from rtctl.safety.guards import ReadingGuard
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario
@@ -219,6 +221,11 @@ def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | N
     """The file of `--model` or else of `scenario.model`, beside the scenario; None: neither."""
     named = scenario.scenario.model
     return given or (None if named is None else folder / named)
+
+
+def needs_model(scenario: Scenario) -> bool:
+    """Whether a run of `scenario` needs a model: not where only the user's parts control its kind of plant."""
+    return plant_kind(scenario.scenario.plant).control is not None
 
 
 def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:

@@ -15,9 +15,9 @@ from rtctl.evaluation.metrics import ErrorScore, score, write_json
 def test_errors_by_hand() -> None:
     wanted, reference = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 4.0, 3.0, 0.0])
     figures = score(wanted, reference, 50.0)
-    assert figures.mean_abs_um == pytest.approx(1.5)
-    assert figures.max_abs_um == pytest.approx(4.0)
-    assert figures.rms_um == pytest.approx(math.sqrt(5.0))
+    assert figures.mean_abs == pytest.approx(1.5)
+    assert figures.max_abs == pytest.approx(4.0)
+    assert figures.rms == pytest.approx(math.sqrt(5.0))
     assert figures.mean_abs_percent == pytest.approx(3.0)
     assert figures.max_abs_percent == pytest.approx(8.0)
     assert figures.rms_percent == pytest.approx(2.0 * math.sqrt(5.0))
@@ -25,24 +25,24 @@ def test_errors_by_hand() -> None:
 
 def test_samples_without_a_reference_are_not_scored() -> None:
     figures = score(np.array([1.0, 100.0]), np.array([3.0, np.nan]), 50.0)
-    assert (figures.mean_abs_um, figures.max_abs_um) == (2.0, 2.0)
+    assert (figures.mean_abs, figures.max_abs) == (2.0, 2.0)
 
 
 def test_no_reference_at_all_scores_null() -> None:
     assert score(np.ones(3), np.full(3, np.nan), 50.0) == ErrorScore(None, None, None, None, None, None)
-    assert score(np.ones(0), np.ones(0), 50.0).mean_abs_um is None
+    assert score(np.ones(0), np.ones(0), 50.0).mean_abs is None
 
 
 def test_an_estimate_that_is_no_number_is_an_infinite_error_not_a_skipped_one() -> None:
     figures = score(np.array([1.0, np.nan]), np.array([1.0, 1.0]), 50.0)
     assert figures.max_abs_percent == math.inf
-    assert figures.mean_abs_um == math.inf
+    assert figures.mean_abs == math.inf
 
 
-@pytest.mark.parametrize("range_um", [0.0, -1.0, math.nan])
-def test_a_range_that_is_none_is_refused(range_um: float) -> None:
-    with pytest.raises(ValueError, match="range_um must be > 0 um"):
-        score(np.ones(1), np.ones(1), range_um)
+@pytest.mark.parametrize("output_range", [0.0, -1.0, math.nan])
+def test_a_range_that_is_none_is_refused(output_range: float) -> None:
+    with pytest.raises(ValueError, match="output_range must be > 0"):
+        score(np.ones(1), np.ones(1), output_range)
 
 
 def test_json_has_null_for_what_is_not_finite_and_python_s_own_numbers(tmp_path: Path) -> None:

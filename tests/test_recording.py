@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
+import stat
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +113,33 @@ def test_a_failure_half_way_leaves_the_old_file_and_no_partial_one(tmp_path: Pat
         half()
     assert path.read_text() == "old"
     assert [entry.name for entry in path.parent.iterdir()] == ["signals.parquet"]
+
+
+def test_the_contents_are_on_the_disk_before_the_name_and_the_name_before_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, calls = tmp_path / "summary.json", []
+    fsync, rename = os.fsync, os.replace
+
+    def noted_fsync(descriptor: int) -> None:
+        calls.append(("folder" if stat.S_ISDIR(os.fstat(descriptor).st_mode) else "file", path.exists()))
+        fsync(descriptor)
+
+    def noted_rename(source: Path, target: Path) -> None:
+        calls.append(("rename", path.exists()))
+        rename(source, target)
+
+    monkeypatch.setattr(os, "fsync", noted_fsync)
+    monkeypatch.setattr(os, "replace", noted_rename)
+    with replacing(path) as partial:
+        partial.write_text("{}")
+    assert calls == [("file", False), ("rename", False), ("folder", True)]
+
+
+def test_two_writers_of_one_path_do_not_mix(tmp_path: Path) -> None:
+    path = tmp_path / ("long name " * 25)[:250]
+    with replacing(path) as first, replacing(path) as second:
+        first.write_text("first")
+        second.write_text("second")
+    assert path.read_text() == "first", "the last one to end"
+    assert list(tmp_path.iterdir()) == [path]

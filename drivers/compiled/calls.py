@@ -29,14 +29,14 @@ _errno_location = external("__errno_location", types.CPointer(types.int32))
 
 @background_kernel
 def last_errno() -> int:
-    """Why the last call failed."""
+    """Return the error number of the last call that failed."""
     found: int = carray(_errno_location(), 1)[0]
     return found
 
 
 @background_kernel
 def now_ns(line: IntArray) -> int:
-    """The monotonic clock [ns]."""
+    """Return the time of the monotonic clock [ns]."""
     return clock_ns(line, CLOCK)
 
 
@@ -61,9 +61,16 @@ def sent(line: IntArray, out: ByteArray, length: int, is_socket: bool) -> int:
 
 @background_kernel
 def received(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int:
-    """Bytes that have come, read to `inbox` from `at` on, as soon as there are any; 0: none until the deadline.
+    """Read bytes into `inbox` from `at` on, as soon as there are any.
 
-    -1: the call failed, or (`ERRNO` 0) the other end hung up.
+    Args:
+        line: the line's numbers.
+        inbox: room for the bytes.
+        at: where they go.
+        deadline_ns: monotonic time at which to give up [ns].
+
+    Returns:
+        How many bytes were read; 0: none until the deadline; -1: the call failed, or (`ERRNO` 0) the other end hung up.
     """
     while True:
         left_ns = max(deadline_ns - now_ns(line), 0)
@@ -89,7 +96,7 @@ def received(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int
 
 @background_kernel
 def received_blocking(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int:
-    """The same of a socket that blocks, and whose own timeout ends a wait: one call less."""
+    """Read as `received` does, from a blocking socket whose own timeout ends a wait: one call less."""
     while True:
         got = _read(line[FD], inbox.ctypes.data + at, inbox.size - at)
         if got > 0:

@@ -29,10 +29,10 @@ Kernel = Callable[[FloatArray, FloatArray, IntArray, Any, Any], int]
 
 
 class LineExchange:
-    """One line's exchange; its sequence numbers and descriptor are in `memory`."""
+    """The compiled exchange of one line; its sequence numbers and descriptor are in `memory`."""
 
     def __init__(self, kernel: Kernel, memory: WireMemory) -> None:
-        """Compiles `kernel`, or takes it from numba's cache: up to seconds."""
+        """Compile `kernel`, or load it: up to seconds."""
         self._kernel = kernel
         self._run: Kernel = machine_code(kernel, *memory)
         self._memory = memory
@@ -49,28 +49,28 @@ class LineExchange:
         return self._run(*self._memory)
 
     def measurement(self) -> Measurement:
-        """The last reading."""
+        """Return the last reading."""
         *sensed, reference = self._reading.tolist()
         return Measurement(tuple(sensed), reference, *self._answer.tolist())
 
     def compiled_exchange(self, conclude: Callable[[int, Sequence[float]], Measurement]) -> CompiledExchange:
-        """For a compiled loop that calls it itself."""
+        """Return the exchange for a compiled loop."""
         return CompiledExchange(_first_class(self._kernel), self._memory, conclude)
 
 
 def line_exchange(kernel: Kernel, memory: WireMemory) -> LineExchange | None:
-    """None where this machine's calls are not those that the kernels know; Python then does the same."""
+    """Return the compiled exchange; None if the kernels do not know this machine's system calls."""
     return LineExchange(kernel, memory) if AVAILABLE else None
 
 
 def attach(memory: WireMemory, descriptor: int) -> None:
-    """The line is at this descriptor from now on; -1: nowhere."""
+    """Move the line to this descriptor; -1: nowhere."""
     memory.line[FD] = descriptor
     memory.line[ARRIVED] = 0
 
 
 def system_error(memory: WireMemory) -> OSError:
-    """What ended an exchange with `SYSTEM`."""
+    """Return the error that ended an exchange with `SYSTEM`."""
     number = int(memory.line[ERRNO])
     return OSError(number, os.strerror(number)) if number else OSError("the other end hung up")
 

@@ -56,7 +56,7 @@ _SHORTEST_RTU = 5
 
 @background_kernel
 def crc16(data: ByteArray, begin: int, end: int) -> int:
-    """Of `data[begin:end]`, as `drivers.modbus_frames.crc16`."""
+    """Return the checksum of `data[begin:end]`, as `drivers.modbus_frames.crc16` does."""
     crc = 0xFFFF
     for at in range(begin, end):
         crc = crc >> 8 ^ _TABLE[(crc ^ wide(data[at])) & 0xFF]
@@ -65,7 +65,7 @@ def crc16(data: ByteArray, begin: int, end: int) -> int:
 
 @background_kernel
 def put_word(data: ByteArray, at: int, word: int) -> int:
-    """Big-endian; the place behind it."""
+    """Put a big-endian word at `at`; return the place behind it."""
     data[at] = word >> 8 & 0xFF
     data[at + 1] = word & 0xFF
     return at + 2
@@ -73,21 +73,21 @@ def put_word(data: ByteArray, at: int, word: int) -> int:
 
 @background_kernel
 def word_at(data: ByteArray, at: int) -> int:
-    """Big-endian."""
+    """Return the big-endian word at `at`."""
     found: int = wide(data[at]) << 8 | wide(data[at + 1])
     return found
 
 
 @background_kernel
 def float_at(data: ByteArray, at: int) -> float:
-    """A float32 whose high word comes first."""
+    """Return the float32 at `at`, whose high word comes first."""
     bits = np.uint32(word_at(data, at) << 16 | word_at(data, at + 2))
     return float(bits.view(np.float32))
 
 
 @background_kernel
 def request_into(out: ByteArray, at: int, line: IntArray, levels: FloatArray) -> int:
-    """Function 23 from `at` on; the place behind it, or -1: a level is beyond float32."""
+    """Put a request of function 23 at `at`; return the place behind it, or -1: a level is beyond float32."""
     words = 3 if levels.size == 1 else 8 + 2 * (levels.size - 1)
     out[at] = _FUNCTION
     at = put_word(out, at + 1, READING)
@@ -112,7 +112,7 @@ def request_into(out: ByteArray, at: int, line: IntArray, levels: FloatArray) ->
 
 @background_kernel
 def read_registers(reading: FloatArray, line: IntArray, inbox: ByteArray, at: int, length: int) -> int:
-    """The reading in a reply (function code and body, from `at` on); how the exchange has ended."""
+    """Read the registers of a reply (function code and body, from `at` on); return how the exchange ended."""
     line[REPLY_AT], line[REPLY_LENGTH] = at, length
     count = 2 * line[REGISTERS]
     if inbox[at] != _FUNCTION or length != 2 + count or inbox[at + 1] != count:
@@ -132,7 +132,7 @@ def read_registers(reading: FloatArray, line: IntArray, inbox: ByteArray, at: in
 def exchange_tcp(
     levels: FloatArray, reading: FloatArray, line: IntArray, out: ByteArray, inbox: ByteArray
 ) -> int:
-    """One transaction on a connected socket that blocks no longer than the timeout; a code of `Ended`."""
+    """Take one transaction on a connected socket, no longer than the timeout; return a code of `Ended`."""
     line[SEQUENCE] = (line[SEQUENCE] + 1) & 0xFFFF  # never sent twice, whatever comes of it
     deadline_ns = now_ns(line) + line[TIMEOUT_NS]
     end = request_into(out, _MBAP, line, levels)
@@ -171,7 +171,7 @@ def exchange_tcp(
 
 @background_kernel
 def rtu_reply(line: IntArray, inbox: ByteArray, end: int) -> int:
-    """Where in `inbox[:end]` the unit's first sound reply begins, -1: nowhere; its length goes to `REPLY_LENGTH`."""
+    """Return where the unit's first valid reply begins in `inbox[:end]`, or -1; its length goes to `REPLY_LENGTH`."""
     for at in range(end - _SHORTEST_RTU + 1):
         if inbox[at] != line[UNIT]:
             continue
@@ -193,7 +193,7 @@ def rtu_reply(line: IntArray, inbox: ByteArray, end: int) -> int:
 def exchange_rtu(
     levels: FloatArray, reading: FloatArray, line: IntArray, out: ByteArray, inbox: ByteArray
 ) -> int:
-    """One transaction on a serial port that does not block; a code of `Ended`."""
+    """Take one transaction on a non-blocking serial port; return a code of `Ended`."""
     line[SEQUENCE] = (line[SEQUENCE] + 1) & 0xFFFF
     end = request_into(out, 1, line, levels)
     if end < 0:

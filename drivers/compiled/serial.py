@@ -1,8 +1,7 @@
-"""One exchange of the plain serial protocol as compiled code: the bytes are those of `rtctl.border.serial_frames`, its
-oracle.
+"""One exchange of the plain serial protocol as compiled code.
 
-What has another tag, or is damaged, is thrown away and the line listened to further. An answer that is no reading is
-left in `inbox` at `REPLY_AT`, without its checksum.
+The bytes are those of `rtctl.border.serial_frames`, its oracle. A message with another tag, or a damaged one, is
+dropped, and reading goes on. An answer that is no reading is left in `inbox` at `REPLY_AT`, without its checksum.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ _ANSWER = _COMMAND | ANSWERS
 _HEAD, _CRC = 3, 2
 _LONGEST = MAX_BODY + _CRC + 1
 _FIXED = 16
-"""Bytes of a reading before what is sensed: number, status, counter, time, reference."""
+"""Bytes of a reading before the sensed values: number, status, counter, time, reference."""
 
 
 def _crc_table() -> list[int]:
@@ -65,7 +64,7 @@ _TABLE = np.array(_crc_table(), dtype=np.int64)
 
 @background_kernel
 def crc_ccitt(data: ByteArray, begin: int, end: int) -> int:
-    """Polynomial 0x1021, start 0xFFFF."""
+    """Return the CRC of polynomial 0x1021 and start 0xFFFF."""
     crc = 0xFFFF
     for at in range(begin, end):
         crc = (crc << 8 & 0xFFFF) ^ _TABLE[(crc >> 8 ^ wide(data[at])) & 0xFF]
@@ -74,7 +73,7 @@ def crc_ccitt(data: ByteArray, begin: int, end: int) -> int:
 
 @background_kernel
 def put_little(data: ByteArray, at: int, value: int, count: int) -> int:
-    """Little-endian, `count` bytes; the place behind them."""
+    """Put `count` bytes, little-endian, at `at`; return the place behind them."""
     for k in range(count):
         data[at + k] = value >> 8 * k & 0xFF
     return at + count
@@ -82,7 +81,7 @@ def put_little(data: ByteArray, at: int, value: int, count: int) -> int:
 
 @background_kernel
 def little_at(data: ByteArray, at: int, count: int) -> int:
-    """Little-endian."""
+    """Return the little-endian number at `at`."""
     value = 0
     for k in range(count):
         value |= wide(data[at + k]) << 8 * k
@@ -91,13 +90,13 @@ def little_at(data: ByteArray, at: int, count: int) -> int:
 
 @background_kernel
 def little_float_at(data: ByteArray, at: int) -> float:
-    """A float32."""
+    """Return the float32 at `at`."""
     return float(np.uint32(little_at(data, at, 4)).view(np.float32))
 
 
 @background_kernel
 def stuffed(out: ByteArray, begin: int, end: int) -> int:
-    """The body in `out[begin:end]` (at most 254 bytes) as a frame from 0 on; the frame's length. `begin` >= 2."""
+    """Frame the body in `out[begin:end]` (at most 254 bytes, `begin` >= 2) from 0 on; return the frame's length."""
     out[0] = 0
     code_at, at = 1, 2
     for k in range(begin, end):
@@ -134,7 +133,7 @@ def unstuffed(data: ByteArray, begin: int, end: int) -> int:
 
 @background_kernel
 def command_into(out: ByteArray, line: IntArray, levels: FloatArray) -> int:
-    """The frame of a command; its length, or -1: a level is beyond float32, and no tag is used up."""
+    """Frame a command; return its length, or -1: a level is beyond float32, and no tag is used up."""
     for k in range(levels.size):
         if math.isfinite(levels[k]) and not math.isfinite(np.float32(levels[k])):
             return -1
@@ -149,7 +148,7 @@ def command_into(out: ByteArray, line: IntArray, levels: FloatArray) -> int:
 
 @background_kernel
 def read_message(reading: FloatArray, line: IntArray, inbox: ByteArray, begin: int, length: int) -> int:
-    """How the exchange has ended if this body answers it; -1: it does not."""
+    """Return how the exchange ended if this body answers it; -1: it does not."""
     if length < _HEAD + _CRC or crc_ccitt(inbox, begin, begin + length - _CRC) != little_at(
         inbox, begin + length - _CRC, _CRC
     ):
@@ -174,7 +173,7 @@ def read_message(reading: FloatArray, line: IntArray, inbox: ByteArray, begin: i
 def exchange_serial(
     levels: FloatArray, reading: FloatArray, line: IntArray, out: ByteArray, inbox: ByteArray
 ) -> int:
-    """One exchange on a serial port that does not block; a code of `Ended`."""
+    """Take one exchange on a non-blocking serial port; return a code of `Ended`."""
     line[DAMAGED] = 0
     length = command_into(out, line, levels)
     if length < 0:

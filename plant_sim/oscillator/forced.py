@@ -36,7 +36,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import FreeParameter
 
 LANES = 64
-"""Marched together: their state and coefficients stay in the fastest cache."""
+"""Lanes that are marched together: their state and coefficients stay in the fastest cache."""
 _BY_FREQUENCY_SQUARED = (GAIN, STIFFNESS, CUBIC, QUADRATIC, QUINTIC, PARAMETRIC, FRICTION)
 _BY_FREQUENCY = (DAMPING, DAMPING_2)
 _BY_AMPLITUDE = (GAIN, PARAMETRIC)
@@ -44,7 +44,7 @@ _BY_AMPLITUDE = (GAIN, PARAMETRIC)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForcedOscillator:
-    """A model under A cos(2 pi f t), in the units of its simulation."""
+    """A model under a drive A cos(2 pi f t), in the units of its simulation."""
 
     parameters: tuple[FreeParameter, ...]
     mechanisms: tuple[OscillatorMechanism, ...]
@@ -59,10 +59,19 @@ class ForcedOscillator:
         steps_per_period: int,
         rows_per_period: int = 1,
     ) -> Trajectories:
-        """Displacement and velocity (rows, lanes) from `state` (lanes, 2) at the drive's crest; row 0 is the start.
+        """Return displacement and velocity (rows, lanes); row 0 is the start, at the drive's crest.
 
-        values (lanes, parameters), frequency_hz and amplitude (lanes,). Raises ValueError where `rows_per_period`
-        does not divide `steps_per_period`.
+        Args:
+            values: parameters (lanes, parameters).
+            frequency_hz: frequency of each lane's drive (lanes,) [Hz].
+            amplitude: amplitude of each lane's drive (lanes,).
+            state: displacement and velocity (lanes, 2) at the start.
+            periods: periods to march.
+            steps_per_period: integration steps in a period.
+            rows_per_period: rows returned for a period.
+
+        Raises:
+            ValueError: `rows_per_period` does not divide `steps_per_period`.
         """
         if steps_per_period % rows_per_period:
             raise ValueError(
@@ -80,12 +89,15 @@ class ForcedOscillator:
         return found
 
     def fastest_hz(self, values: FloatArray, reach: float, drive: float) -> float:
-        """Of the models' poles for motions up to `reach` (at least the wells' distance) under drives up to `drive`."""
+        """Return the frequency [Hz] of the models' fastest pole for motions up to `reach` under drives up to `drive`.
+
+        The reach is at least the distance of the wells.
+        """
         equation = Equation.of(self.parameters, self.mechanisms, values)
         return equation.rates(max(reach, equation.rest()), drive)[0] / (2.0 * np.pi)
 
     def _in_periods(self, values: FloatArray, frequency_hz: FloatArray, amplitude: FloatArray) -> Equation:
-        """The equation in periods and amplitudes."""
+        """Return the equation in units of periods and amplitudes."""
         equation = Equation.of(self.parameters, self.mechanisms, values)
         rows = equation.rows
         for row in _BY_FREQUENCY_SQUARED:
@@ -105,7 +117,7 @@ def _march(
     steps_per_period: int,
     rows_per_period: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Of lanes that fit the cache, so many periods at a time that the drive fits it too."""
+    """March lanes that fit the cache, so many periods at a time that the drive fits it too."""
     substeps = steps_per_period // rows_per_period
     displacement, speed = (np.empty((periods * rows_per_period + 1, len(z))) for _ in range(2))
     block = min(periods, max(1, BLOCK_STEPS // steps_per_period))
@@ -124,7 +136,7 @@ def forced_model(model: ModelFile, units: Mapping[str, str], source: str) -> For
 
 
 def forced_oscillator(simulation: OscillatorSimulation, source: str) -> ForcedOscillator:
-    """Of a simulation's model. Raises InputError where it has what is not the same in every period."""
+    """Return the model of a simulation. Raises InputError if something in it is not the same in every period."""
     refused = [one.id for one in simulation.mechanisms if not _fits(one)]
     if refused:
         raise InputError(
@@ -135,6 +147,6 @@ def forced_oscillator(simulation: OscillatorSimulation, source: str) -> ForcedOs
 
 
 def _fits(mechanism: OscillatorMechanism) -> bool:
-    """A term of the equation that is the same in every period."""
+    """Return whether a term of the equation is the same in every period."""
     outside: Sequence[object] = (mechanism.input, mechanism.drive, mechanism.sensor, mechanism.memory)
     return all(part is None for part in outside) and "drift" not in mechanism.terms

@@ -1,4 +1,4 @@
-"""What a mechanism does to an oscillator: to the drive, to the equation of motion, or to the reading.
+"""A mechanism's contributions to an oscillator: to the drive, to the equation of motion, or to the reading.
 
 A mechanism is one file: its declaration and one or more of these contributions. In the order in which a signal
 passes them: `input` (the drive between its samples), `drive` (the drive at the integrator's instants), `terms` or
@@ -17,28 +17,28 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 
 Values = Mapping[str, float]
-"""Of one mechanism, by parameter name, in the units of the data."""
+"""Values of one mechanism by parameter name, in the units of the data."""
 
 
 class Sampled(NamedTuple):
-    """The drive as it was sampled, and how it is believed to go on between samples."""
+    """The drive as it was sampled, and its assumed course between samples."""
 
     samples: FloatArray
-    """(n,)"""
+    """Drive (n,) at the samples."""
     period_s: float
     hold: str
     delay_s: float = 0.0
     blend: tuple[tuple[str, float], ...] = ()
-    """Other holds and their weights; the rest of the weight is `hold`'s."""
+    """Other holds and their weights; the rest of the weight is that of `hold`."""
     onward: FloatArray = np.empty(0)
-    """(m,) after `samples`: a band-limited drive before its last sample depends on what came then."""
+    """Drive (m,) after `samples`: a band-limited drive before its last sample depends on what came then."""
 
 
 class Driven(NamedTuple):
     """The drive at the instants of the integrator."""
 
     nodes: FloatArray
-    """(steps, 3): start, middle, end of each step."""
+    """Drive (steps, 3) at start, middle and end of each step."""
     step_s: float
 
 
@@ -46,18 +46,18 @@ class Moved(NamedTuple):
     """The motion at the samples, or at instants between them too, and the drive that made it."""
 
     displacement: FloatArray
-    """(samples,): what the sensor would read; mechanisms replace it."""
+    """Displacement (samples,) that the sensor would read; mechanisms replace it."""
     velocity: FloatArray
     time_s: FloatArray
-    """Since the first sample."""
+    """Time since the first sample [s]."""
     period_s: float
     drive: Driven
     substeps: int
     shared: dict[Any, Any] | None = None
-    """What was computed for another lane under the same drive; None: nothing is kept."""
+    """Results for another lane under the same drive; None: nothing is kept."""
 
     def once(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """`make()`, which depends on the drive, the time and `key` alone: computed once for all lanes."""
+        """Return `make()`, which depends on the drive, the time and `key` alone: computed once for all lanes."""
         if self.shared is None:
             return make()
         if key not in self.shared:
@@ -71,11 +71,11 @@ class Memory(NamedTuple):
     law: Any
     states: int
     constants: Callable[[Values], tuple[float, ...]]
-    """The rows that the law reads, in its order."""
+    """Returns the rows that the law reads, in its order."""
     acts: Callable[[Values], bool] = lambda values: True
-    """Whether it acts at all at these values of its mechanism, which may act elsewhere alone."""
+    """Returns whether it acts at these values of its mechanism, which may act elsewhere alone."""
     start: Callable[[float, float], tuple[float, ...]] | None = None
-    """States at the start of a record, of displacement and velocity there; None: all zero."""
+    """Returns the states at the start of a record from displacement and velocity there; None: all zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,14 +89,14 @@ class OscillatorMechanism(Mechanism):
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
     looks_between: bool = False
-    """Of a sensor, whether its reading depends on the motion between samples: then it is told of more instants."""
+    """Whether a sensor's reading depends on the motion between samples: it is given more instants then."""
     unread: Callable[[float, Values], float] | None = None
-    """Of a sensor, a displacement at rest from its reading; None: the reading itself."""
+    """Returns a displacement at rest from a sensor's reading; None: the reading itself."""
     fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0
     """Angular frequency [1/s] that it adds (in squares) to what the integrator must resolve, at speeds up to `speed`;
     of a relaxation `RELAXATION` times its rate."""
     stage: int = 0
-    """Among mechanisms that act at the same place: lower ones first."""
+    """Order among mechanisms that act at the same place: lower ones first."""
 
     @property
     def acts_before_the_equation(self) -> bool:
@@ -109,12 +109,12 @@ RELAXATION = 0.25
 
 
 def coefficient(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
-    """A parameter that switches its mechanism off at zero."""
+    """Return a parameter that switches its mechanism off at zero."""
     return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=0.0, **more)
 
 
 def shape(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parameter:
-    """A parameter that says how a mechanism acts; positive unless `low` says otherwise."""
+    """Return a parameter for how a mechanism acts; positive unless `low` says otherwise."""
     return Parameter(
         name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 1e-9, **more}
     )

@@ -17,7 +17,11 @@ NOMINAL_NAMES = tuple(parameter.name for parameter in NOMINAL_PARAMETERS)
 
 
 def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> OscillatorSimulation:
-    """`model` in the data's `units` of "drive" and "displacement". Raises InputError that names `source`."""
+    """Return the simulation of `model` in the data's `units` of "drive" and "displacement".
+
+    Raises:
+        InputError: something in the model is wrong; it names `source`.
+    """
     units = {**units, "velocity": f"({units['displacement']})/s"}
     found = _Reading(units, source)
     for name in model.model.parameters.keys() - set(NOMINAL_NAMES):
@@ -42,7 +46,7 @@ def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: st
 
 
 class _Reading:
-    """The units, and what was found wrong so far."""
+    """The units, and the findings so far."""
 
     def __init__(self, units: Mapping[str, str], source: str) -> None:
         self._units, self._source, self._lines = units, source, list[str]()

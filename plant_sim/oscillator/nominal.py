@@ -19,4 +19,4 @@ NOMINAL_PARAMETERS = (
     ),
 )  # fmt: skip
 ROWS = {"damping": "damping", "stiffness": "stiffness", "stiffness_cubic": "cubic", "drive_gain": "gain"}
-"""Parameter -> row of the table of terms."""
+"""Row of the table of terms of each parameter."""

@@ -31,7 +31,7 @@ from rtctl.border.records import oscillator_profile
 LONGEST_HOLD_S = 600.0
 BLOCK_STEPS = 4096
 FAST = 2e3
-"""1/s, of a beam that is looked at in milliseconds."""
+"""Angular frequency [1/s] above which a beam is observed in milliseconds."""
 READING, REFERENCE = 0, 1
 """Columns of the noise source."""
 
@@ -42,7 +42,10 @@ class OscillatorPlant:
     def __init__(
         self, simulation: OscillatorSimulation, device: DeviceTable, seed: int | None = None
     ) -> None:
-        """`seed` replaces the device's seed of the noise. Raises ValueError where no sensible step resolves it."""
+        """Build the device; `seed` replaces that of its noise.
+
+        Raises ValueError if no sensible step resolves the model.
+        """
         self.profile = oscillator_profile(
             drive_unit=device.drive.unit, displacement_unit=device.displacement.unit
         )
@@ -60,7 +63,7 @@ class OscillatorPlant:
         self.reset()
 
     def _resolve(self, largest_drive: float) -> float:
-        """Steps a second that the fastest pole needs, at the sensor's range or what holds the model together."""
+        """Return the steps per second that the fastest pole needs, at the sensor's range or the model's bound."""
         reach = self._sensor.range if math.isfinite(self._sensor.range) else 2.0 * self._equation.rest()
         drive = largest_drive if largest_drive < 1e6 else 0.0  # a device without limits of its own
         fast = self._equation.rates(reach, drive)[0] > FAST
@@ -68,7 +71,7 @@ class OscillatorPlant:
         return self._equation.plan(period_s, reach, drive=drive).substeps / period_s
 
     def reset(self) -> None:
-        """At rest where nothing drives it, clocks and noise as at power-up."""
+        """Reset to power-up: at rest where nothing drives it, clocks and noise from the start."""
         self._z, self._v = np.full(1, resting_place(self._equation)), np.zeros(1)
         self._own = self._equation.own_start(self._z, self._v)
         self._path = SignalPath(self._acting)
@@ -91,7 +94,7 @@ class OscillatorPlant:
             self._hold(level, until_s - self._time_s)
 
     def _hold(self, level: float, dt_s: float) -> None:
-        """Nothing jumps in between."""
+        """Hold a command over a time in which nothing jumps."""
         steps = max(1, math.ceil(dt_s * self._steps_per_s - 1e-6))
         h = dt_s / steps
         while steps > 0 and dt_s > 0.0 and not self.diverged:
@@ -100,7 +103,7 @@ class OscillatorPlant:
             steps -= count
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """((displacement,), reference displacement); NaN once the motion has diverged, or beyond the sensor's range."""
+        """Return ((displacement,), reference displacement); NaN once the motion diverged or left the range."""
         if self.diverged:
             return (math.nan,), math.nan
         normals = self._noise.block[self._noise.next_row()]
@@ -111,7 +114,7 @@ class OscillatorPlant:
         return (reading + self._sensor.noise * float(normals[READING]),), reference
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """`advance`, then `measure`."""
+        """Call `advance`, then `measure`."""
         self.advance(levels, dt_s)
         return self.measure()
 
@@ -126,7 +129,7 @@ class OscillatorPlant:
         return float(self._v[0])
 
     def _march(self, level: float, count: int, h: float) -> None:
-        """`count` steps of `h` under a held command."""
+        """March `count` steps of `h` under a held command."""
         commanded, out_z, out_v = self._buffer(count)
         commanded[:] = level
         nodes = self._path.to_equation(commanded, self._time_s, h)
@@ -141,7 +144,7 @@ class OscillatorPlant:
         self._spot, self._sensed = self._path.follow(out_z[:, 0], nodes, h)
 
     def _buffer(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Arrays for `count` steps, made once for each count: a loop asks for the same one again and again."""
+        """Return arrays for `count` steps, made once for each count: a loop asks for the same one again and again."""
         if count not in self._buffers:
             if len(self._buffers) > 16:
                 self._buffers.clear()
@@ -150,7 +153,7 @@ class OscillatorPlant:
 
 
 def resting_place(equation: Equation) -> float:
-    """Displacement at rest: zero, or where that is unstable the nearest equilibrium on the positive side."""
+    """Return the displacement at rest: zero, or if that is unstable the nearest equilibrium on the positive side."""
     stiffness, quadratic, cubic, quintic = equation.rows[[STIFFNESS, QUADRATIC, CUBIC, QUINTIC], 0]
     if stiffness >= 0.0:
         return 0.0
@@ -160,7 +163,7 @@ def resting_place(equation: Equation) -> float:
 
 
 def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
-    """The mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
+    """Return the mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
     found: list[tuple[OscillatorMechanism, Values]] = []
     for mechanism in simulation.mechanisms:
         own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
@@ -176,7 +179,7 @@ def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, 
 
 
 def load_plant(path: Path, seed: int | None = None) -> OscillatorPlant:
-    """The device of a model file; `seed` replaces that of its noise. Raises InputError with file and key."""
+    """Return the device of a model file; `seed` replaces that of its noise. Raises InputError with file and key."""
     model = read_model_file(path, "oscillator")
     device = read_device_table(model, path)
     units = {"drive": device.drive.unit, "displacement": device.displacement.unit}

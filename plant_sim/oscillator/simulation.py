@@ -22,7 +22,7 @@ from rtctl.border.work import count_work
 STEPS_OF_A_READING = 1.0
 """Steps of an integrator that take as long as a sample's drive and reading do."""
 ABSURD = 1e100
-"""A displacement that only a model without bound reaches, in any unit."""
+"""Displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
 INSTANTS = 24.0
 """In a period of the fastest motion, of which a sensor is told that looks between samples: a cubic from one to the next
@@ -31,12 +31,12 @@ is off by (2 pi / 24)^4 / 384, 98 dB down."""
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OscillatorSimulation:
-    """Nominal parameters first, then each mechanism's, in their order in the file."""
+    """The simulation of an oscillator: nominal parameters first, then each mechanism's, in their order in the file."""
 
     parameters: tuple[FreeParameter, ...]
     mechanisms: tuple[OscillatorMechanism, ...]
     units: Mapping[str, str]
-    """Of "drive", "displacement", "velocity"."""
+    """Units of "drive", "displacement", "velocity"."""
     kind: str = "oscillator"
     outputs: tuple[str, ...] = ("displacement", "velocity")
     state: tuple[str, ...] = ("displacement", "velocity")
@@ -74,12 +74,12 @@ class OscillatorSimulation:
         return Prediction({"displacement": displacement, "velocity": velocity}, _diverged(displacement))
 
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
-        """The same model with `values` (parameters,) as its own."""
+        """Return the same model with `values` (parameters,) as its own."""
         moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
         return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
 
     def extended(self, mechanisms: tuple[str, ...]) -> OscillatorSimulation:
-        """The same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""
+        """Return the same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""
         added = [(MECHANISMS | UNNAMED)[name] for name in mechanisms]
         more = [
             FreeParameter(
@@ -93,7 +93,7 @@ class OscillatorSimulation:
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 
     def _sharing_a_drive(self, values: FloatArray) -> list[NDArray[np.intp]]:
-        """Groups of lanes whose drive is the same before it reaches the equation."""
+        """Return groups of lanes whose drive is the same before it reaches the equation."""
         acting = {mechanism.id for mechanism in self.mechanisms if mechanism.acts_before_the_equation}
         columns = [k for k, parameter in enumerate(self.parameters) if parameter.mechanism in acting]
         if not columns or len(values) == 1:
@@ -109,7 +109,7 @@ class OscillatorSimulation:
         steps_per_period: float | None,
         refine: int,
     ) -> tuple[FloatArray, FloatArray]:
-        """Displacement and velocity readings (lanes, samples) of lanes that share a drive."""
+        """Return displacement and velocity readings (lanes, samples) of lanes that share a drive."""
         active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
@@ -139,7 +139,9 @@ class OscillatorSimulation:
                 break
             how, between = wanted, instants
             drive = self._drive(stimulus, active, values[0], how.substeps)
-            count_work(len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps))
+            count_work(
+                len(values) * stimulus.samples * (STEPS_OF_A_READING + how.substeps * equation.step_cost)
+            )
             z, v = equation.integrate(drive, how._replace(substeps=how.substeps // between), start)
             if "displacement" in stimulus.peak or (_diverged(z) >= 0).any():
                 break
@@ -173,7 +175,7 @@ class OscillatorSimulation:
     def _reading(
         self, moved: Moved, active: list[OscillatorMechanism], values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """What the sensor makes of one lane's motion; nothing is told of a lane that diverged."""
+        """Return the reading of one lane's motion; the sensor is not applied to a lane that diverged."""
         with np.errstate(invalid="ignore", over="ignore"):
             for mechanism in sorted(active, key=lambda one: one.stage):
                 if mechanism.sensor is not None:
@@ -181,14 +183,14 @@ class OscillatorSimulation:
         return moved.displacement, moved.velocity
 
     def _unread(self, reading: float, values: FloatArray) -> float:
-        """The displacement at rest that the sensor of one lane reads so."""
+        """Return the displacement at rest that the sensor of one lane reads so."""
         for mechanism in sorted(self.mechanisms, key=lambda one: -one.stage):
             if mechanism.unread is not None and self._acts(mechanism, values[None]):
                 reading = mechanism.unread(reading, self._of(mechanism, values))
         return reading
 
     def _acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:
-        """Whether any lane has it away from neutral: a neutral one is not there, to the last bit."""
+        """Return whether any lane has a mechanism away from neutral: a neutral one is not there, to the last bit."""
         for k, parameter in enumerate(self.parameters):
             neutral = parameter.declared.neutral
             if (
@@ -214,7 +216,7 @@ def _neutral(neutral: float | None, default: float | None) -> float:
 
 
 def _diverged(displacement: FloatArray) -> IntArray:
-    """(lanes,) first sample of `displacement` (lanes, samples) that is no number or absurd; -1: none."""
+    """Return the first sample (lanes,) of `displacement` (lanes, samples) that is not finite or absurd; -1: none."""
     low, high = displacement.min(axis=1), displacement.max(axis=1)  # NaN where one is
     found = np.full(len(displacement), -1, dtype=np.int64)
     for lane in np.flatnonzero(~((low > -ABSURD) & (high < ABSURD))):

@@ -1,4 +1,4 @@
-"""Many starts under one harmonic drive, frequency after frequency: what a sweep with basins of attraction needs.
+"""Many starts under one harmonic drive, frequency after frequency, for a sweep with basins of attraction.
 
 u(t) = amplitude cos(2 pi f t), a whole number of steps a period, so that one period of drive serves all of them and
 every n-th row is a point of the stroboscopic map.
@@ -17,20 +17,20 @@ from plant_sim.oscillator.mechanism import Driven
 from rtctl.border.arrays import FloatArray
 
 STEPS_PER_PERIOD = 128
-"""Of the drive: the published sweep's."""
+"""Steps in a period of the drive: the published sweep's."""
 BLOCK_STEPS = 4096
-"""Marched in one call: 100 kB of drive stay in the cache, and a call's own cost does not count."""
+"""Steps marched in one call: 100 kB of drive stay in the cache, and a call's own cost does not count."""
 
 
 class Trajectories(NamedTuple):
-    """Displacement and velocity (rows, lanes) of all starts, a row every so many steps; the first is the start."""
+    """Trajectories (rows, lanes) of all starts, a row every so many steps; the first is the start."""
 
     displacement: FloatArray
     velocity: FloatArray
 
 
 def harmonic_nodes(amplitude: float, periods: int, steps_per_period: int = STEPS_PER_PERIOD) -> FloatArray:
-    """The drive (steps, 3) at the start, middle and end of each step."""
+    """Return the drive (steps, 3) at the start, middle and end of each step."""
     half_steps = 0.5 * np.arange(3) + np.arange(steps_per_period)[:, None]
     one: FloatArray = amplitude * np.cos(2.0 * np.pi * half_steps / steps_per_period)
     return np.tile(one, (periods, 1))
@@ -46,10 +46,11 @@ def follow(
     steps_per_period: int = STEPS_PER_PERIOD,
     rows_per_period: int = 1,
 ) -> Trajectories:
-    """All `starts` (lanes, 2) through `periods` periods; one row a period is the stroboscopic map.
+    """Follow all `starts` (lanes, 2) through `periods` periods; one row per period is the stroboscopic map.
 
-    Raises ValueError where `rows_per_period` does not divide `steps_per_period`, or where the equation remembers or
-    drifts: it must be the same in every period.
+    Raises:
+        ValueError: `rows_per_period` does not divide `steps_per_period`, or the equation has states or drifts: it must
+            be the same in every period.
     """
     if steps_per_period % rows_per_period:
         raise ValueError(
@@ -85,7 +86,7 @@ def sweep(
     steps_per_period: int = STEPS_PER_PERIOD,
     threads: int = 1,
 ) -> Iterator[Trajectories]:
-    """The stroboscopic map of all `starts` at each frequency, for the whole periods in `duration_s`; in order."""
+    """Yield the stroboscopic map of all `starts` at each frequency, for the whole periods in `duration_s`; in order."""
 
     def at(frequency_hz: float) -> Trajectories:
         periods = max(1, round(duration_s * frequency_hz))

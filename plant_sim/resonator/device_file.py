@@ -18,18 +18,18 @@ class Nameplate(Checked):
     name: Annotated[str, Field(pattern=r"^[\x20-\x7e]{1,16}$")]
     """Identity on the wire: printable ASCII, at most 16 characters."""
     seed: Annotated[int, Field(ge=0)]
-    """Of the instruments' noise."""
+    """Seed of the instruments' noise."""
 
 
 class CoilDriver(Checked):
-    """Limits of what drives a coil."""
+    """Limits of a coil driver."""
 
     current_high: Annotated[float, Quantity("mA"), POSITIVE]
-    """The device's own limit of the commanded amplitude."""
+    """Largest commanded amplitude; the device clamps."""
     frequency_low: Annotated[float, Quantity("Hz"), POSITIVE]
     frequency_high: Annotated[float, Quantity("Hz"), POSITIVE]
     frequency_rest: Annotated[float, Quantity("Hz"), POSITIVE]
-    """Before the first command, and when the watchdog trips (the current is 0 then)."""
+    """Frequency before the first command, and when the watchdog trips (the current is 0 then)."""
 
     @model_validator(mode="after")
     def _ordered(self) -> CoilDriver:
@@ -42,12 +42,12 @@ class CoilDriver(Checked):
 
 
 class Coil(CoilDriver):
-    """The `[coil]` table: the driver asks for `current_high` at most; the voltage that it sets is R i_cmd."""
+    """The `[coil]` table; the voltage that the driver sets is R i_cmd."""
 
     resistance: Annotated[float, Quantity("ohm"), POSITIVE]
     inductance: Annotated[float, Quantity("H"), POSITIVE]
     field: Annotated[float, Quantity("T/A"), POSITIVE]
-    """Flux density a current."""
+    """Flux density per current."""
 
 
 class Magnetisation(Checked):
@@ -55,7 +55,7 @@ class Magnetisation(Checked):
 
     saturation: Annotated[float, Quantity("A/m"), POSITIVE]
     susceptibility: Annotated[float, POSITIVE]
-    """Initial."""
+    """Initial susceptibility."""
 
 
 class Beam(Checked):
@@ -66,28 +66,28 @@ class Beam(Checked):
     stiffness_cubic: Annotated[float, Quantity("1/(um^2*s^2)"), FINITE]
     stiffness_quintic: Annotated[float, Quantity("1/(um^4*s^2)"), FINITE] = 0.0
     drive: Annotated[float, Quantity("um/s^2/(A/m)"), POSITIVE]
-    """Modal acceleration a magnetisation."""
+    """Modal acceleration per magnetisation."""
     broken_above: Annotated[float, Quantity("um"), POSITIVE]
-    """The model ends here; beyond, the sensor reports a fault."""
+    """Largest displacement of the model; beyond, the sensor reports a fault."""
 
 
 class LockIn(Checked):
     """The `[lock_in]` table."""
 
     reference: Literal["current", "command"] = "current"
-    """Phase 0 is that of the coil's measured current; or of the command, which leads it."""
+    """Reference of phase 0: the coil's measured current, or the command, which leads it."""
     white: Annotated[float, Quantity("um/Hz^0.5"), NOT_NEGATIVE]
     """Noise of the displacement sensor: square root of its one-sided density."""
     converter_range: Annotated[float, Quantity("um"), POSITIVE]
     """Outputs lie between minus this and plus this, and stay at the end beyond."""
     converter_bits: Annotated[int, Field(ge=0, le=24)]
-    """0: no rounding."""
+    """Bits of the converter; 0: no rounding."""
     vibrometer: Annotated[float, Quantity("um/Hz^0.5"), NOT_NEGATIVE]
-    """Noise of the reference amplitude's instrument, likewise."""
+    """Noise of the reference instrument, likewise."""
 
 
 class MeDeviceFile(Checked):
-    """A whole file."""
+    """The whole file."""
 
     plant: Nameplate
     coil: Coil
@@ -108,5 +108,5 @@ class MeDeviceFile(Checked):
 
 
 def read_me_device(path: Path) -> MeDeviceFile:
-    """The device in the file. Raises InputError with file and key."""
+    """Read the device in the file. Raises InputError with file and key."""
     return check(MeDeviceFile, read_toml(path), str(path))

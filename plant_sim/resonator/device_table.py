@@ -1,4 +1,4 @@
-"""`[device]` of a model file: what a simulated device of this model has beside its motion - a driver and instruments.
+"""`[device]` of a model file: the driver and the instruments of a simulated device of this model.
 
 The same file is simulated, fitted and served; everything here has a default but the units, which the model's
 parameters may tell.
@@ -19,13 +19,13 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import Checked, Quantity, check, unit_registry
 
 AS_WRITTEN = re.compile(r"\((?P<displacement>.+)\)/\(s\^2\*\(\((?P<drive>.+)\)\)\)")
-"""Of `drive_gain`, as models that the program writes have it: tells units that are no single ones, such as m/s^2."""
+"""Form of the unit of `drive_gain`, which tells those of drive and displacement; m/s^2 alone does not."""
 WIDEST_DRIVE = 1e6
 """Limit of a device that states none, in its unit."""
 
 
 class DriveTable(Checked):
-    """[device.drive]: the device's own limits of the command, and what it takes when its watchdog trips."""
+    """The `[device.drive]` table: limits of the command, and its level when the watchdog trips."""
 
     unit: str
     low: float = -WIDEST_DRIVE
@@ -42,32 +42,32 @@ class DriveTable(Checked):
 
 
 class DisplacementTable(Checked):
-    """[device.displacement]: the sensor."""
+    """The `[device.displacement]` table: the sensor."""
 
     unit: str
     noise: float = 0.0
     """Standard deviation of a reading."""
     reference_noise: float = 0.0
-    """Of the external instrument's."""
+    """Standard deviation of a reading of the external instrument."""
     range: float = float("inf")
-    """Beyond plus or minus this the sensor has no reading: a sensor fault."""
+    """Range of the sensor: beyond plus or minus this it has no reading, a sensor fault."""
     broken_above: float = 1e9
-    """The motion ends here: the model has diverged, only a power cycle brings it back."""
+    """Displacement at which the motion ends: the model has diverged, only a power cycle brings it back."""
 
 
 class DeviceTable(Checked):
-    """[device]"""
+    """The `[device]` table."""
 
     name: Annotated[str, Field(pattern=r"^[\x20-\x7e]{1,16}$")]
     """Identity on the wire: printable ASCII, at most 16 characters."""
     seed: Annotated[int, Field(ge=0)] = 0
-    """Of the instruments' noise."""
+    """Seed of the instruments' noise."""
     drive: DriveTable
     displacement: DisplacementTable
 
 
 def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
-    """`[device]` of the model file at `path`, with defaults. Raises InputError with every finding."""
+    """Read `[device]` of the model file at `path`, with defaults. Raises InputError with every finding."""
     tables = {key: dict(value) if isinstance(value, dict) else value for key, value in model.device.items()}
     tables.setdefault("name", path.stem.encode("ascii", "replace").decode()[:16])
     units = {}
@@ -89,7 +89,7 @@ def read_device_table(model: ModelFile, path: Path) -> DeviceTable:
 
 
 def _told_units(model: ModelFile) -> dict[str, str]:
-    """Units of drive and displacement as `drive_gain` in {z}/(s^2 {u}) tells them; "" where it does not."""
+    """Return the units of drive and displacement that `drive_gain` in {z}/(s^2 {u}) tells; "" if it does not."""
     gain = model.model.parameters.get("drive_gain")
     units = {"drive": "", "displacement": ""}
     if gain is None:
@@ -108,7 +108,7 @@ def _told_units(model: ModelFile) -> dict[str, str]:
 
 @lru_cache
 def _table_in(drive_unit: str, displacement_unit: str) -> type[Checked]:
-    """The whole table with its quantities in the device's own units."""
+    """Return the table with its quantities in the device's own units."""
 
     def quantity(unit: str, bound: Any) -> Any:
         return Annotated[float, Quantity(unit), bound]

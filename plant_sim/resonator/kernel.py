@@ -29,9 +29,9 @@ Array = NDArray[np.void]
 Floats = NDArray[np.float64]
 
 STEPS = 80
-"""A cycle of the drive: 64 in a period of the beam where it is driven a fifth below its resonance."""
+"""Steps in a cycle of the drive: 64 in a period of the beam where it is driven a fifth below its resonance."""
 SERIES_BELOW = 0.3
-"""Langevin's function by its series below this argument, where coth a - 1/a loses digits: exact to 4e-9."""
+"""Argument below which Langevin's function is a series: coth a - 1/a loses digits; exact to 4e-9."""
 
 PARAMETERS = np.dtype([(name, np.float64) for name in (
     "rate",  # R/L [1/s]
@@ -58,7 +58,7 @@ STATE = np.dtype(
 
 @compiled
 def langevin(a: float) -> float:
-    """coth a - 1/a."""
+    """Return coth a - 1/a."""
     if abs(a) < SERIES_BELOW:
         s = a * a
         return a * (1.0 / 3.0 - s * (1.0 / 45.0 - s * (2.0 / 945.0 - s / 4725.0)))
@@ -67,17 +67,32 @@ def langevin(a: float) -> float:
 
 @compiled
 def slopes(p: Record, i: float, z: float, v: float, voltage: float) -> tuple[float, float]:
-    """i' [A/s] and v' [um/s^2]; `voltage` as the current [A] that it would drive at rest."""
+    """Return i' [A/s] and v' [um/s^2]; `voltage` as the current [A] that it would drive at rest."""
     s = z * z
     force = p.force * langevin(p.argument * i)
     return p.rate * (voltage - i), force - p.damping * v - z * (p.stiffness + s * (p.cubic + s * p.quintic))
 
 
+# 8 parameters because the state and three voltages are plain numbers, which a kernel keeps in registers
 @compiled
-def rk4(
+def rk4(  # noqa: PLR0913
     p: Record, i: float, z: float, v: float, h: float, start: float, middle: float, end: float
 ) -> tuple[float, float, float]:
-    """One step of `h` [s]; voltages at its start, middle and end."""
+    """Take one step of `h` [s]; return the state.
+
+    Not the integrator of `plant_sim.oscillator`: that one is a template over lanes whose state is displacement and
+    velocity, and may contract a*b + c; this one has a current as a third state and a fixed arithmetic.
+
+    Args:
+        p: parameters.
+        i: current [A].
+        z: displacement [um].
+        v: velocity [um/s].
+        h: step [s].
+        start: voltage at the start of the step, as a current [A].
+        middle: the same in the middle.
+        end: the same at the end.
+    """
     i1, v1 = slopes(p, i, z, v, start)
     z2 = v + 0.5 * h * v1
     i2, v2 = slopes(p, i + 0.5 * h * i1, z + 0.5 * h * v, z2, middle)
@@ -95,7 +110,7 @@ def rk4(
 
 @compiled
 def step_part(p: Record, s: Record, current: float, h: float, part: float) -> None:
-    """A step of `part` of a grid step (`h` [s]) from where the state stands, without sums."""
+    """Take a step of `part` of a grid step (`h` [s]) from where the state stands, without sums."""
     width = 2.0 * math.pi / STEPS
     at = width * (s.index + s.part)
     start, middle = math.cos(at), math.cos(at + 0.5 * width * part)
@@ -107,7 +122,7 @@ def step_part(p: Record, s: Record, current: float, h: float, part: float) -> No
 
 @compiled
 def pass_grid_point(p: Record, s: Record, cosine: float, sine: float, period_s: float) -> None:
-    """The sums of one more grid point; at a cycle's end they move on, and the beam is looked at."""
+    """Add one more grid point to the sums; at a cycle's end they move on, and divergence is checked."""
     s.index += 1
     s.part = 0.0
     s.cycle[0] += s.displacement * cosine
@@ -129,7 +144,16 @@ def pass_grid_point(p: Record, s: Record, cosine: float, sine: float, period_s: 
 def hold(
     parameters: Array, state: Array, waves: Floats, current_A: float, frequency_hz: float, dt_s: float
 ) -> None:
-    """Hold an asked current amplitude [A] and a frequency [Hz] > 0 for `dt_s` [s]; `waves` from `half_grid`."""
+    """Hold a current amplitude and a frequency.
+
+    Args:
+        parameters: (1,) of `PARAMETERS`.
+        state: (1,) of `STATE`, advanced in place.
+        waves: from `half_grid`.
+        current_A: amplitude of the command [A].
+        frequency_hz: frequency [Hz], > 0.
+        dt_s: how long they are held [s].
+    """
     p, s = parameters[0], state[0]
     h = 1.0 / (frequency_hz * STEPS)
     left = dt_s / h  # in grid steps
@@ -152,9 +176,10 @@ def hold(
 
 @compiled
 def demodulated(state: Array, found: Floats) -> float:
-    """Mean Z and I [um, A] of the whole cycles since the last call, into `found` (re Z, im Z, re I, im I).
+    """Write mean Z and I [um, A] of the whole cycles since the last call to `found` (re Z, im Z, re I, im I).
 
-    Returns their duration [s]; 0 where no cycle has ended, then `found` stays as it is.
+    Returns:
+        Their duration [s]; 0 if no cycle has ended, `found` stays as it is then.
     """
     s = state[0]
     if s.cycles == 0:
@@ -170,6 +195,6 @@ def demodulated(state: Array, found: Floats) -> float:
 
 
 def half_grid() -> Floats:
-    """Cosine and sine (2 STEPS + 1, 2) at grid points and halfway between them, over one cycle."""
+    """Return cosine and sine (2 STEPS + 1, 2) at grid points and halfway between them, over one cycle."""
     theta = np.pi * np.arange(2 * STEPS + 1) / STEPS
     return np.column_stack((np.cos(theta), np.sin(theta)))

@@ -1,4 +1,4 @@
-"""Any oscillator on a resonator's bench: its model file's beam behind a coil driver and a lock-in.
+"""A resonator's bench for any oscillator: its model file's beam behind a coil driver and a lock-in.
 
 The same device measured two ways: sample by sample as an "oscillator" (`plant`), whose records a diagnosis reads, or
 through a lock-in as an "me" device, whose loop holds amplitude and phase. The coil's current is the model's drive,
@@ -39,9 +39,9 @@ from rtctl.border.quantities import Checked, check, read_toml
 from rtctl.border.records import ME
 
 LEAST_STEPS = 64
-"""Of a cycle."""
+"""Steps in a cycle."""
 CYCLES = 2.0
-"""That a reading takes in at least."""
+"""Least cycles that a reading takes in."""
 HARMONICS = 3
 UNITS = {"drive": "mA", "displacement": "um"}
 
@@ -57,7 +57,7 @@ class Nameplate(Checked):
 
 
 class BenchFile(Checked):
-    """A whole file."""
+    """The whole file."""
 
     plant: Nameplate
     coil: CoilDriver
@@ -65,7 +65,7 @@ class BenchFile(Checked):
 
 
 class Wave:
-    """The commanded current: what was held when, so that a late drive can be worked out."""
+    """The commanded current and its history, from which a delayed drive is computed."""
 
     def __init__(self, frequency_hz: float) -> None:
         self._held: list[tuple[float, float, float, float]] = [(-math.inf, 0.0, frequency_hz, 0.0)]
@@ -74,14 +74,14 @@ class Wave:
     def hold(
         self, start_s: float, current_mA: float, frequency_hz: float, dt_s: float, keep_s: float
     ) -> None:
-        """From `start_s` on; nothing older than `keep_s` before it will be asked for."""
+        """Hold a command from `start_s` on; nothing older than `keep_s` before it will be asked for."""
         self._held.append((start_s, current_mA, frequency_hz, self.phase))
         self.phase = math.fmod(self.phase + 2.0 * math.pi * frequency_hz * dt_s, 2.0 * math.pi)
         while len(self._held) > 1 and self._held[1][0] <= start_s - keep_s:
             self._held.pop(0)
 
     def at(self, time_s: FloatArray) -> FloatArray:
-        """u [mA]."""
+        """Return u [mA]."""
         starts, currents, frequencies, phases = np.array(self._held).T
         which = np.searchsorted(starts, time_s, side="right") - 1
         since = np.where(np.isfinite(starts[which]), time_s - starts[which], 0.0)
@@ -99,7 +99,7 @@ class LockInBench:
     def __init__(
         self, bench: BenchFile, simulation: OscillatorSimulation, broken_above: float, seed: int | None = None
     ) -> None:
-        """`seed` replaces the file's seed of the noise."""
+        """Build the bench; `seed` replaces that of the file's noise."""
         coil = bench.coil
         self.identity = bench.plant.name
         self.low: tuple[float, ...] = (0.0, coil.frequency_low)
@@ -117,7 +117,7 @@ class LockInBench:
         self.reset()
 
     def reset(self) -> None:
-        """At rest; noise as at power-up."""
+        """Reset to power-up: at rest, noise from the start."""
         self._z, self._v = np.zeros(1), np.zeros(1)
         self._own = np.zeros((self._equation.states, 1))
         self._path = SignalPath(self._acting)
@@ -154,7 +154,7 @@ class LockInBench:
         self._seen = np.concatenate((kept, rows[rows[:, 0] > since + 1e-12]))
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """((in-phase, quadrature), reference amplitude) [um]; NaN once the beam has diverged."""
+        """Return ((in-phase, quadrature), reference amplitude) [um]; NaN once the beam has diverged."""
         if self.diverged:
             return (math.nan, math.nan), math.nan
         normals = self._noise.block[self._noise.next_row()]
@@ -175,13 +175,13 @@ class LockInBench:
         return (in_phase, quadrature), amplitude
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """`advance`, then `measure`."""
+        """Call `advance`, then `measure`."""
         self.advance(levels, dt_s)
         return self.measure()
 
 
 def load_bench(path: Path, seed: int | None = None) -> LockInBench:
-    """The bench of a device file that names a beam's model. Raises InputError with file and key."""
+    """Return the bench of a device file that names a beam's model. Raises InputError with file and key."""
     bench = check(BenchFile, read_toml(path), str(path))
     beam = path.parent / bench.plant.model
     if not beam.is_file():

@@ -22,13 +22,13 @@ from rtctl.border.records import ME
 
 MU_0 = 4e-7 * math.pi
 LEAST_CURRENT_A = 1e-4
-"""Below this the lock-in keeps the phase that it measured last: a current of nothing has none."""
+"""Current below which the lock-in keeps the phase that it measured last: no current has none."""
 DECAYED = 40.0
-"""Time constants of the beam after which a held drive has its steady state: a hold is simulated no longer than that."""
+"""Time constants of the beam after which a held drive is in steady state; no hold is simulated for longer."""
 
 
 def kernel_parameters(device: MeDeviceFile) -> Array:
-    """What the kernel needs, from what the file says."""
+    """Return the kernel's parameters of a file."""
     coil, film, beam = device.coil, device.magnetisation, device.beam
     omega = 2.0 * math.pi * beam.frequency
     values = (
@@ -50,7 +50,7 @@ class MeResonator:
     profile = ME
 
     def __init__(self, device: MeDeviceFile, seed: int | None = None) -> None:
-        """`seed` replaces the file's seed of the noise."""
+        """Build the device; `seed` replaces that of the file's noise."""
         coil = device.coil
         self.identity = device.plant.name
         self.low: tuple[float, ...] = (0.0, coil.frequency_low)
@@ -64,7 +64,7 @@ class MeResonator:
         self.reset()
 
     def reset(self) -> None:
-        """At rest; noise as at power-up."""
+        """Reset to power-up: at rest, noise from the start."""
         self._state = np.zeros(1, dtype=STATE)
         self._phasors = np.zeros(4)  # Z [um] and I [A], real and imaginary parts
         self._lag = complex(1.0, 0.0)  # of the current behind the command
@@ -82,9 +82,9 @@ class MeResonator:
         self._hold(self._parameters, self._state, self._waves, 1e-3 * current_mA, frequency_hz, simulated_s)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """((in-phase, quadrature), reference amplitude) [um]; NaN once the beam has diverged.
+        """Return ((in-phase, quadrature), reference amplitude) [um]; NaN once the beam has diverged.
 
-        As before where no cycle of the drive has ended since.
+        The same as before if no cycle of the drive has ended since.
         """
         if self.diverged:
             return (math.nan, math.nan), math.nan
@@ -94,7 +94,7 @@ class MeResonator:
         return self._reading
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """`advance`, then `measure`."""
+        """Call `advance`, then `measure`."""
         self.advance(levels, dt_s)
         return self.measure()
 
@@ -114,7 +114,7 @@ class MeResonator:
         return 1e3 * float(self._state["current"][0])
 
     def _read(self, duration_s: float) -> tuple[tuple[float, ...], float]:
-        """What the instruments make of the phasors; noise of a mean over `duration_s` falls with its root."""
+        """Return the readings of the phasors; the noise of a mean over `duration_s` falls with its root."""
         displacement = complex(self._phasors[0], self._phasors[1])
         current = complex(self._phasors[2], self._phasors[3])
         if self._lock_in.reference == "current" and abs(current) > LEAST_CURRENT_A:
@@ -130,7 +130,7 @@ class MeResonator:
 
 
 def converted(lock_in: LockIn, value_um: float) -> float:
-    """One output [um] after the converter."""
+    """Return one output [um] behind the converter."""
     if lock_in.converter_bits == 0:
         return value_um
     half = 2.0 ** (lock_in.converter_bits - 1)
@@ -139,7 +139,7 @@ def converted(lock_in: LockIn, value_um: float) -> float:
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """The device in the file, or the beam of a model that it names, on a bench with a lock-in.
+    """Return the device in the file, or the beam of a model that it names, on a bench with a lock-in.
 
     `seed` replaces that of its noise. Raises InputError with file and key.
     """

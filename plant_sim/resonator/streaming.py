@@ -1,4 +1,4 @@
-"""Mechanisms in hardware that runs sample by sample: what each remembers from one held drive to the next.
+"""Mechanisms in hardware that runs sample by sample, with their memory from one held drive to the next.
 
 A mechanism of the equation (terms, memory) needs nothing here, one without memory acts on the instants of a step as it
 does on a record's. Those with a state of their own have it below, from rest. A mechanism that has neither form is
@@ -22,44 +22,44 @@ from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, V
 from rtctl.border.arrays import FloatArray
 
 _SAME_S = 1e-9
-"""Times closer than that are one: a step of a picosecond would resolve nothing but rounding."""
+"""Time below which two instants are one [s]: a step of a picosecond would resolve rounding only."""
 
 
 class DriveStage(Protocol):
-    """A part of the drive's path with memory."""
+    """A stage of the drive's path with memory."""
 
     def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
-        """The drive (steps, 3) behind it, of steps of `h` [s] from the device's time `start_s` on."""
+        """Return the drive (steps, 3) behind it, of steps of `h` [s] from the device's time `start_s` on."""
         ...
 
 
 class SensorStage(Protocol):
-    """A part of the reading's path with memory."""
+    """A stage of the reading's path with memory."""
 
     def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
-        """The reading (steps + 1,) behind it, at the ends of the steps that `nodes` drive; the first is the start."""
+        """Return the reading (steps + 1,) behind it at the ends of the steps of `nodes`; the first is the start."""
         ...
 
 
 class DelayLine:
-    """The held levels of the past, and when each began."""
+    """The held levels of the past, and when each started."""
 
     def __init__(self, values: Values) -> None:
         self._delay_s = values["delay"]
         self._changes: deque[tuple[float, float]] = deque([(-math.inf, 0.0)])
 
     def command(self, level: float, start_s: float) -> None:
-        """`level` is held from the device's time `start_s` on."""
+        """Hold `level` from the device's time `start_s` on."""
         if level != self._changes[-1][1]:
             self._changes.append((start_s, level))
 
     def jumps(self, start_s: float, end_s: float) -> list[float]:
-        """When, between the two, a change of the past arrives."""
+        """Return when, between the two times, a change of the past arrives."""
         arrivals = (time + self._delay_s for time, _ in self._changes)
         return [time for time in arrivals if start_s + _SAME_S < time < end_s - _SAME_S]
 
     def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
-        """What was held so much earlier; between two jumps it is one level."""
+        """Return what was held so much earlier; between two jumps it is one level."""
         then = start_s + 0.5 * h * len(nodes) - self._delay_s
         while len(self._changes) > 1 and self._changes[1][0] <= then:
             self._changes.popleft()
@@ -67,28 +67,28 @@ class DelayLine:
 
 
 class DriveLag:
-    """A first-order follower of the drive."""
+    """A first-order lag of the drive."""
 
     def __init__(self, values: Values) -> None:
         self._time_constant_s = values["time_constant"]
         self._state = np.zeros(1)
 
     def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
-        """Exact for a drive that is constant over each step."""
+        """Return the lagging drive; exact for a drive that is constant over each step."""
         behind = np.empty_like(nodes)
         _follow_held(self._state, nodes, math.exp(-0.5 * h / self._time_constant_s), behind)
         return behind
 
 
 class SensorLag:
-    """A first-order follower of the motion."""
+    """A first-order lag of the reading."""
 
     def __init__(self, values: Values) -> None:
         self._time_constant_s = values["time_constant"]
         self._state = np.full(1, math.nan)
 
     def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
-        """Exact for a motion that is linear over each step; settled at first."""
+        """Return the lagging reading, settled at first; exact for a motion that is linear over each step."""
         behind = np.empty_like(reading)
         _follow_linear(self._state, reading, h / self._time_constant_s, behind)
         return behind
@@ -107,7 +107,7 @@ class SecondMode:
         self._march = bind(splitting, kick=no_kick)
 
     def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
-        """Exact for a drive that is a parabola over each step."""
+        """Return the reading of both modes; exact for a drive that is a parabola over each step."""
         if h != self._step_s:
             self._step_s, self._propagator = h, propagator(self._rows, h)
         q, rate = np.empty((len(reading), 1)), np.empty((len(reading), 1))
@@ -123,12 +123,12 @@ class _WithoutMemory:
         self._mechanism, self._values = mechanism, values
 
     def of_drive(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
-        """The drive behind it."""
+        """Return the drive behind it."""
         assert self._mechanism.drive is not None
         return self._mechanism.drive(Driven(nodes, h), self._values).nodes
 
     def of_reading(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
-        """The readings (instants,) behind it, at the device's times."""
+        """Return the readings (instants,) behind it, at the device's times."""
         assert self._mechanism.sensor is not None
         moved = Moved(
             displacement=readings, velocity=np.zeros_like(readings), time_s=times_s, period_s=1.0,
@@ -150,14 +150,14 @@ WITHOUT_MEMORY = frozenset(
 
 
 def cannot_stream(mechanism: OscillatorMechanism) -> bool:
-    """Whether it acts outside the equation and has no form here."""
+    """Return whether a mechanism acts outside the equation and has no form here."""
     outside = mechanism.acts_before_the_equation or mechanism.sensor is not None
     known = DRIVE_STAGES.keys() | SENSOR_STAGES.keys() | WITHOUT_MEMORY
     return outside and mechanism.id not in known
 
 
 class Path:
-    """Everything between a command and the equation, and between the motion and the reading; from rest."""
+    """The path from a command to the equation, and from the motion to the reading; from rest."""
 
     def __init__(self, mechanisms: list[tuple[OscillatorMechanism, Values]]) -> None:
         ordered = sorted(mechanisms, key=lambda one: one[0].stage)
@@ -179,24 +179,24 @@ class Path:
                 self._reading.append(_WithoutMemory(mechanism, values).of_reading)
 
     def jumps(self, level: float, start_s: float, end_s: float) -> list[float]:
-        """A command is held from `start_s` to `end_s`: when, in between, the drive that acts jumps."""
+        """Return when the acting drive jumps while a command is held from `start_s` to `end_s`."""
         for delay in self._delays:
             delay.command(level, start_s)
         return [time for delay in self._delays for time in delay.jumps(start_s, end_s)]
 
     def to_equation(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
-        """The drive (steps, 3) that acts."""
+        """Return the drive (steps, 3) that acts."""
         for stage in self._drive:
             nodes = stage(nodes, start_s, h)
         return nodes
 
     def follow(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[float, float]:
-        """True position of the sensor's spot, and what reaches the sensor, at the end of a stretch of motion."""
+        """Return the true position of the sensor's spot, and what reaches the sensor, at the end of a stretch."""
         spot, reading = self.trace(displacement, nodes, h)
         return float(spot[-1]), float(reading[-1])
 
     def trace(self, displacement: FloatArray, nodes: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-        """The same at every instant (steps + 1,) of the stretch."""
+        """Return the same at every instant (steps + 1,) of the stretch."""
         spot = reading = displacement
         for stage in self._motion:
             reading = stage.pass_on(reading, nodes, h)
@@ -205,11 +205,11 @@ class Path:
         return spot, reading
 
     def to_reading(self, reading: float, time_s: float) -> float:
-        """What the sensor makes of it."""
+        """Return the sensor's reading."""
         return float(self.to_readings(np.array([reading]), np.array([time_s]))[0])
 
     def to_readings(self, readings: FloatArray, times_s: FloatArray) -> FloatArray:
-        """The same at several instants."""
+        """Return the sensor's readings at several instants."""
         for stage in self._reading:
             readings = stage(readings, times_s)
         return readings
@@ -217,7 +217,7 @@ class Path:
 
 @compiled
 def _follow_held(state: FloatArray, nodes: FloatArray, decay_half: float, out: FloatArray) -> None:
-    """x' = (u - x) / time constant at the start, middle and end of each step."""
+    """Follow x' = (u - x) / time constant at the start, middle and end of each step."""
     x = state[0]
     for i in range(len(nodes)):
         u = nodes[i, 0]
@@ -231,7 +231,7 @@ def _follow_held(state: FloatArray, nodes: FloatArray, decay_half: float, out: F
 
 @compiled
 def _follow_linear(state: FloatArray, motion: FloatArray, ratio: float, out: FloatArray) -> None:
-    """y' = (z - y) / time constant, z linear over each step of `ratio` time constants."""
+    """Follow y' = (z - y) / time constant, z linear over each step of `ratio` time constants."""
     y = state[0]
     if math.isnan(y):
         y = motion[0]

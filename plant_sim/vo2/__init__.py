@@ -12,5 +12,5 @@ __all__ = ["Vo2Plant", "load_plant"]
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """The device in the file; `seed` replaces that of its noise. Raises InputError with file and key."""
+    """Return the device in the file; `seed` replaces that of its noise. Raises InputError with file and key."""
     return Vo2Plant(read_device(path), seed)

@@ -53,14 +53,14 @@ _LOOP_MEMORY = 5
 
 @background_kernel
 def device_us(line: IntArray) -> int:
-    """Free-running: whole microseconds since the device's time began."""
+    """Return the device's time on a free-running clock: whole microseconds since it started."""
     now_s = clock_ns(line, CLOCK) / 1e9
     return int(np.rint((now_s - line.view(np.float64)[EPOCH_S]) * 1e6))
 
 
 @background_kernel
 def later_us(line: IntArray) -> int:
-    """The same, after the last reading's: a loop may ask again within a microsecond, and no two readings are of one."""
+    """Return `device_us` once it is after that of the last reading: a loop may ask again within a microsecond."""
     now_us = device_us(line)
     while now_us <= line[NOW_US]:
         now_us = device_us(line)
@@ -69,7 +69,13 @@ def later_us(line: IntArray) -> int:
 
 @background_kernel
 def is_ordinary(line: IntArray, asked: float, now_us: int) -> bool:
-    """Whether Python has no say in this exchange."""
+    """Return whether an exchange needs no decision by Python.
+
+    Args:
+        line: the line's numbers and the device's.
+        asked: the level [mA] of the command.
+        now_us: the device's time [us]; not used in lockstep.
+    """
     if not math.isfinite(asked) or line[ROW] + 1 >= line[ROWS]:
         return False
     if line[HEALTH] & (_ENABLED | _TRIPPED) != _ENABLED or (line[SEQUENCE] + 1) & 0xFFFF == line[NUMBER]:
@@ -81,8 +87,29 @@ def is_ordinary(line: IntArray, asked: float, now_us: int) -> bool:
 
 
 @background_kernel
-def commanded(line: IntArray, asked: float) -> float:
-    """The command within the device's limits, in force from now on; status and watchdog know of it."""
+def advance_time(line: IntArray, now_us: int) -> float:
+    """Advance the device's time to `now_us` [us]; return how long the level in force was held meanwhile [s]."""
+    held_s: float = 1e-6 * max(now_us - line[NOW_US], 0)
+    line[NOW_US] = max(line[NOW_US], now_us)
+    return held_s
+
+
+@background_kernel
+def begin_exchange(line: IntArray, asked: float) -> float:
+    """Return how long the level in force was held until the command `asked` [mA] came [s].
+
+    NaN if the exchange is one for Python; nothing has changed then.
+    """
+    lockstep = line[LOCKSTEP] != 0
+    now_us = 0 if lockstep else later_us(line)
+    if not is_ordinary(line, asked, now_us):
+        return math.nan
+    return 0.0 if lockstep else advance_time(line, now_us)
+
+
+@background_kernel
+def accept_command(line: IntArray, asked: float) -> float:
+    """Put the command `asked` [mA] in force, within the device's limits; return the time until its reading [s]."""
     floats = line.view(np.float64)
     level: float = min(max(asked, floats[LOW]), floats[HIGH])
     floats[LEVEL] = level
@@ -90,12 +117,22 @@ def commanded(line: IntArray, asked: float) -> float:
     line[SEQUENCE] = (line[SEQUENCE] + 1) & 0xFFFF
     line[NUMBER] = line[SEQUENCE]
     line[FED_US] = line[NOW_US]
-    return level
+    return advance_time(line, line[NOW_US] + line[PERIOD_US] if line[LOCKSTEP] != 0 else device_us(line))
 
 
 @background_kernel
-def answered(line: IntArray, reading: Any, sensed: float, reference: float) -> int:
-    """A reading, as float32, and all that stands beside it."""
+def end_exchange(reading: Any, line: IntArray, p: Any, state: Any, normals: Any) -> int:
+    """Read the instruments as float32, with counter, time, number and status beside; return `OK`.
+
+    Args:
+        reading: (2,) resistance [ohm] and deflection [um], out.
+        line: the line's numbers and the device's.
+        p: (1,) parameters of the plant.
+        state: (1,) state of the plant.
+        normals: block of the noise.
+    """
+    line[ROW] += 1
+    sensed, reference = read(p, state, normals, line[ROW])
     reading[0], reading[1] = np.float64(np.float32(sensed)), np.float64(np.float32(reference))
     line[COUNT] += 1
     line[HEALTH] &= ~_SENSOR_FAULT
@@ -106,64 +143,46 @@ def answered(line: IntArray, reading: Any, sensed: float, reference: float) -> i
     return OK
 
 
+# 11 parameters because a kernel takes its arrays one by one; the two exchanges differ in `hold` alone, which a kernel
+# kept on disk cannot take as an argument
 @background_kernel
-def since_last(line: IntArray, now_us: int) -> float:
-    """How long the level in force was held until now [s]; the device's time goes on."""
-    held_s: float = 1e-6 * max(now_us - line[NOW_US], 0)
-    line[NOW_US] = max(line[NOW_US], now_us)
-    return held_s
-
-
-@background_kernel
-def exchange_with_domains(
+def exchange_with_domains(  # noqa: PLR0913
     levels: Any, reading: Any, line: IntArray, p: Any, state: Any, normals: Any,
     t_up: Any, t_down: Any, by_t_down: Any, is_up: Any, counters: Any,
 ) -> int:  # fmt: skip
-    """`SimulatedDevice.exchange` around a film of domains."""
+    """Exchange as `SimulatedDevice` does, with a film of domains; return a code of `rtctl.border.wire_memory.Ended`."""
     asked = np.float64(np.float32(levels[0]))
-    lockstep = line[LOCKSTEP] != 0
-    now_us = 0 if lockstep else later_us(line)
-    if not is_ordinary(line, asked, now_us):
+    floats, held_s = line.view(np.float64), begin_exchange(line, asked)
+    if not held_s >= 0.0:
         return PYTHON
-    floats = line.view(np.float64)
-    if not lockstep and now_us > line[NOW_US]:
-        hold_domains(
-            p, state, floats[LEVEL], since_last(line, now_us), t_up, t_down, by_t_down, is_up, counters
-        )
-    level = commanded(line, asked)
-    now_us = line[NOW_US] + line[PERIOD_US] if lockstep else device_us(line)
-    if now_us > line[NOW_US]:
-        hold_domains(p, state, level, since_last(line, now_us), t_up, t_down, by_t_down, is_up, counters)
-    line[ROW] += 1
-    sensed, reference = read(p, state, normals, line[ROW])
-    return answered(line, reading, sensed, reference)
+    if held_s > 0.0:
+        hold_domains(p, state, floats[LEVEL], held_s, t_up, t_down, by_t_down, is_up, counters)
+    held_s = accept_command(line, asked)
+    if held_s > 0.0:
+        hold_domains(p, state, floats[LEVEL], held_s, t_up, t_down, by_t_down, is_up, counters)
+    return end_exchange(reading, line, p, state, normals)
 
 
 @background_kernel
 def exchange_with_limiting_loops(
     levels: Any, reading: Any, line: IntArray, p: Any, state: Any, normals: Any, memory: Any
 ) -> int:
-    """`SimulatedDevice.exchange` around a film that follows limiting loops."""
+    """Exchange as `SimulatedDevice` does, with a film that follows limiting loops; see `exchange_with_domains`."""
     asked = np.float64(np.float32(levels[0]))
-    lockstep = line[LOCKSTEP] != 0
-    now_us = 0 if lockstep else later_us(line)
-    if not is_ordinary(line, asked, now_us):
+    floats, held_s = line.view(np.float64), begin_exchange(line, asked)
+    if not held_s >= 0.0:
         return PYTHON
-    floats = line.view(np.float64)
-    if not lockstep and now_us > line[NOW_US]:
-        hold_limiting_loop(p, state, floats[LEVEL], since_last(line, now_us), memory)
-    level = commanded(line, asked)
-    now_us = line[NOW_US] + line[PERIOD_US] if lockstep else device_us(line)
-    if now_us > line[NOW_US]:
-        hold_limiting_loop(p, state, level, since_last(line, now_us), memory)
-    line[ROW] += 1
-    sensed, reference = read(p, state, normals, line[ROW])
-    return answered(line, reading, sensed, reference)
+    if held_s > 0.0:
+        hold_limiting_loop(p, state, floats[LEVEL], held_s, memory)
+    held_s = accept_command(line, asked)
+    if held_s > 0.0:
+        hold_limiting_loop(p, state, floats[LEVEL], held_s, memory)
+    return end_exchange(reading, line, p, state, normals)
 
 
 @lru_cache
 def exchange_of(parameters: np.dtype[Any], *, limiting: bool) -> Callable[..., int]:
-    """The kernel of films of one kind, whose parameters are laid out so; nothing but the layout is bound to it."""
+    """Return the exchange of a kind of film; only the layout of its `parameters` is bound to it."""
 
     def with_domains(levels: Any, reading: Any, line: IntArray, out: Any, inbox: Any) -> int:
         n = line[RELAYS]

@@ -17,14 +17,14 @@ class Deflection(Checked):
     """The `[deflection]` table."""
 
     rest: Annotated[float, Quantity("um"), FINITE]
-    """D_0, at ambient temperature with nothing transformed [um]."""
+    """D_0, deflection at ambient temperature with nothing transformed [um]."""
     stroke: Annotated[float, Quantity("um"), FINITE]
-    """S, of the whole transition [um]."""
+    """S, stroke of the whole transition [um]."""
     expansion: Annotated[float, Quantity("um/K"), FINITE]
-    """e, negative against a positive stroke [um/K]."""
+    """e, thermal expansion, negative against a positive stroke [um/K]."""
 
 
 @compiled
 def deflection_at(beam: Record, rise: float, fraction: float) -> float:
-    """Deflection [um] at `rise` [K] above ambient with the structural `fraction` transformed."""
+    """Return the deflection [um] at `rise` [K] above ambient with the structural `fraction` transformed."""
     return float(beam.rest + beam.stroke * fraction + beam.expansion * rise)

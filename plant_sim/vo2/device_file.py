@@ -25,7 +25,7 @@ class Nameplate(Checked):
     name: Annotated[str, Field(pattern=r"^[\x20-\x7e]{1,16}$")]
     """Identity on the wire: printable ASCII, at most 16 characters."""
     seed: Annotated[int, Field(ge=0)]
-    """Of the instruments' noise (the film's own draw has its seed in `[hysteresis]`)."""
+    """Seed of the instruments' noise (the film's own draw has its seed in `[hysteresis]`)."""
 
 
 class Current(Checked):
@@ -34,7 +34,7 @@ class Current(Checked):
     low: Annotated[float, Quantity("mA"), NOT_NEGATIVE]
     high: Annotated[float, Quantity("mA"), NOT_NEGATIVE]
     safe: Annotated[float, Quantity("mA"), NOT_NEGATIVE]
-    """What it takes by itself when its watchdog trips."""
+    """Current when its watchdog trips."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Current:
@@ -46,7 +46,7 @@ class Current(Checked):
 
 
 class DeviceFile(Checked):
-    """A whole file."""
+    """The whole file."""
 
     plant: Nameplate
     current: Current
@@ -71,5 +71,5 @@ class DeviceFile(Checked):
 
 
 def read_device(path: Path) -> DeviceFile:
-    """The device in the file. Raises InputError with file and key."""
+    """Read the device in the file. Raises InputError with file and key."""
     return check(DeviceFile, read_toml(path), str(path))

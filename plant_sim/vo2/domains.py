@@ -30,7 +30,7 @@ ELECTRICAL, STRUCTURAL = 0, 1
 """Rows of every array of relays."""
 
 REVERSIBLE_WIDTH = 0.05
-"""Width of an almost reversible domain, as part of what it would be."""
+"""Width of an almost reversible domain, as a share of what it would be."""
 
 
 class Domains(Checked):
@@ -38,7 +38,7 @@ class Domains(Checked):
 
     kind: Literal["domains"]
     seed: Annotated[int, Field(ge=0)]
-    """Of the film's own draw: another seed, another specimen of the same fabrication."""
+    """Seed of the film's own draw: another seed, another specimen of the same fabrication."""
     count: Annotated[int, Field(ge=16, le=65536)] = 8192
     centre: Annotated[float, Quantity("degC"), FINITE]
     """Mean of T_c [degC]."""
@@ -49,15 +49,15 @@ class Domains(Checked):
     width_spread: Annotated[float, Quantity(""), NOT_NEGATIVE]
     """Standard deviation of ln w."""
     width_correlation: Annotated[float, Quantity(""), Field(ge=-1.0, le=1.0)]
-    """Between ln w and T_c's normal score."""
+    """Correlation between ln w and T_c's normal score."""
     reversible: Annotated[float, Quantity(""), Field(ge=0.0, le=1.0)] = 0.0
     """Share of the domains that are almost reversible."""
     coupling: Annotated[float, Quantity("K"), NOT_NEGATIVE]
-    """By how much the field rises from none transformed to all [K]."""
+    """Rise of the field from none transformed to all [K]."""
     structural_offset: Annotated[float, Quantity("K"), FINITE]
     """Structural minus electrical T_c, mean [K]."""
     structural_scatter: Annotated[float, Quantity("K"), NOT_NEGATIVE]
-    """The same, standard deviation [K]."""
+    """Structural minus electrical T_c, standard deviation [K]."""
     structural_width_ratio: Annotated[float, Quantity(""), POSITIVE]
     """Structural over electrical width of a domain."""
 
@@ -70,10 +70,10 @@ class Thresholds(NamedTuple):
 
 
 def lattice(count: int, dimensions: int, rng: np.random.Generator) -> Floats:
-    """`count` points of the unit cube, evenly spread in every projection: shape (dimensions, count).
+    """Return `count` points of the unit cube, evenly spread in every projection: (dimensions, count).
 
-    Along the first dimension equidistant, along the others M. Roberts, "The unreasonable effectiveness of
-    quasirandom sequences" (2018): multiples of powers of the inverse of the root of `x^d = x + 1`.
+    Along the first dimension equidistant, along the others M. Roberts, "The unreasonable effectiveness of quasirandom
+    sequences" (2018): multiples of powers of the inverse of the root of `x^d = x + 1`.
     """
     root = 2.0
     for _ in range(60):  # fixed-point iteration, contracts by more than two a round
@@ -84,7 +84,7 @@ def lattice(count: int, dimensions: int, rng: np.random.Generator) -> Floats:
 
 
 def draw(domains: Domains) -> Thresholds:
-    """The film's switching temperatures; the same table gives the same bits."""
+    """Return the film's switching temperatures; the same table gives the same bits."""
     along, across, apart, loose = lattice(domains.count, 4, np.random.default_rng(domains.seed))
     centre = domains.centre + domains.spread * (np.sqrt(3.0) / np.pi) * np.log(along / (1.0 - along))
     rho = domains.width_correlation

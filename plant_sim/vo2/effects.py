@@ -1,4 +1,4 @@
-"""What a VO2 device may do beyond one time constant: the `[effects]` table of its file, every number 0 where left out.
+"""Effects of a VO2 device beyond one time constant: the `[effects]` table of its file, every number 0 if left out.
 
     P = k y^2 (1 + tcr r) - loss r^2 + sensing R / R_cold                    r = T - T_0, y the current that acts
     tau th_1' = P - th_1,  tau_2 th_2' = P - th_2,  T = T_0 + warming t + (1 - s) th_1 + s th_2
@@ -20,40 +20,40 @@ from rtctl.border.quantities import Checked, Quantity
 
 LONGEST_DELAY_S = 1.0
 SUBSTEPS = 20.0
-"""Of the shortest time constant that is at work; of a swing's radian 2."""
+"""Steps in the shortest time constant at work; 2 in a radian of a swing."""
 
 
 class Effects(Checked):
     """The `[effects]` table."""
 
     second_share: Annotated[float, Quantity(""), Field(ge=-0.5, le=1.0)] = 0.0
-    """s, of the heating."""
+    """Share s of the heating."""
     second_time_constant: Annotated[float, Quantity("s"), POSITIVE] = 1.0
-    """tau_2 [s]."""
+    """Second time constant tau_2 [s]."""
     tcr: Annotated[float, Quantity("1/K"), NOT_NEGATIVE] = 0.0
-    """Of the heater's resistance."""
+    """Temperature coefficient of the heater's resistance [1/K]."""
     loss: Annotated[float, Quantity("1/K"), NOT_NEGATIVE] = 0.0
-    """Growth of the thermal conductance."""
+    """Growth of the thermal conductance [1/K]."""
     sensing: Annotated[float, Quantity("K"), NOT_NEGATIVE] = 0.0
-    """Rise that the sensing current makes in the cold film."""
+    """Rise that the sensing current makes in the cold film [K]."""
     warming: Annotated[float, Quantity("K/s"), FINITE] = 0.0
-    """Of the ambient."""
+    """Drift of the ambient temperature [K/s]."""
     delay: Annotated[float, Quantity("s"), Field(ge=0.0, le=LONGEST_DELAY_S)] = 0.0
-    """From the command to the heater."""
+    """Delay from the command to the heater [s]."""
     backlash: Annotated[float, Quantity("mA"), NOT_NEGATIVE] = 0.0
-    """Half width."""
+    """Half width of the backlash [mA]."""
     domain_lag: Annotated[float, Quantity("s"), NOT_NEGATIVE] = 0.0
-    """tau_d: of the transition behind the temperature [s]."""
+    """Time constant tau_d of the transition behind the temperature [s]."""
     swing_share: Annotated[float, Quantity(""), Field(ge=0.0, le=2.0)] = 0.0
-    """m, of the beam's mode in what is measured."""
+    """Participation m of the beam's mode in what is measured."""
     swing_frequency: Annotated[float, Quantity("Hz"), POSITIVE] = 1e3
     swing_damping: Annotated[float, Quantity(""), Field(gt=0.0, lt=1.0)] = 0.01
-    """zeta."""
+    """Damping ratio zeta."""
     sensor_lag: Annotated[float, Quantity("s"), NOT_NEGATIVE] = 0.0
-    """tau_r [s]."""
+    """Time constant tau_r of the sensor [s]."""
     ageing: Annotated[float, Quantity("1/s"), FINITE] = 0.0
     leak: Annotated[float, Quantity("ohm/mA"), FINITE] = 0.0
-    """Of the heater's current into the reading."""
+    """Crosstalk of the heater's current into the reading [ohm/mA]."""
 
     @model_validator(mode="after")
     def _stable(self) -> Effects:
@@ -69,7 +69,7 @@ class Effects(Checked):
         return any(value != 0.0 for name, value in self if name not in shapes)
 
     def longest_step_s(self, time_constant_s: float) -> float:
-        """What resolves everything that is at work."""
+        """Return the longest step that resolves everything at work [s]."""
         times = [time_constant_s, self.domain_lag, self.sensor_lag]
         times += [self.second_time_constant] if self.second_share != 0.0 else []
         times += [10.0 / (2.0 * 3.15 * self.swing_frequency)] if self.swing_share != 0.0 else []

@@ -21,7 +21,7 @@ from plant_sim.vo2.resistance import resistance_at
 
 Array = NDArray[np.void]
 QUEUE = 16384
-"""Levels on their way at once, at most."""
+"""Most levels on their way at once."""
 SAME_S = 1e-12
 
 OWN = np.dtype(
@@ -46,7 +46,7 @@ OWN = np.dtype(
 
 @compiled
 def command(own: Record, queue: Floats, current_mA: float) -> None:
-    """A level is commanded now; rows of `queue` (2, QUEUE) are times [s] and levels [mA]."""
+    """Command a level now; rows of `queue` (2, QUEUE) are times [s] and levels [mA]."""
     if current_mA == queue[1, own.head]:
         return
     following = (own.head + 1) % QUEUE
@@ -58,7 +58,7 @@ def command(own: Record, queue: Floats, current_mA: float) -> None:
 
 @compiled
 def part_of_hold(p: Record, own: Record, queue: Floats, left_s: float) -> float:
-    """The next part [s]; takes the levels that have arrived into force."""
+    """Return the next part of a hold [s]; put levels that have arrived in force."""
     delay = p.effects.delay
     while own.tail != own.head and queue[0, (own.tail + 1) % QUEUE] + delay <= own.time + SAME_S:
         own.tail = (own.tail + 1) % QUEUE
@@ -73,7 +73,7 @@ def part_of_hold(p: Record, own: Record, queue: Floats, left_s: float) -> float:
 
 @compiled
 def heating_power(p: Record, s: Record, own: Record, rise: float) -> float:
-    """P [K] with the film `rise` [K] above power-up's ambient."""
+    """Return the heating power P [K] with the film `rise` [K] above power-up's ambient."""
     e = p.effects
     power = p.heating.gain * own.acting * own.acting * (1.0 + e.tcr * rise) - e.loss * rise * rise
     if e.sensing != 0.0:
@@ -83,7 +83,7 @@ def heating_power(p: Record, s: Record, own: Record, rise: float) -> float:
 
 @compiled
 def warm(p: Record, s: Record, own: Record, h: float) -> None:
-    """Temperatures after a part of a hold."""
+    """Return the temperatures after a part of a hold."""
     e, share = p.effects, p.effects.second_share
     rise = (1.0 - share) * own.first + share * own.second
     power = heating_power(p, s, own, rise)
@@ -106,7 +106,7 @@ def warm(p: Record, s: Record, own: Record, h: float) -> None:
 
 @compiled
 def trailing(y: float, before: float, after: float, ratio: float) -> float:
-    """A first-order follower of what goes straight from `before` to `after` in `ratio` of its time constants."""
+    """Return a first-order lag behind what moves linearly from `before` to `after` in `ratio` time constants."""
     if ratio < 1e-9:
         return y
     kept = math.exp(-ratio)
@@ -116,7 +116,7 @@ def trailing(y: float, before: float, after: float, ratio: float) -> float:
 
 @compiled
 def respond(p: Record, s: Record, own: Record, h: float) -> None:
-    """Beam and sensor after a part of a hold whose relays have settled."""
+    """Advance beam and sensor by a part of a hold whose relays have settled."""
     e = p.effects
     bent = deflection_at(p.deflection, s.temperature - p.heating.ambient, s.structural)
     if h > 0.0 and e.swing_share != 0.0:
@@ -130,7 +130,7 @@ def respond(p: Record, s: Record, own: Record, h: float) -> None:
 
 @compiled
 def swing(own: Record, bent: float, h: float, w: float, zeta: float) -> None:
-    """The beam's mode over a part in which its rest moves straight to `bent`; exact."""
+    """Advance the beam's mode over a part in which its rest position moves linearly to `bent`; exact."""
     slope = (bent - own.bent) / h
     behind = 2.0 * zeta * slope / w
     x, v = own.swing - own.bent + behind, own.speed - slope
@@ -140,8 +140,9 @@ def swing(own: Record, bent: float, h: float, w: float, zeta: float) -> None:
     own.speed = slope + kept * (v * c - (w * w * x + zeta * w * v) * n)
 
 
+# 11 parameters because a kernel takes its arrays one by one
 @compiled
-def hold_domains_with_effects(
+def hold_domains_with_effects(  # noqa: PLR0913
     parameters: Array,
     state: Array,
     current_mA: float,
@@ -195,7 +196,7 @@ def hold_limiting_loop_with_effects(
 
 @compiled
 def outputs_with_effects(parameters: Array, owns: Array) -> tuple[float, float]:
-    """What reaches the instruments: resistance [ohm], deflection [um]."""
+    """Return what reaches the instruments: resistance [ohm], deflection [um]."""
     p, own = parameters[0], owns[0]
     return own.reading, own.bent + p.effects.swing_share * (own.swing - own.bent)
 
@@ -204,7 +205,7 @@ def outputs_with_effects(parameters: Array, owns: Array) -> tuple[float, float]:
 def read_with_effects(
     parameters: Array, state: Array, owns: Array, normals: Floats, row: int
 ) -> tuple[float, float]:
-    """Both instruments' readings [ohm], [um]; consumes a row of `normals`."""
+    """Return both instruments' readings [ohm], [um]; consume a row of `normals`."""
     p, s = parameters[0], state[0]
     resistance, deflection = outputs_with_effects(parameters, owns)
     flicker = drift(s.flicker, normals[row], s.unread)
@@ -216,7 +217,7 @@ def read_with_effects(
 
 
 def at_rest(step_s: float, ambient_degC: float, resistance_ohm: float, deflection_um: float) -> Array:
-    """The state at power-up."""
+    """Return the state at power-up."""
     own = np.zeros(1, dtype=OWN)
     own["step"], own["seen"] = step_s, ambient_degC
     own["cold"] = own["film"] = own["reading"] = resistance_ohm

@@ -22,13 +22,13 @@ class Heating(Checked):
     ambient: Annotated[float, Quantity("degC"), FINITE]
     """T0, the temperature at zero current [degC]."""
     time_constant: Annotated[float, Quantity("s"), POSITIVE]
-    """tau [s]."""
+    """Time constant tau [s]."""
     gain: Annotated[float, Quantity("K/mA^2"), POSITIVE]
-    """k, the steady rise by the squared current [K/mA^2]."""
+    """k, steady rise per squared current [K/mA^2]."""
 
 
 @compiled
 def heat(heating: Record, temperature: float, current: float, dt: float) -> float:
-    """The temperature [degC] after `current` [mA] was held for `dt` [s] from `temperature` [degC]."""
+    """Return the temperature [degC] after `current` [mA] was held for `dt` [s] from `temperature` [degC]."""
     steady: float = heating.ambient + heating.gain * current * current
     return steady + (temperature - steady) * math.exp(-dt / heating.time_constant)

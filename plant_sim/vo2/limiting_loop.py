@@ -35,13 +35,13 @@ class Loop(Checked):
     """Limiting loop of one transition."""
 
     centre: Annotated[float, Quantity("degC"), FINITE]
-    """Tc [degC]."""
+    """Centre Tc [degC]."""
     width: Annotated[float, Quantity("K"), POSITIVE]
-    """w [K]."""
+    """Width w [K]."""
     steepness: Annotated[float, Quantity("1/K"), POSITIVE]
-    """beta [1/K]."""
+    """Steepness beta [1/K]."""
     proximity: Annotated[float, Quantity(""), FINITE]
-    """gamma."""
+    """Parameter gamma of P(x)."""
 
 
 class LimitingLoop(Checked):
@@ -53,21 +53,21 @@ class LimitingLoop(Checked):
 
 
 def cold_memory(loop: Loop, temperature: float) -> Floats:
-    """The memory at `temperature` [degC] on the heating branch, as a full cooling leaves it."""
+    """Return the memory at `temperature` [degC] on the heating branch, as a full cooling leaves it."""
     argument = loop.steepness * (0.5 * loop.width + loop.centre - temperature)
     return np.array([HEATING, temperature, temperature, 0.0, argument])
 
 
 @compiled
 def proximity(loop: Record, x: float) -> float:
-    """P(x): near one at the reversal (x = 0), none from x of about two on."""
+    """Return P(x): near one at the reversal (x = 0), none from x of about two on."""
     away = 1.0 + math.tanh(math.pi**2 - 2.0 * math.pi * x)
     return 0.5 * (1.0 - math.sin(loop.proximity * x)) * away
 
 
 @compiled
 def follow(loop: Record, memory: Floats, temperature: float) -> float:
-    """Follow a monotone move to `temperature` [degC]; the transformed (metallic) fraction `1 - g`."""
+    """Follow a monotone move to `temperature` [degC]; return the transformed (metallic) fraction `1 - g`."""
     move = temperature - memory[LAST]
     if move * memory[DIRECTION] < 0.0:
         memory[DIRECTION] = -memory[DIRECTION]

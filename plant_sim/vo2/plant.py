@@ -55,8 +55,9 @@ STATE = np.dtype(
 )
 
 
+# 9 parameters because a kernel takes its arrays one by one
 @compiled
-def hold_domains(
+def hold_domains(  # noqa: PLR0913
     parameters: Array,
     state: Array,
     current_mA: float,
@@ -91,7 +92,7 @@ def hold_limiting_loop(
 
 @compiled
 def true_outputs(parameters: Array, state: Array) -> tuple[float, float]:
-    """Resistance [ohm] and deflection [um], without instruments."""
+    """Return resistance [ohm] and deflection [um], without instruments."""
     p, s = parameters[0], state[0]
     resistance = resistance_at(p.resistance, s.temperature, s.electrical)
     deflection = deflection_at(p.deflection, s.temperature - p.heating.ambient, s.structural)
@@ -100,7 +101,7 @@ def true_outputs(parameters: Array, state: Array) -> tuple[float, float]:
 
 @compiled
 def read(parameters: Array, state: Array, normals: Array, row: int) -> tuple[float, float]:
-    """Both instruments' readings [ohm], [um]; consumes a row of `normals`."""
+    """Return both instruments' readings [ohm], [um]; consume a row of `normals`."""
     p, s = parameters[0], state[0]
     resistance, deflection = true_outputs(parameters, state)
     flicker = drift(s.flicker, normals[row], s.unread)
@@ -111,8 +112,9 @@ def read(parameters: Array, state: Array, normals: Array, row: int) -> tuple[flo
     )
 
 
+# 11 parameters because a kernel takes its arrays one by one
 @compiled
-def step_domains(
+def step_domains(  # noqa: PLR0913
     current_mA: float,
     dt_s: float,
     row: int,
@@ -125,7 +127,7 @@ def step_domains(
     is_up: Array,
     counters: Array,
 ) -> tuple[float, float]:
-    """`hold_domains`, then `read`, for the price of one call."""
+    """Call `hold_domains`, then `read`, for the price of one call."""
     hold_domains(parameters, state, current_mA, dt_s, t_up, t_down, by_t_down, is_up, counters)
     return read(parameters, state, normals, row)
 
@@ -140,13 +142,13 @@ def step_limiting_loop(
     normals: Array,
     memory: Floats,
 ) -> tuple[float, float]:
-    """`hold_limiting_loop`, then `read`, for the price of one call."""
+    """Call `hold_limiting_loop`, then `read`, for the price of one call."""
     hold_limiting_loop(parameters, state, current_mA, dt_s, memory)
     return read(parameters, state, normals, row)
 
 
 def held_current(levels: Sequence[float], dt_s: float) -> float:
-    """The current [mA] of `levels`. Raises ValueError on one that is not finite, or no time to hold it for."""
+    """Return the current [mA] of `levels`. Raises ValueError if it is not finite, or for a negative time `dt_s` [s]."""
     (current_mA,) = levels
     if not (math.isfinite(current_mA) and dt_s >= 0.0):
         raise ValueError(f"current {current_mA!r} mA for {dt_s!r} s: needs a finite current, a time >= 0")
@@ -159,7 +161,7 @@ class Vo2Plant:
     profile = VO2
 
     def __init__(self, device: DeviceFile, seed: int | None = None) -> None:
-        """`seed` replaces the file's seed of the noise; the film stays the same specimen."""
+        """Build the device; `seed` replaces that of the file's noise, the film stays the same specimen."""
         self.identity = device.plant.name
         self.low: tuple[float, ...] = (device.current.low,)
         self.high: tuple[float, ...] = (device.current.high,)
@@ -180,7 +182,7 @@ class Vo2Plant:
         self.reset()
 
     def reset(self) -> None:
-        """Full cooling, clocks and noise as at power-up."""
+        """Reset to power-up: full cooling, clocks and noise from the start."""
         self._state = np.zeros(1, dtype=STATE)
         self._state["temperature"] = self._device.heating.ambient
         self._memory = self._cold_memory()
@@ -210,7 +212,7 @@ class Vo2Plant:
         self._hold(self._parameters, self._state, held_current(levels, dt_s), dt_s, *self._memory)
 
     def measure(self) -> tuple[tuple[float, ...], float]:
-        """Readings: ((resistance [ohm],), deflection [um])."""
+        """Return readings: ((resistance [ohm],), deflection [um])."""
         noise = self._noise
         if self._with_effects:
             found = read_with_effects(self._parameters, self._state, self._own, noise.block, noise.next_row())
@@ -219,7 +221,7 @@ class Vo2Plant:
         return (resistance,), deflection
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
-        """`advance`, then `measure`."""
+        """Call `advance`, then `measure`."""
         if self._with_effects:
             self.advance(levels, dt_s)
             return self.measure()
@@ -228,7 +230,7 @@ class Vo2Plant:
         return (resistance,), deflection
 
     def compiled_plant(self) -> CompiledPlant | None:
-        """For a compiled exchange with the device around it; None: there is none of a device with effects."""
+        """Return the plant's part of a compiled exchange; None for a device with effects."""
         from plant_sim.vo2.compiled import exchange_of
 
         if self._with_effects:
@@ -246,17 +248,17 @@ class Vo2Plant:
 
     @property
     def electrical_fraction(self) -> float:
-        """Which part of the film conducts as a metal."""
+        """The part of the film that conducts as a metal."""
         return float(self._state["electrical"][0])
 
     @property
     def structural_fraction(self) -> float:
-        """Which part of the film has the high-temperature structure."""
+        """The part of the film that has the high-temperature structure."""
         return float(self._state["structural"][0])
 
     @property
     def resistance_ohm(self) -> float:
-        """What reaches the instrument."""
+        """The true resistance [ohm]."""
         return self._outputs()[0]
 
     @property

@@ -26,17 +26,17 @@ class Banks(NamedTuple):
     """Relays of both transitions (rows); the first three never change."""
 
     t_up: Floats
-    """[degC], ascending in each row; relay j of a bank is the one with the j-th T_up."""
+    """Switching-up temperatures [degC], ascending in each row; relay j of a bank is the one with the j-th T_up."""
     t_down: Floats
-    """[degC], ascending in each row."""
+    """Switching-down temperatures [degC], ascending in each row."""
     by_t_down: NDArray[np.int64]
-    """The relay that has the j-th T_down."""
+    """Relay that has the j-th T_down."""
     is_up: NDArray[np.bool_]
     counters: NDArray[np.int64]
 
 
 def banks(thresholds: Thresholds) -> Banks:
-    """Sorted banks with every relay down (counters at the far cold end)."""
+    """Return sorted banks with every relay down (counters at the far cold end)."""
     by_t_up = np.argsort(thresholds.t_up, axis=1, kind="stable")
     place_by_t_up = np.argsort(by_t_up, axis=1)
     by_t_down = np.argsort(thresholds.t_down, axis=1, kind="stable")
@@ -59,7 +59,7 @@ def settle(
     temperature: float,
     coupling: float,
 ) -> float:
-    """Switch one bank to `temperature` [degC] under `coupling` [K]; its transformed fraction."""
+    """Switch one bank to `temperature` [degC] under `coupling` [K]; return its transformed fraction."""
     count = t_up.size
     warmed, warm, switched = counters[WARMED], counters[WARM], counters[SWITCHED]
     settled = False

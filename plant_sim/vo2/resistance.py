@@ -33,7 +33,7 @@ class Mixing(IntEnum):
 
 
 LOGARITHMIC, BRUGGEMAN = int(Mixing.LOGARITHMIC), int(Mixing.BRUGGEMAN)
-"""For the kernel, which takes plain numbers only."""
+"""Number of the law for the kernel."""
 
 
 def _mixing(raw: Any) -> Mixing:
@@ -50,22 +50,22 @@ class Resistance(Checked):
     prefactor: Annotated[float, Quantity("ohm"), POSITIVE]
     """R_0, the semiconductor's resistance extrapolated to infinite temperature [ohm]."""
     activation: Annotated[float, Quantity("K"), POSITIVE]
-    """E_a / k [K]."""
+    """Activation temperature E_a / k [K]."""
     metal: Annotated[float, Quantity("ohm"), POSITIVE]
-    """R_m [ohm]."""
+    """Metallic resistance R_m [ohm]."""
     dimension: Annotated[float, Quantity(""), Field(gt=1.0, le=3.0)] = 2.0
-    """d of Bruggeman's law: 2 in a film that is thin against its grains, 3 in a thick one."""
+    """Dimension d of Bruggeman's law: 2 in a film that is thin against its grains, 3 in a thick one."""
 
 
 @compiled
 def semiconductor_at(prefactor: float, activation: float, temperature: float) -> float:
-    """R_s [ohm] at `temperature` [degC], of `prefactor` [ohm] and `activation` [K]."""
+    """Return R_s [ohm] at `temperature` [degC], of `prefactor` [ohm] and `activation` [K]."""
     return prefactor * math.exp(activation / (temperature + KELVIN))
 
 
 @compiled
 def bruggeman(semiconductor: float, metal: float, fraction: float, dimension: float) -> float:
-    """Effective resistance [ohm] of `fraction` at `metal` [ohm], the rest at `semiconductor` [ohm]."""
+    """Return the effective resistance [ohm] of `fraction` at `metal` [ohm], the rest at `semiconductor` [ohm]."""
     g_s, g_m = 1.0 / semiconductor, 1.0 / metal
     b = (dimension * fraction - 1.0) * g_m + (dimension * (1.0 - fraction) - 1.0) * g_s
     root = math.sqrt(b * b + 4.0 * (dimension - 1.0) * g_m * g_s)
@@ -74,7 +74,7 @@ def bruggeman(semiconductor: float, metal: float, fraction: float, dimension: fl
 
 @compiled
 def resistance_at(film: Record, temperature: float, fraction: float) -> float:
-    """Resistance [ohm] at `temperature` [degC] with the metallic `fraction`."""
+    """Return the resistance [ohm] at `temperature` [degC] with the metallic `fraction`."""
     semiconductor = semiconductor_at(film.prefactor, film.activation, temperature)
     if film.mixing == LOGARITHMIC:
         return float(semiconductor ** (1.0 - fraction) * film.metal**fraction)

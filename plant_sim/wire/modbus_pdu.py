@@ -13,11 +13,11 @@ import struct
 from plant_sim.wire.register_file import ILLEGAL_FUNCTION, ILLEGAL_VALUE, Refusal, RegisterFile
 
 MAX_READ, MAX_WRITE, MAX_WRITE_IN_23 = 125, 123, 121
-"""Registers in one request (section 6 of the specification)."""
+"""Most registers in one request (section 6 of the specification)."""
 
 
 def answer(registers: RegisterFile, request: bytes) -> bytes:
-    """The reply to `request` (function code and body, without unit and checksum); never raises Refusal."""
+    """Return the reply to `request` (function code and body, without unit and checksum); never raises Refusal."""
     function = request[0]
     try:
         verb = _VERBS.get(function)

@@ -31,7 +31,7 @@ _MAX_TCP_PDU = 253
 
 
 class RtuDevice:
-    """Bytes in, bytes out, without a port: what the device answers to what arrived."""
+    """The RTU side of a device: bytes in, bytes out, without a port."""
 
     def __init__(self, registers: RegisterFile, clock: Callable[[], float] = time.monotonic) -> None:
         self._registers = registers
@@ -41,7 +41,7 @@ class RtuDevice:
         self._last_s = clock()
 
     def receive(self, data: bytes) -> bytes:
-        """The reply to the request that `data` completes; empty: incomplete, damaged, another unit's."""
+        """Return the reply to the request that `data` completes; empty: incomplete, damaged, another unit's."""
         now_s = self._clock()
         if self._buffer and now_s - self._last_s > SILENCE_S:
             self._buffer = b""
@@ -55,7 +55,7 @@ class RtuDevice:
 
 
 class TcpConnection(asyncio.Protocol):
-    """One client of the TCP server; requests may be pipelined."""
+    """A client of the TCP server; requests may be pipelined."""
 
     def __init__(self, registers: RegisterFile, connections: set[TcpConnection]) -> None:
         self._registers = registers
@@ -64,13 +64,13 @@ class TcpConnection(asyncio.Protocol):
         self.transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Called by asyncio."""
+        """See `asyncio.Protocol`."""
         assert isinstance(transport, asyncio.Transport)
         self.transport = transport
         self._connections.add(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Called by asyncio."""
+        """See `asyncio.Protocol`."""
         self._connections.discard(self)
 
     def data_received(self, data: bytes) -> None:

@@ -12,13 +12,13 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 
 Answer = Callable[[bytes], bytes]
-"""What has arrived to what goes back; empty: nothing (yet)."""
+"""Maps bytes that arrived to the answer; empty: nothing (yet)."""
 
 BITS_A_BYTE = 10
 
 
 class _WireTime:
-    """When bytes that are sent now have passed a line of `baud` bit/s that carries one after the other."""
+    """The time at which bytes have passed a line of `baud` bit/s that carries one after the other."""
 
     def __init__(self, baud: int, now: Callable[[], float]) -> None:
         self._byte_s = BITS_A_BYTE / baud
@@ -26,7 +26,7 @@ class _WireTime:
         self._free_s = 0.0
 
     def passed_at(self, count: int) -> float:
-        """[s] on the clock of `now`."""
+        """Return when bytes have passed [s], on the clock of `now`."""
         self._free_s = max(self._free_s, self._now()) + count * self._byte_s
         return self._free_s
 

@@ -41,7 +41,7 @@ _WORD = struct.Struct(">H")
 
 
 class Refusal(Exception):  # noqa: N818 - the protocol's answer to a request, no failure of ours
-    """A request that is answered with a Modbus exception; `code` is 1, 2 or 3."""
+    """A refusal, answered with a Modbus exception; `code` is 1, 2 or 3."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"Modbus exception {code}")
@@ -49,7 +49,7 @@ class Refusal(Exception):  # noqa: N818 - the protocol's answer to a request, no
 
 
 class RegisterFile:
-    """Holding registers of a device; values are big-endian bytes, two a register."""
+    """The holding registers of a device; values are big-endian bytes, two per register."""
 
     def __init__(self, device: SimulatedDevice) -> None:
         check_layout(device.profile)
@@ -69,12 +69,12 @@ class RegisterFile:
         self._levels, self._sequence = self._device.off, 0
 
     def check_readable(self, address: int, count: int) -> None:
-        """Raises Refusal(2) unless all of the registers are in the map."""
+        """Raise Refusal(2) unless all of the registers are in the map."""
         if not (address + count <= self._end or (address >= READING and address + count <= MAP_END)):
             raise Refusal(ILLEGAL_ADDRESS)
 
     def read(self, address: int, count: int) -> bytes:
-        """`count` registers from `address`. Free-running, reading any of 100-119 measures. Raises Refusal."""
+        """Return `count` registers from `address`; free-running, reading any of 100-119 measures. Raises Refusal."""
         self.check_readable(address, count)
         if address < READING:
             return self._settings()[2 * address : 2 * (address + count)]
@@ -117,7 +117,7 @@ class RegisterFile:
         )
 
     def _image(self, m: Measurement) -> bytes:
-        """Registers 100-127; those without content are 0."""
+        """Return registers 100-127; those without content are 0."""
         image = bytearray(self._blank)
         for offset, value in zip(self._floats, m.sensed, strict=True):
             _FLOAT32.pack_into(image, offset, value)

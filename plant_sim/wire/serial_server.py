@@ -22,7 +22,7 @@ from rtctl.border.serial_frames import (
 
 
 class SerialDevice:
-    """What the device answers to what arrived; a damaged frame is answered with silence."""
+    """The serial side of a device; a damaged frame is answered with silence."""
 
     def __init__(self, device: SimulatedDevice) -> None:
         self._device = device
@@ -30,7 +30,7 @@ class SerialDevice:
         self._reader = FrameReader()
 
     def receive(self, data: bytes) -> bytes:
-        """The replies to the requests that `data` completes."""
+        """Return the replies to the requests that `data` completes."""
         return b"".join([self._answer(message) for message in self._reader.feed(data)])
 
     def _answer(self, message: Message) -> bytes:
@@ -55,7 +55,7 @@ class SerialDevice:
         return _error(tag, ErrorCode.UNKNOWN_TYPE)
 
     def _set(self, tag: int, settings: Settings) -> bytes:
-        """Checked as a whole, then watchdog, clock, enable, in the order of the register map."""
+        """Check settings as a whole, then set watchdog, clock, enable, in the order of the register map."""
         enable, lockstep, watchdog_ms, period_us = settings
         if enable > 1 or lockstep > 1 or (lockstep and period_us == 0):
             return _error(tag, ErrorCode.ILLEGAL_VALUE)

@@ -1,4 +1,4 @@
-"""Simulated hardware for whoever connects: a plant on a pty, a TCP port or several, until a signal ends it."""
+"""Simulated hardware on a wire: a plant on a pty, a TCP port or several, until a signal ends it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from rtctl.border.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wires:
-    """Where a device is served; at least one is given."""
+    """The wires on which a device is served; at least one is given."""
 
     rtu_path: Path | None = None
-    """Where a serial port with Modbus RTU appears."""
+    """Path at which a serial port with Modbus RTU appears."""
     serial_path: Path | None = None
-    """Where a serial port with the plain serial protocol appears."""
+    """Path at which a serial port with the plain serial protocol appears."""
     tcp: str | None = None
     """HOST:PORT of Modbus TCP, port 0 for a free one."""
     baud: int | None = None
-    """Of the serial ports: bytes take the time of a line of so many bit/s; None: none, as ptys do by themselves."""
+    """Baud rate of the serial ports [bit/s]: bytes take their time on the line; None: none, as ptys do."""
 
     def __post_init__(self) -> None:
         if self.rtu_path is None and self.serial_path is None and self.tcp is None:
@@ -44,9 +44,17 @@ class Wires:
 
 
 def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
-    """Serve `plant` until SIGINT or SIGTERM; prints one line `ready ...` when clients may connect.
+    """Serve `plant` until SIGINT, SIGTERM or SIGHUP; print one line `ready ...` once clients may connect.
 
-    SIGUSR1 restarts the device. `journal`: where it writes at the end what it did. Raises InputError.
+    SIGUSR1 restarts the device.
+
+    Args:
+        plant: the plant inside the device.
+        wires: where to serve it.
+        journal: file to which the device writes, at the end, what it did; None: none.
+
+    Raises:
+        InputError: an address cannot be served.
     """
     plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
     plant.reset()
@@ -62,7 +70,7 @@ def serve(plant: Plant, wires: Wires, journal: Path | None = None) -> None:
 
 @asynccontextmanager
 async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
-    """Serve while the block runs; yields what is served where, for the `ready` line. Raises InputError."""
+    """Serve while the block runs; yield what is served where, for the `ready` line. Raises InputError."""
     registers = RegisterFile(device)
     restart_on_signal(registers)
     ends: list[str] = []
@@ -89,13 +97,13 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
 
 
 def restart_on_signal(registers: RegisterFile) -> None:
-    """SIGUSR1 is the device's power switch, where this is the main thread."""
+    """Let SIGUSR1 power-cycle the device, if this is the main thread."""
     with suppress(ValueError, RuntimeError):
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, registers.power_cycle)
 
 
 def parse_address(address: str) -> tuple[str, int]:
-    """HOST:PORT, an IPv6 host in brackets. Raises InputError."""
+    """Return host and port of HOST:PORT, an IPv6 host in brackets. Raises InputError."""
     host, colon, port = address.rpartition(":")
     if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
         raise InputError(f'"{address}": an address is HOST:PORT, such as 127.0.0.1:5020')
@@ -105,7 +113,10 @@ def parse_address(address: str) -> tuple[str, int]:
 async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # under nohup it stays ignored
+        numbers.append(signal.SIGHUP)
+    for number in numbers:
         loop.add_signal_handler(number, stop.set)
     async with served(device, wires) as ends:
         gc.freeze()  # a full collection would stop the device for tens of milliseconds

@@ -1,4 +1,4 @@
-"""A serial port that exists only in the kernel: a pty whose slave appears under a path of one's choice."""
+"""A serial port that exists only in the kernel: a pty whose slave appears under a chosen path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rtctl.border.errors import InputError
 
 @contextmanager
 def virtual_port(path: Path) -> Iterator[int]:
-    """The master's file descriptor, while `path` is a link to the slave. Raises InputError.
+    """Yield the master's file descriptor, while `path` is a link to the slave. Raises InputError.
 
     The slave stays open here: without a reader the master would report EIO after each client, and be busy.
     """

@@ -82,6 +82,7 @@ class Run:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
         require("matplotlib", "Run.plot")
         from rtctl.plots.run import run_figure
+        from rtctl.session.run_files import range_of
 
         if len(self.signals["index"]) < 2:
             raise InputError(f"{self.scenario.scenario.title}: a run of fewer than two steps has no figure")
@@ -90,7 +91,7 @@ class Run:
             self.signals,
             title=self.scenario.scenario.title,
             closed_loop=self.scenario.reference is not None,
-            range_um=self.summary["range_um"],
+            output_range=range_of(self.summary, self.scenario.profile.reference.unit),
             profile=self.scenario.profile,
         )
 
@@ -114,8 +115,7 @@ class Run:
             errors = self.summary[name]
             rows.append([
                 name.replace("_", "-"),
-                f"{number(errors['mean_abs_um'], 'um')} ({number(errors['mean_abs_percent'], '%')})",
-                f"{number(errors['max_abs_um'], 'um')} ({number(errors['max_abs_percent'], '%')})",
+                *(_error_text(errors, figure) for figure in ("mean_abs", "max_abs")),
             ])  # fmt: skip
         title = f"{self.scenario.scenario.title}: {self.summary['verdict']}"
         notes = [text for text in (self.tuning, self.message) if text]
@@ -202,13 +202,12 @@ def _model(
     loaded: LoadedScenario, given: Path | None, device: Driver, folder: Path, stop: Any, report: Reporter
 ) -> tuple[Any, Path | None, bool]:
     """Return the model that the loop uses, its file, and whether the device was identified for it."""
-    from rtctl.plants.support import support_of
-    from rtctl.wiring import model_of, model_path
+    from rtctl.wiring import model_of, model_path, needs_model
 
     model = model_of(loaded.scenario, loaded.folder, given)
     if model is not None:
         return model, model_path(loaded.scenario, loaded.folder, given), False
-    if not getattr(support_of(loaded.scenario.scenario.plant), "needs_model", True):
+    if not needs_model(loaded.scenario):
         return None, None, False
     from rtctl.api.identify_first import identify_first
 
@@ -241,3 +240,9 @@ def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
         return
     with listening(folder, changes):
         yield
+
+
+def _error_text(errors: Mapping[str, Any], figure: str) -> str:
+    """Return a figure of a summary's errors in its unit and in percent of the range."""
+    value = errors.get(f"{figure}_um", errors.get(figure))
+    return f"{number(value, errors.get('unit', 'um'))} ({number(errors[f'{figure}_percent'], '%')})"

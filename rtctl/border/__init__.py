@@ -1,4 +1,4 @@
-"""What crosses the border between the loop, its drivers and a (simulated) device: nothing else is shared.
+"""Types shared by the loop, its drivers and a (simulated) device; nothing else is shared.
 
-`plant_sim` and `drivers` may import this package and nothing more of rtctl (an import contract holds it).
+`plant_sim` and `drivers` may import this package and nothing more of rtctl (an import contract enforces it).
 """

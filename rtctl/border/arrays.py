@@ -1,4 +1,4 @@
-"""Array types of the whole program: shapes and units stand in the docstrings of what takes and gives them."""
+"""Array types of the whole program; shapes and units stand in the docstrings of the functions."""
 
 from __future__ import annotations
 

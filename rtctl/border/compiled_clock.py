@@ -17,14 +17,14 @@ from rtctl.border.kernels import background_kernel
 _of_numba: Any = numba  # which mypy knows by half
 types = _of_numba.types
 AVAILABLE = sys.platform == "linux" and sys.byteorder == "little" and not _of_numba.config.DISABLE_JIT
-"""Whether this machine's system calls are the ones that are written here."""
+"""Whether this machine's system calls are the ones written here."""
 
 SECOND_NS = 1_000_000_000
 _MONOTONIC, _ABSOLUTE = 1, 1
 
 
 def external(name: str, answer: Any, *arguments: Any) -> Any:
-    """A function of the C library with these types."""
+    """Return a function of the C library with these types."""
     return types.ExternalFunction(name, answer(*arguments))
 
 
@@ -36,7 +36,7 @@ _clock_nanosleep = external(
 
 @background_kernel
 def clock_ns(scratch: IntArray, at: int) -> int:
-    """Now [ns]; two numbers of `scratch` from `at` on are used."""
+    """Return the time [ns]; two numbers of `scratch` from `at` on are used."""
     _clock_gettime(_MONOTONIC, scratch.ctypes.data + 8 * at)
     found: int = scratch[at] * SECOND_NS + scratch[at + 1]
     return found
@@ -44,7 +44,7 @@ def clock_ns(scratch: IntArray, at: int) -> int:
 
 @background_kernel
 def slept_until(scratch: IntArray, at: int, wake_ns: int) -> bool:
-    """Sleep until that time [ns]. False: a signal came first."""
+    """Sleep until that time [ns]; return False if a signal came first."""
     scratch[at] = wake_ns // SECOND_NS
     scratch[at + 1] = wake_ns % SECOND_NS
     woken: bool = _clock_nanosleep(_MONOTONIC, _ABSOLUTE, scratch.ctypes.data + 8 * at, 0) == 0

@@ -1,4 +1,4 @@
-"""All that is raised on purpose: bad input (exit 2) and a run that failed (exit 1)."""
+"""Exceptions that are raised on purpose: bad input (exit 2) and a run that failed (exit 1)."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ class RtctlError(Exception):
 
 
 class InputError(RtctlError):
-    """A file, a key, a unit or an option is wrong: found before anything moves. Exit code 2."""
+    """A file, a key, a unit or an option is wrong, found before anything moves. Exit code 2."""
 
     exit_code = 2
 
 
 class RunError(RtctlError):
-    """It ran and failed. Exit code 1."""
+    """A run started and failed. Exit code 1."""
 
 
 class Fault(StrEnum):
-    """Why a loop ended before its time, by name."""
+    """Reason for which a loop ended early."""
 
     NO_ANSWER = "no_answer"
     STALE_REPLY = "stale_reply"
@@ -58,7 +58,7 @@ class DriverError(RunError):
 
 
 def nearest(word: str, known: Iterable[str], *, listed: bool = False) -> str:
-    """`; did you mean "x"?`, or the list of what is known, to end a message about a misspelt word.
+    """Return `; did you mean "x"?` or the list of known words, to end a message about a misspelt word.
 
     `listed`: the message has the list already.
     """

@@ -33,12 +33,12 @@ T = TypeVar("T")
 
 
 def kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """`function`, compiled at its first call for the types of its arguments and kept on disk."""
+    """Compile `function` at its first call for the types of its arguments, and keep it on disk."""
     return _compiled(function)
 
 
 def background_kernel(function: Callable[P, T]) -> Callable[P, T]:
-    """A kernel of whole records, during which other threads run; for single samples that costs more than it gives."""
+    """Compile a kernel of whole records that releases the interpreter's lock; for single samples that does not pay."""
     return _compiled(function, nogil=True)
 
 
@@ -57,7 +57,7 @@ def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T
 
 
 def _pointer(typing_context: Any, address: Any) -> Any:
-    """In a kernel: an address as a pointer, of which `carray` makes an array."""
+    """Convert an address to a pointer, of which `carray` makes an array (in a kernel)."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.inttoptr(arguments[0], cgutils.voidptr_t)
@@ -69,7 +69,7 @@ pointer: Any = intrinsic(_pointer)
 
 
 def machine_code(kernel: Callable[P, T], *examples: Any) -> Callable[P, T]:
-    """`kernel` for arguments of the types of `examples` only: made now or taken from the disk, nothing runs.
+    """Return `kernel` compiled for the types of `examples` only: made now or taken from the disk, nothing runs.
 
     Skips numba's look-up of the types at each call. The caller vouches for them: another one would be misread.
     """
@@ -84,7 +84,7 @@ def machine_code(kernel: Callable[P, T], *examples: Any) -> Callable[P, T]:
 
 
 def first_class(kernel: Callable[..., int], *examples: Any) -> Any:
-    """`kernel`, which returns an integer, as a value that is handed to other kernels for them to call."""
+    """Return `kernel`, which returns an integer, as a value that other kernels can call."""
     of_numba: Any = numba
     arguments = tuple(of_numba.typeof(example) for example in examples)
     dispatcher: Any = kernel
@@ -101,7 +101,7 @@ def first_class(kernel: Callable[..., int], *examples: Any) -> Any:
 
 
 def _parts(function: Callable[..., Any]) -> Iterator[str]:
-    """Stamps of what the module of `function` has imported or defined so far and may compile into it.
+    """Return stamps of all that the module of `function` has imported or defined and may compile into it.
 
     All of it, not only the names in `function`: it may reach them through a kernel further down its file.
     """
@@ -130,9 +130,9 @@ COMPILED = not _of_numba.config.DISABLE_JIT
 
 @kernel
 def uncounted(array: FloatArray) -> FloatArray:
-    """In a kernel: the same numbers, without a count of references, on which loops with branches spend a third.
+    """Return the same numbers without reference counting, on which loops with branches spend a third (in a kernel).
 
-    Only of an argument of the outermost kernel: `array` must outlive it. C-contiguous float64.
+    Only for an argument of the outermost kernel: `array` must outlive it. C-contiguous float64.
     """
     if not COMPILED:
         return array

@@ -21,9 +21,9 @@ class Value(Checked):
     value: Annotated[float, Field(allow_inf_nan=False)]
     unit: str
     fixed: bool = False
-    """Known from elsewhere: a fit leaves it as it is."""
+    """Whether the value is known from elsewhere, so that a fit leaves it."""
     low: float | None = None
-    """Of the interval in which it is believed to lie, in its unit."""
+    """Lower end of the interval in which it is believed to lie, in its unit."""
     high: float | None = None
     standard_error: float | None = None
 
@@ -36,19 +36,19 @@ class Value(Checked):
         return self
 
     def to(self, unit: str) -> float:
-        """The number in `unit`. Raises ValueError in words where the units are not compatible."""
+        """Return the number in `unit`. Raises ValueError in words where the units are not compatible."""
         return self.value if unit == self.unit else convert(self.value, self.unit, unit)
 
 
 class MechanismTable(Checked):
-    """[[model.mechanisms]]: an extension by its id."""
+    """Table [[model.mechanisms]]: an extension by its id."""
 
     id: str
     parameters: dict[str, Value] = Field(default_factory=dict)
 
 
 class ModelTable(Checked):
-    """[model]"""
+    """Table [model]."""
 
     kind: str
     parameters: dict[str, Value] = Field(default_factory=dict)
@@ -68,17 +68,17 @@ class ModelFile(Checked):
 
     model: ModelTable
     device: dict[str, Any] = Field(default_factory=dict)
-    """What a simulated device of this model has beside: limits of its drive, instruments; `plant_sim` reads it."""
+    """Further data of a simulated device of this model (limits of its drive, instruments), read by `plant_sim`."""
     provenance: dict[str, Any] = Field(default_factory=dict)
-    """Where it comes from: dataset and its hash, command, version."""
+    """Origin of the model: dataset and its hash, command, version."""
 
     @property
     def kind(self) -> str:
-        """The kind of plant."""
+        """Kind of plant."""
         return self.model.kind
 
     def value(self, name: str, unit: str) -> float:
-        """A nominal parameter in `unit`; a missing one is 0. Raises InputError for a unit that does not fit."""
+        """Return a nominal parameter in `unit`; a missing one is 0. Raises InputError for a unit that does not fit."""
         found = self.model.parameters.get(name)
         if found is None:
             return 0.0
@@ -89,7 +89,7 @@ class ModelFile(Checked):
 
 
 def read_model_file(path: Path, kind: str) -> ModelFile:
-    """The checked file. Raises InputError with every finding, also where it is of another kind."""
+    """Return the checked file. Raises InputError with every finding, also where it is of another kind."""
     tables = read_toml(path)
     table = tables.get("model")
     found = table.get("kind") if isinstance(table, dict) else None

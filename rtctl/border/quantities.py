@@ -30,12 +30,12 @@ class Checked(BaseModel):
 
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
-    """The one registry of the program (building it costs tenths of a second)."""
+    """Return the one registry of the program (building it costs tenths of a second)."""
     return pint.UnitRegistry()
 
 
 def convert(value: float, unit: str, to: str) -> float:
-    """`value unit` in `to`. Raises ValueError in words for an unknown or incompatible unit."""
+    """Return `value unit` in `to`. Raises ValueError in words for an unknown or incompatible unit."""
     registry = unit_registry()
     try:
         return float(registry.Quantity(value, unit).to(to).magnitude)
@@ -48,7 +48,7 @@ def convert(value: float, unit: str, to: str) -> float:
 
 
 def parse_quantity(raw: Any, unit: str) -> float:
-    """A quantity of a file in `unit`. Raises ValueError in words."""
+    """Return a quantity of a file in `unit`. Raises ValueError in words."""
     if isinstance(raw, dict):
         if not {"value", "unit"} <= raw.keys() or not isinstance(raw["value"], int | float):
             raise ValueError(f'a quantity is {{ value = <number>, unit = "{unit}" }}, got {raw!r}')
@@ -68,12 +68,12 @@ def parse_quantity(raw: Any, unit: str) -> float:
 
 
 def Quantity(unit: str) -> BeforeValidator:
-    """Annotation: `period_s: Annotated[float, Quantity("s")]`."""
+    """Return the annotation of a field in `unit`, as in `period_s: Annotated[float, Quantity("s")]`."""
     return BeforeValidator(lambda raw: parse_quantity(raw, unit))
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The tables of a TOML file. Raises InputError that names the file."""
+    """Return the tables of a TOML file. Raises InputError that names the file."""
     try:
         with path.open("rb") as file:
             return tomllib.load(file)
@@ -90,9 +90,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 def check(
     model: type[ModelT], tables: dict[str, Any], source: str, context: dict[str, Any] | None = None
 ) -> ModelT:
-    """`tables` as a `model`; every finding in one InputError, each with file, key and the nearest valid key.
+    """Validate `tables` as a `model`; one InputError has every finding, each with file, key and the nearest valid key.
 
-    `context` is what validators may ask for beyond the tables.
+    `context` is passed to validators that need more than the tables.
     """
     try:
         return model.model_validate(tables, context=context)
@@ -129,7 +129,7 @@ def _finding(model: type[BaseModel], item: dict[str, Any]) -> str:
 
 
 def _keys_on(model: Any, location: tuple[Any, ...]) -> tuple[list[str], list[str]]:
-    """The keys on the way to the table at `location` below `model`, as the file has them, and the valid keys in it.
+    """Return the keys of the path to `location` below `model`, as the file has them, and the valid keys there.
 
     A union's location names the member by its tag, which is no key of the file.
     """

@@ -30,40 +30,40 @@ MAP_END = 128
 
 
 def float32_words(value: float) -> tuple[int, int]:
-    """Two registers, high word first, of a float32. Raises OverflowError beyond float32's range."""
+    """Return the two registers of a float32, high word first. Raises OverflowError beyond float32's range."""
     high, low = struct.unpack(">HH", struct.pack(">f", value))
     return high, low
 
 
 def words_float32(high: int, low: int) -> float:
-    """The float32 in two registers."""
+    """Return the float32 in two registers."""
     value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
     return value
 
 
 def uint32_words(value: int) -> tuple[int, int]:
-    """Two registers, high word first, of an integer modulo 2^32."""
+    """Return the two registers of an integer modulo 2^32, high word first."""
     return (value >> 16) & 0xFFFF, value & 0xFFFF
 
 
 def words_uint32(high: int, low: int) -> int:
-    """The uint32 in two registers."""
+    """Return the uint32 in two registers."""
     return (high << 16) | low
 
 
 def identity_words(identity: str) -> list[int]:
-    """Eight registers: ASCII, 16 bytes, zero-padded."""
+    """Return eight registers: ASCII, 16 bytes, zero-padded."""
     raw = identity.encode("ascii", "replace")[:16].ljust(16, b"\0")
     return list(struct.unpack(">8H", raw))
 
 
 def words_identity(words: Sequence[int]) -> str:
-    """The ASCII identity in eight registers, without padding."""
+    """Return the ASCII identity in eight registers, without padding."""
     return struct.pack(">8H", *words).rstrip(b"\0 ").decode("ascii", "replace")
 
 
 def check_layout(profile: DeviceProfile) -> None:
-    """Raises ValueError unless the commands lie at 0, then from 8 on without a gap."""
+    """Raise ValueError unless the commands lie at 0, then from 8 on without a gap."""
     found = [channel.register for channel in profile.commands]
     wanted = [COMMAND, *range(FURTHER_COMMANDS, FURTHER_COMMANDS + 2 * (len(found) - 1), 2)]
     if found != wanted:
@@ -71,6 +71,6 @@ def check_layout(profile: DeviceProfile) -> None:
 
 
 def reading_count(profile: DeviceProfile) -> int:
-    """Registers from 100 on that one read of this kind of device takes."""
+    """Return the number of registers from 100 on that one read of this kind of device takes."""
     channels = (*profile.sensed, profile.reference)
     return max(READING_COUNT, *(channel.register + 2 - READING for channel in channels))

@@ -20,7 +20,7 @@ from rtctl.border.records import DeviceProfile, Measurement
 
 VERSION = 1
 MAX_BODY = 248
-"""Bytes of type, tag and payload: so short a frame costs one byte of COBS, whatever it holds."""
+"""Bytes of type, tag and payload: in so short a frame COBS costs one byte whatever it holds."""
 
 _HEAD = struct.Struct("<BH")
 _CRC = struct.Struct("<H")
@@ -32,7 +32,7 @@ _LONGEST = MAX_BODY + _CRC.size + 1
 
 
 class Request(IntEnum):
-    """Types of messages from the host; the reply's is this with bit 7 set, or `ERROR`."""
+    """Types of messages from the host; the reply has the same with bit 7 set, or `ERROR`."""
 
     COMMAND = 0x01
     READ = 0x02
@@ -45,7 +45,7 @@ ERROR = 0xFF
 
 
 class ErrorCode(IntEnum):
-    """What an `ERROR` reply carries."""
+    """Code in an `ERROR` reply."""
 
     UNKNOWN_TYPE = 1
     WRONG_LENGTH = 2
@@ -53,7 +53,7 @@ class ErrorCode(IntEnum):
 
 
 class Message(NamedTuple):
-    """One frame's content."""
+    """Content of one frame."""
 
     type: int
     tag: int
@@ -61,7 +61,7 @@ class Message(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Payload of SETTINGS, and of its reply: what is in force."""
+    """Payload of SETTINGS, and of its reply: the settings in force."""
 
     enable: int
     lockstep: int
@@ -79,7 +79,7 @@ class Identity(NamedTuple):
 
 
 def frame(kind: int, tag: int, payload: bytes = b"") -> bytes:
-    """The bytes of one message, delimiters included. Raises ValueError on a payload that is too long."""
+    """Return the bytes of one message, delimiters included. Raises ValueError on a payload that is too long."""
     body = _HEAD.pack(kind, tag) + payload
     if len(body) > MAX_BODY:
         raise ValueError(f"a message has at most {MAX_BODY} bytes, got {len(body)}")
@@ -88,7 +88,7 @@ def frame(kind: int, tag: int, payload: bytes = b"") -> bytes:
 
 
 def unframe(stuffed: bytes) -> Message | None:
-    """The message between two delimiters; None where it is damaged."""
+    """Return the message between two delimiters; None where it is damaged."""
     body = _unstuffed(stuffed)
     if (
         body is None
@@ -111,14 +111,14 @@ def _unstuffed(stuffed: bytes) -> bytes | None:
 
 
 class FrameReader:
-    """Bytes as they arrive to whole, sound messages; `damaged` counts what was thrown away."""
+    """Decoder of bytes as they arrive to whole, valid messages; `damaged` counts discarded frames."""
 
     def __init__(self) -> None:
         self.damaged = 0
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Message]:
-        """The messages that `data` completes."""
+        """Return the messages that `data` completes."""
         whole = (self._rest + data).split(b"\0")
         self._rest = whole.pop()
         if len(self._rest) > _LONGEST:  # no frame is so long: a babbling line must not fill the memory
@@ -136,23 +136,23 @@ class FrameReader:
 
 
 def settings_payload(settings: Settings) -> bytes:
-    """8 bytes."""
+    """Return the payload of 8 bytes."""
     return _SETTINGS.pack(*settings)
 
 
 def settings_of(payload: bytes) -> Settings | None:
-    """None where the length is wrong."""
+    """Decode the settings; None where the length is wrong."""
     return Settings(*_SETTINGS.unpack(payload)) if len(payload) == _SETTINGS.size else None
 
 
 def identity_payload(profile: DeviceProfile, name: str) -> bytes:
-    """19 bytes: version, numbers of commands and readings, ASCII name."""
+    """Return 19 bytes: version, numbers of commands and readings, ASCII name."""
     raw = name.encode("ascii", "replace")[:16]
     return _IDENTITY.pack(VERSION, len(profile.commands), len(profile.sensed), raw)
 
 
 def identity_of(payload: bytes) -> Identity | None:
-    """None where the length is wrong."""
+    """Decode the identity; None where the length is wrong."""
     if len(payload) != _IDENTITY.size:
         return None
     version, commands, sensed, raw = _IDENTITY.unpack(payload)
@@ -167,19 +167,24 @@ class Layout:
         self._reading = struct.Struct(_READING + len(profile.sensed) * "f")
 
     def command(self, levels: Sequence[float]) -> bytes:
-        """Payload of COMMAND. Raises OverflowError beyond float32, struct.error on another number of levels."""
+        """Return the payload of COMMAND.
+
+        Raises:
+            OverflowError: A level is beyond float32.
+            struct.error: The number of levels is wrong.
+        """
         return self._levels.pack(*levels)
 
     def levels(self, payload: bytes) -> tuple[float, ...] | None:
-        """None where the length is wrong."""
+        """Decode the levels; None where the length is wrong."""
         return self._levels.unpack(payload) if len(payload) == self._levels.size else None
 
     def reading(self, m: Measurement) -> bytes:
-        """Payload of the replies to COMMAND and READ."""
+        """Return the payload of the replies to COMMAND and READ."""
         return self._reading.pack(m.sequence, m.status, m.counter, m.time_us, m.reference, *m.sensed)
 
     def measurement(self, payload: bytes) -> Measurement | None:
-        """None where the length is wrong."""
+        """Decode a measurement; None where the length is wrong."""
         if len(payload) != self._reading.size:
             return None
         values = self._reading.unpack(payload)

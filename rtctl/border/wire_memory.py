@@ -1,4 +1,4 @@
-"""What a compiled exchange remembers and answers: one array of numbers a line, and the codes of how it ended.
+"""Memory of a compiled exchange: one array of numbers a line, and the codes of how it ended.
 
 The numbers are int64; the slots from `POLL` on are laid out as the system calls want them (`struct pollfd`, `struct
 timespec`), little-endian.
@@ -23,11 +23,11 @@ FD, TIMEOUT_NS, UNIT, TRANSACTION, SEQUENCE, REGISTERS, ARRIVED, ERRNO, REPLY_AT
 of an unfinished frame; errno of a failed call (0: the other end hung up); where a reply lies that is no reading;
 damaged frames of this exchange."""
 SETTINGS = 11
-"""Five Modbus registers that a command of several channels runs over."""
+"""Slots of five Modbus registers that a command of several channels runs over."""
 COUNTER, TIME_US, IN_FORCE, STATUS = 16, 17, 18, 19
 """Of the reading."""
 SENSED_AT = 20
-"""Where each reading lies in the registers [bytes]; the reference is the last."""
+"""Offset of each reading in the registers [bytes]; the reference is the last."""
 MOST_READINGS = 8
 POLL = 30
 CLOCK = 32
@@ -40,7 +40,7 @@ ByteArray = NDArray[np.uint8]
 
 
 class Ended(IntEnum):
-    """How an exchange ended; all but `OK` are explained by the driver."""
+    """How an exchange ended; the driver explains all but `OK`."""
 
     OK = 0
     SILENT = 1
@@ -62,34 +62,34 @@ class WireMemory(NamedTuple):
     """Arguments of a compiled exchange, in its order."""
 
     levels: FloatArray
-    """(commands,) in: the profile's units."""
+    """Levels (commands,) to send, in the profile's units."""
     reading: FloatArray
-    """(sensed + 1,) out: what is sensed, then the reference."""
+    """Received (sensed + 1,): the sensed values, then the reference."""
     line: IntArray
     out: ByteArray
     inbox: ByteArray
 
 
 def nothing() -> None:
-    """What outlives an exchange is in the memory already."""
+    """Do nothing: the memory already has all that outlives an exchange."""
 
 
 class CompiledExchange(NamedTuple):
-    """An exchange that a compiled loop calls itself: what `compiled_exchange` of a driver returns, if it has one."""
+    """An exchange that a compiled loop calls itself, returned by a driver's `compiled_exchange` if it has one."""
 
     function: Any
-    """Of numba's first-class kind: `WireMemory`'s arrays to a code of `Ended`."""
+    """First-class function of numba: `WireMemory`'s arrays to a code of `Ended`."""
     memory: WireMemory
     conclude: Callable[[int, Sequence[float]], Measurement]
-    """What the driver makes of a code after a command of these levels: its measurement, or DriverError."""
+    """Converts a code after a command of these levels to a measurement, or raises DriverError."""
     lend: Callable[[], None] = nothing
-    """Before a block of exchanges: what outlives one, to the memory."""
+    """Copies what outlives an exchange to the memory, before a block of exchanges."""
     give_back: Callable[[], None] = nothing
-    """After it."""
+    """Copies it back after the block."""
 
 
 def wire_memory(profile: DeviceProfile) -> WireMemory:
-    """Of a line to a device of this kind, closed."""
+    """Return the memory of a closed line to a device of this kind."""
     readings = len(profile.sensed) + 1
     if readings > MOST_READINGS:
         raise ValueError(

@@ -1,6 +1,6 @@
-"""Parts on a Dask cluster: workers come, go and are killed; a part that was lost with one is computed by another.
+"""Parts on a Dask cluster: workers come, go and are killed; a part lost with one is computed by another.
 
-A task is a part: seconds of work, a few kB to tell and to bring back, so the scheduler's millisecond is no overhead.
+A task is a part: seconds of work, a few kB to send and to return, so the scheduler's millisecond is no overhead.
 Results travel to this process, which alone writes: workers need `rtctl[cluster]` of the same version and no disk.
 """
 
@@ -19,15 +19,15 @@ from rtctl.extras import require
 from rtctl.version import __version__
 
 WAITING = 2
-"""Parts handed out for each thread of the workers."""
+"""Parts submitted for each thread of the workers."""
 MOST_LOSSES = 5
-"""Of one part, each by the scheduler's own count of killed workers: more is the part's fault."""
+"""Losses of one part, by the scheduler's count of killed workers, above which the part itself is at fault."""
 NO_WORKER_S = 60.0
 CONNECT_S = 10.0
 
 
 def on_cluster(plan: Plan, numbers: Sequence[int], address: str) -> Iterator[tuple[int, bytes]]:
-    """Each part's number and content, as they are done. Raises InputError and RunError."""
+    """Yield each part's number and content as it is done. Raises InputError and RunError."""
     _check_address(address)
     distributed: Any = require("distributed", "--scheduler")
     connect: Any = distributed.Client
@@ -43,12 +43,12 @@ def on_cluster(plan: Plan, numbers: Sequence[int], address: str) -> Iterator[tup
 
 
 def version_here() -> str:
-    """Of rtctl on a worker."""
+    """Return the version of rtctl on a worker."""
     return __version__
 
 
 class _Run:
-    """One campaign's tasks on a cluster."""
+    """Tasks of one campaign on a cluster."""
 
     def __init__(self, plan: Plan, client: Any, address: str, distributed: Any) -> None:
         self._plan, self._client, self._address, self._dask = plan, client, address, distributed
@@ -86,7 +86,7 @@ class _Run:
             future.release()
 
     def _lost(self, number: int) -> None:
-        """Its workers were killed: again, unless it is the part that kills them."""
+        """Resubmit a part whose workers were killed, unless it is the part that kills them."""
         self._check_alive()
         self._losses[number] = self._losses.get(number, 0) + 1
         if self._losses[number] > MOST_LOSSES:
@@ -99,7 +99,7 @@ class _Run:
         return sum(int(count) for count in self._client.nthreads().values())
 
     def _check_alive(self) -> None:
-        """Raise RunError where nobody can be working."""
+        """Raise RunError where no worker can be active."""
         try:
             working = self._client.status == "running" and self._threads() > 0
         except (OSError, TimeoutError):
@@ -114,7 +114,7 @@ class _Run:
             )
 
     def _check_versions(self) -> None:
-        """Raise RunError where a worker would compute something else."""
+        """Raise RunError where a worker runs another version, which might compute other results."""
         try:
             found: dict[str, str] = self._client.run(version_here)
         except ModuleNotFoundError as error:

@@ -1,8 +1,8 @@
-"""Where in its factors' ranges each trajectory lies: grid, Latin hypercube, random, each part of it by itself.
+"""Positions of the trajectories in the ranges of their factors: grid, Latin hypercube or random.
 
 Every point is a function of its index alone, so that a task of a thousand trajectories of a billion needs neither the
 other points nor an order of computation. A Latin hypercube's permutations are a keyed Feistel network walked until it
-lands inside the range (J. Black, P. Rogaway, CT-RSA 2002), random numbers come from generators of their own for each
+lands inside the range (J. Black, P. Rogaway, CT-RSA 2002); random numbers come from one generator for each
 block of indices.
 """
 
@@ -30,27 +30,27 @@ class Axis(NamedTuple):
     low: float
     high: float
     values: tuple[float, ...] = ()
-    """Of a grid; empty: the interval itself."""
+    """Values of a grid; empty: the interval itself."""
     logarithmic: bool = False
 
     def at(self, share: FloatArray) -> FloatArray:
-        """Values at shares 0 to 1 of the interval."""
+        """Return the values at shares 0 to 1 of the interval."""
         if self.logarithmic:
             return np.asarray(np.exp(math.log(self.low) + share * math.log(self.high / self.low)))
         return np.asarray(self.low + share * (self.high - self.low))
 
 
 class Design(NamedTuple):
-    """All points."""
+    """All points of a campaign."""
 
     kind: str
-    """"grid", "latin-hypercube", "random"."""
+    """Kind of design: "grid", "latin-hypercube" or "random"."""
     axes: tuple[Axis, ...]
     samples: int
     seed: int
 
     def points(self, first: int, last: int) -> FloatArray:
-        """(last - first, factors): those of the indices `first` to `last`; a grid's last factor changes fastest."""
+        """Return the points (last - first, factors) of these indices; a grid's last factor changes fastest."""
         index = np.arange(first, last, dtype=np.int64)
         if self.kind == "grid":
             return _grid(self.axes, index)
@@ -62,7 +62,7 @@ class Design(NamedTuple):
 
 
 def grid_size(axes: Sequence[Axis]) -> int:
-    """Number of a grid's points."""
+    """Return the number of a grid's points."""
     return math.prod(len(axis.values) for axis in axes)
 
 
@@ -75,7 +75,7 @@ def _grid(axes: Sequence[Axis], index: NDArray[np.int64]) -> FloatArray:
 
 
 def _random(seed: int, factors: int, first: int, last: int) -> FloatArray:
-    """Uniform shares of 0 to 1 of these indices."""
+    """Return uniform shares of 0 to 1 for these indices."""
     blocks = range(first // _BLOCK, (last - 1) // _BLOCK + 1)
     drawn = [np.random.default_rng([seed, block]).random((_BLOCK, factors)) for block in blocks]
     begin = first - blocks[0] * _BLOCK
@@ -83,7 +83,7 @@ def _random(seed: int, factors: int, first: int, last: int) -> FloatArray:
 
 
 def permuted(index: NDArray[np.int64], size: int, key: tuple[int, int]) -> NDArray[np.int64]:
-    """Where a permutation of 0 to size - 1, one for each `key`, takes each index."""
+    """Return the image of each index under the permutation of 0 to size - 1 that belongs to `key`."""
     half = max(1, math.ceil(math.log2(max(size, 2)) / 2.0))
     keys = np.random.default_rng(list(key)).integers(0, 2**63, _ROUNDS, dtype=np.uint64)
     found = _feistel(index.astype(np.uint64), half, keys)
@@ -95,7 +95,7 @@ def permuted(index: NDArray[np.int64], size: int, key: tuple[int, int]) -> NDArr
 
 
 def _feistel(word: WordArray, half: int, keys: WordArray) -> WordArray:
-    """A permutation of words of 2 `half` bits."""
+    """Permute words of 2 `half` bits."""
     mask = np.uint64((1 << half) - 1)
     left, right = word >> np.uint64(half), word & mask
     for key in keys:
@@ -105,7 +105,7 @@ def _feistel(word: WordArray, half: int, keys: WordArray) -> WordArray:
 
 
 def _mixed(word: WordArray) -> WordArray:
-    """SplitMix64's finaliser."""
+    """Apply SplitMix64's finaliser."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     mixed: WordArray = word ^ (word >> np.uint64(31))

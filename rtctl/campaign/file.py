@@ -1,4 +1,4 @@
-"""The campaign file: a model, a drive, a design over factors, what is kept of each trajectory."""
+"""The campaign file: a model, a drive, a design over factors, and the outputs that are kept of each trajectory."""
 
 from __future__ import annotations
 
@@ -14,48 +14,48 @@ OUTPUTS = (
     "kind", "kind_by_rule", "attractor", "period", "settled_s", "exponent", "lowest", "highest", "end_displacement",
     "end_velocity", "turning_points", "stroboscopic",
 )  # fmt: skip
-"""Of a motion under harmonic drive."""
+"""Outputs of a motion under harmonic drive."""
 RECORD_OUTPUTS = ("rms_error", "nrmse")
-"""Of a simulation of records, one of each for each measured output."""
+"""Outputs of a simulation of records, one of each for each measured output."""
 SETTINGS = ("frequency", "amplitude", "displacement", "velocity")
-"""What a factor may be beside a parameter of the model."""
+"""Factors beside the parameters of the model."""
 Raw = str | int | float | dict[str, Any]
 
 
 class CampaignTable(Checked):
-    """[campaign]"""
+    """Table [campaign]."""
 
     title: str
     model: str
     """A model file beside the campaign, or a bundled oscillator."""
     outputs: Annotated[tuple[str, ...], Field(min_length=1)]
     part: Annotated[int, Field(ge=1)] | None = None
-    """Trajectories a task; None: some seconds' worth."""
+    """Trajectories per task; None: some seconds' worth."""
 
 
 class UnitsTable(Checked):
-    """[units] of the data; without it those of the model's `[device]` table."""
+    """Table [units] of the data; without it those of the model's `[device]` table."""
 
     drive: str | None = None
     displacement: str | None = None
 
 
 class DriveTable(Checked):
-    """[drive] amplitude cos(2 pi frequency t)"""
+    """Table [drive]: amplitude cos(2 pi frequency t)."""
 
     frequency: Raw | None = None
     amplitude: Raw | None = None
 
 
 class StartTable(Checked):
-    """[start] at the drive's crest"""
+    """Table [start]: state at the drive's crest."""
 
     displacement: Raw | None = None
     velocity: Raw | None = None
 
 
 class FollowTable(Checked):
-    """[follow] how long, and how finely"""
+    """Table [follow]: how long and how finely motions are integrated."""
 
     look: Annotated[float, Quantity("s"), Field(gt=0.0, allow_inf_nan=False)] = 100.0
     most: Annotated[float, Quantity("s"), Field(gt=0.0, allow_inf_nan=False)] = 1000.0
@@ -70,7 +70,7 @@ class FollowTable(Checked):
 
 
 class RecordsTable(Checked):
-    """[records] to simulate instead of a harmonic drive"""
+    """Table [records]: records to simulate instead of a harmonic drive."""
 
     dataset: str
     """A manifest beside the campaign."""
@@ -78,7 +78,7 @@ class RecordsTable(Checked):
 
 
 class DesignTable(Checked):
-    """[design]"""
+    """Table [design]."""
 
     kind: Literal["grid", "latin-hypercube", "random"]
     samples: Annotated[int, Field(ge=1)] | None = None
@@ -94,7 +94,7 @@ class DesignTable(Checked):
 
 
 class FactorTable(Checked):
-    """[factors.NAME]: an interval, or the values themselves"""
+    """Table [factors.NAME]: an interval, or the values themselves."""
 
     low: Raw | None = None
     high: Raw | None = None
@@ -113,7 +113,7 @@ class FactorTable(Checked):
 
 
 class PictureTable(Checked):
-    """[picture]: a plane of two factors coloured by an output, or an output over one factor"""
+    """Table [picture]: a plane of two factors coloured by an output, or an output over one factor."""
 
     kind: Literal["basins", "bifurcation"]
     x: str
@@ -122,7 +122,7 @@ class PictureTable(Checked):
 
 
 class Campaign(Checked):
-    """A whole file."""
+    """A whole campaign file."""
 
     campaign: CampaignTable
     units: UnitsTable = UnitsTable()
@@ -150,7 +150,7 @@ class Campaign(Checked):
         return self
 
     def output_findings(self) -> list[str]:
-        """Outputs that there are not, tables that say nothing here."""
+        """Return findings on unknown outputs and on tables without effect."""
         known = OUTPUTS if self.records is None else RECORD_OUTPUTS
         lines = [
             f'key "campaign.outputs": unknown value "{name}"{nearest(name, known)}'
@@ -162,7 +162,7 @@ class Campaign(Checked):
         return lines
 
     def picture_findings(self, picture: PictureTable) -> list[str]:
-        """What is wrong with [picture]."""
+        """Return findings on [picture]."""
         lines = []
         for key, name in (("x", picture.x), ("y", picture.y)):
             if name is not None and name not in self.factors:
@@ -175,12 +175,12 @@ class Campaign(Checked):
 
 
 def read_campaign(path: Path) -> Campaign:
-    """The checked file. Raises InputError with every finding."""
+    """Return the checked file. Raises InputError with every finding."""
     return check(Campaign, read_toml(path), str(path))
 
 
 def find_campaign(name: str) -> Path:
-    """A campaign by path, or a bundled one by name. Raises InputError."""
+    """Return the path of a campaign, or of a bundled one by name. Raises InputError."""
     from rtctl.scenario.bundled import bundled_scenarios
 
     path = Path(name)

@@ -1,4 +1,4 @@
-"""Parts on the cores of this machine, in processes of their own."""
+"""Parts on the cores of this machine, each in its own process."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from rtctl.campaign.part import compute_part
 from rtctl.campaign.plan import Plan
 
 WAITING = 2
-"""Parts handed out for each worker: the next begins at once."""
+"""Parts submitted for each worker, so that the next one starts at once."""
 
 
 def cores() -> int:
-    """That this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0))
 
 
 def on_this_machine(plan: Plan, numbers: Sequence[int], workers: int) -> Iterator[tuple[int, bytes]]:
-    """Each part's number and content, as they are done. Raises RunError where a process dies."""
+    """Yield each part's number and content as it is done. Raises RunError where a process dies."""
     workers = min(workers, len(numbers))
     if workers <= 1:
         for number in numbers:

@@ -18,11 +18,11 @@ from rtctl.orbits.classes import Orbits, Patience, classify, regular
 from rtctl.orbits.forced import Drive, Lanes
 
 STROBOSCOPIC_POINTS = 64
-"""Of a motion that does not settle."""
+"""Points kept of a motion that does not settle."""
 
 
 def compute_part(plan: Plan, number: int) -> bytes:
-    """The Parquet file of part `number`: factors, then outputs, one row a trajectory. The same bytes everywhere."""
+    """Return the Parquet file of part `number`: factors, then outputs, one row a trajectory; reproducible bytes."""
     first = number * plan.part
     points = plan.design.points(first, min(first + plan.part, plan.design.samples))
     outputs = record_errors(plan, points) if plan.records else _motions(plan, points)
@@ -41,7 +41,7 @@ def compute_part(plan: Plan, number: int) -> bytes:
 
 
 def _motions(plan: Plan, points: FloatArray) -> dict[str, tuple[pa.Array, str]]:
-    """Outputs and their units of motions under harmonic drive."""
+    """Return outputs and their units for motions under harmonic drive."""
     forced = plan.forced()
     drive = Drive(forced, plan.steps_per_period)
     values = np.tile([one.value for one in forced.parameters], (len(points), 1))
@@ -79,7 +79,7 @@ def _extreme(pick: Callable[[FloatArray], np.float64]) -> Callable[[Orbits, Driv
 
 
 def _stroboscopic(orbits: Orbits, drive: Drive, lanes: Lanes) -> pa.Array:
-    """Displacement at the crests of the drive, a whole orbit or so many periods."""
+    """Return the displacement at the crests of the drive, for a whole orbit or `STROBOSCOPIC_POINTS` periods."""
     found: list[FloatArray] = [np.empty(0)] * lanes.number
     for period in np.unique(orbits.period).tolist():
         if period < 0:
@@ -92,7 +92,7 @@ def _stroboscopic(orbits: Orbits, drive: Drive, lanes: Lanes) -> pa.Array:
 
 
 def _attractor(orbits: Orbits, drive: Drive, lanes: Lanes) -> pa.Array:
-    """The orbit by kind, period and range: the same words, the same orbit, wherever the motion began."""
+    """Describe the orbit by kind, period and range: equal words mean the same orbit, wherever the motion started."""
     found = []
     for kind, period, points in zip(orbits.kind, orbits.period.tolist(), orbits.points, strict=True):
         if period > 0 and len(points):

@@ -1,4 +1,4 @@
-"""A model's error on measured records, a row a set of parameters: free-run simulation, no measured output fed in."""
+"""A model's error on measured records, one row per set of parameters: free-run simulation without measured outputs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from rtctl.campaign.plan import Plan
 from rtctl.wiring import build_simulation
 
 LANES = 32
-"""Simulated together."""
+"""Sets simulated together."""
 
 
 def record_errors(plan: Plan, points: FloatArray) -> dict[str, tuple[pa.Array, str]]:
-    """Columns and their units: RMS over all records' scored samples, and in parts of the signals' own RMS.
+    """Return columns and their units: RMS over all records' scored samples, absolute and relative to the signals' RMS.
 
-    A column has the measured output's name behind its own where there are several. Infinite where it diverged.
+    A column name ends with the measured output's name where there are several. Infinite where the run diverged.
     """
     simulation = build_simulation(plan.model, plan.units, plan.campaign.campaign.model)
     names = [one.name for one in simulation.parameters]

@@ -1,4 +1,4 @@
-"""A campaign from file to folder: what is missing is computed and kept part by part, then counted and drawn."""
+"""Run a campaign from file to folder: missing parts are computed and kept one by one, then counted and drawn."""
 
 from __future__ import annotations
 
@@ -28,9 +28,19 @@ def run_campaign(
     stop: Callable[[], bool],
     advance: Callable[[int], None],
 ) -> dict[str, Any]:
-    """Compute what `folder` lacks, on `workers` processes or on the cluster at `scheduler`; returns the summary.
+    """Compute the parts that `folder` lacks, and return the summary.
 
-    Raises InputError for a folder or an address that does not fit, RunError where it was stopped or workers are gone.
+    Args:
+        plan: Campaign ready to run.
+        folder: Folder of the results.
+        workers: Processes on this machine.
+        scheduler: Address of a cluster's scheduler, or None.
+        stop: Whether to stop early, asked after each part.
+        advance: Receives progress.
+
+    Raises:
+        InputError: The folder or the address does not fit.
+        RunError: The campaign was stopped, or the workers are gone.
     """
     store = open_store(folder, plan)
     missing = store.missing(plan)
@@ -66,7 +76,7 @@ def _computed(
 
 
 def counted(store: Store) -> dict[str, Any]:
-    """How many trajectories of each kind and period, where the campaign has these outputs."""
+    """Return the number of trajectories of each kind and period, where the campaign has these outputs."""
     found: dict[str, Any] = {}
     table = ds.dataset(store.folder / "parts", format="parquet")
     for name in ("kind", "kind_by_rule", "period"):
@@ -82,7 +92,7 @@ def counted(store: Store) -> dict[str, Any]:
 
 
 def _least(table: ds.Dataset, name: str) -> dict[str, Any]:
-    """The row of the least error."""
+    """Return the row with the least error."""
     best: dict[str, Any] = {}
     for batch in table.to_batches():
         if batch.num_rows:

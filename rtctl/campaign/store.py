@@ -1,4 +1,4 @@
-"""A campaign's folder: campaign.json says what it is, parts/part-000012.parquet are its results, whole or absent."""
+"""A campaign's folder: campaign.json describes it, parts/part-000012.parquet are its results, whole or absent."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from rtctl.output.atomic_write import replacing
 
 
 class Store(NamedTuple):
-    """Where results are kept and looked for."""
+    """Folder in which results are kept."""
 
     folder: Path
 
     def part(self, number: int) -> Path:
-        """The file of a part."""
+        """Return the file of a part."""
         return self.folder / "parts" / f"part-{number:06d}.parquet"
 
     def keep(self, number: int, content: bytes) -> None:
-        """A part, whole or not at all."""
+        """Write a part, whole or not at all."""
         with replacing(self.part(number)) as partial:
             partial.write_bytes(content)
 
     def missing(self, plan: Plan) -> list[int]:
-        """Numbers of the parts that are not there yet."""
+        """Return the numbers of the parts that are not there yet."""
         kept = {path.name for path in self.folder.glob("parts/part-*.parquet")}
         return [number for number in range(plan.parts) if self.part(number).name not in kept]
 
 
 def open_store(folder: Path, plan: Plan) -> Store:
-    """The folder of this campaign, begun or gone on with. Raises InputError where it holds another one."""
+    """Open the folder of this campaign, new or resumed. Raises InputError where it holds another campaign."""
     file = folder / "campaign.json"
     if file.is_file():
         found = json.loads(file.read_text(encoding="utf-8"))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from rtctl.border.errors import RtctlError
+from rtctl.registry import load_plugin
 from rtctl.version import __version__
 
 VERBS = {
@@ -24,6 +25,7 @@ VERBS = {
     "sweep": "many simulations of one model, on all cores or a cluster",
     "latency": "which period this machine and a wire hold: lateness, round trip, compute",
     "serve": "a simulated device on a wire",
+    "list": "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included",
     "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
 }
 
@@ -41,6 +43,10 @@ def build_parser() -> argparse.ArgumentParser:
     for name, summary in VERBS.items():
         verb = verbs.add_parser(name, help=summary, description=_module(name).__doc__)
         _module(name).add_arguments(verb)
+        verb.add_argument(
+            "--plugin", dest="plugins", action="append", default=[], metavar="FILE.py",
+            help="import a file that registers parts of your own (rtctl.register); may be given several times",
+        )  # fmt: skip
         verb.add_argument("--quiet", action="store_true", help="print nothing but errors")
         verb.add_argument("--json", action="store_true", help="print the result as JSON instead of tables")
     return parser
@@ -50,6 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
     args = build_parser().parse_args(argv)
     try:
+        for plugin in args.plugins:
+            load_plugin(plugin)
         return int(_module(args.verb).run(args))
     except RtctlError as error:
         print(f"rtctl {args.verb}: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Amplitude and phase of a resonator: the coil's current holds the amplitude (AGC), the frequency the phase (PLL).
+"""Control of a resonator: the coil's current holds the amplitude (AGC), the frequency holds the phase (PLL).
 
 Near resonance, with sigma = omega0 / 2Q, the growth g = drive_gain / 2 omega0 and a phase phi behind the current,
 
@@ -30,14 +30,14 @@ _NOT_FINITE = int(EstimateStatus.NOT_FINITE)
 
 
 class LoopTerms(NamedTuple):
-    """What the commands are the sums of."""
+    """Terms of both commands."""
 
     current_proportional: float
     current_integral: float
     frequency_proportional: float
     frequency_integral: float
     state: float
-    """0: kick, no response; 1: PLL only; 2: both loops."""
+    """Loops that act: 0: kick, no response; 1: PLL only; 2: both loops."""
 
 
 TERMS = tuple(zip(LoopTerms._fields, ("mA", "mA", "Hz", "Hz", ""), strict=True))
@@ -45,23 +45,23 @@ TERMS = tuple(zip(LoopTerms._fields, ("mA", "mA", "Hz", "Hz", ""), strict=True))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgcPllOptions:
-    """What a person decides beside the tuning."""
+    """Options besides the tuning."""
 
     phase_deg: float = -90.0
-    """Setpoint of the displacement's phase against the coil current."""
+    """Setpoint of the displacement's phase against the coil current [deg]."""
     gate: float = 20.0
     """Least response, in standard errors of the estimate."""
     kick: float = 0.5
-    """Share of the current that holds the setpoint."""
+    """Current of the kick, as a share of the one that holds the setpoint."""
 
 
 def turned(phase_deg: float) -> float:
-    """A phase difference in [-180, 180) deg; NaN stays NaN and ends the run."""
+    """Return a phase difference within [-180, 180) deg; NaN stays NaN and ends the run."""
     return (phase_deg + 180.0) % 360.0 - 180.0
 
 
 class AgcPllController:
-    """`Controller` of two commands: current [mA], frequency [Hz]. The setpoint is an amplitude [um]."""
+    """The controller of current [mA] and frequency [Hz]; its setpoint is an amplitude [um]."""
 
     terms = TERMS
     preview_s = 0.0
@@ -77,14 +77,14 @@ class AgcPllController:
         self._asked = (0.0, self._frequency)
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
-        """From rest: no current flows, so the frequency may begin where the model has its linear resonance."""
+        """Start from rest: no current flows, so the frequency may start at the model's linear resonance."""
         self._engaged = False
         self._amplitude = estimate.value
         self._current = 0.0
         self._frequency = self._model.resonance / (2.0 * math.pi)
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """Both loops, or as much of them as the response allows."""
+        """Step both loops, or as many as the response allows; see `Controller`."""
         self._amplitude = estimate.value
         responds = estimate.value > self._options.gate * estimate.confidence and not (
             estimate.status & _NOT_FINITE
@@ -114,7 +114,7 @@ class AgcPllController:
         return self.tuning.kp_mA_per_um * error, self._current
 
     def applied(self, levels: Sequence[float]) -> None:
-        """Anti-windup of both loops."""
+        """Take back from both integrals what the limits did not let through (anti-windup)."""
         if levels[0] != self._asked[0] and self._engaged:
             self._current = self._model.holding_current(self._amplitude)
         if levels[1] != self._asked[1]:

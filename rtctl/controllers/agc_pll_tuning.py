@@ -15,34 +15,34 @@ from dataclasses import dataclass
 from rtctl.models.resonator import ResonatorModel
 
 MOST_BANDWIDTH = 0.25
-"""K tau of the phase loop."""
+"""Product K tau of the phase loop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgcPllTuning:
-    """Gains and what they leave."""
+    """Gains of both loops, and their margins."""
 
     kp_mA_per_um: float
     ki_mA_per_um_s: float
     kp_hz_per_deg: float
     ki_hz_per_deg_s: float
     phase_bandwidth: float
-    """Of the PLL [rad/s]."""
+    """Bandwidth of the PLL [rad/s]."""
     amplitude_bandwidth: float
-    """Of the AGC [rad/s]."""
+    """Bandwidth of the AGC [rad/s]."""
     decay: float
-    """sigma [1/s]."""
+    """Decay rate sigma of the resonator [1/s]."""
     delay_s: float
-    """tau."""
+    """Delay tau of the loop [s]."""
     used: tuple[str, ...] = ()
     not_considered: tuple[str, ...] = ()
 
     def phase_margin_deg(self, bandwidth: float) -> float:
-        """Of an integrator behind the delay."""
+        """Return the phase margin of an integrator behind the delay [deg]."""
         return 90.0 - math.degrees(bandwidth * self.delay_s)
 
     def describe(self) -> str:
-        """One sentence for a person."""
+        """Return a sentence for a person."""
         uses = f"; the loop uses {', '.join(self.used)}" if self.used else ""
         left_out = f"; not considered: {', '.join(self.not_considered)}" if self.not_considered else ""
         return (
@@ -54,7 +54,7 @@ class AgcPllTuning:
 
 
 def loop_delay_s(period_s: float, delay: int, resonance: float) -> float:
-    """tau [s] of a sample period, `delay` periods of a late reading and a resonance [rad/s]."""
+    """Return the delay tau [s] of a sample period, `delay` periods of a late reading and a resonance [rad/s]."""
     return period_s * (1 + delay) + math.pi / resonance
 
 
@@ -67,7 +67,7 @@ def tune_agc_pll(
     phase_bandwidth: float | None = None,
     amplitude_bandwidth: float | None = None,
 ) -> AgcPllTuning:
-    """Gains from the model; bandwidths [rad/s] by hand where given. Raises ValueError for one that is too fast."""
+    """Return gains for a model; bandwidths [rad/s] are chosen unless given. Raises ValueError for one too fast."""
     tau = (
         loop_delay_s(period_s, delay, model.resonance)
         + model.delay_s

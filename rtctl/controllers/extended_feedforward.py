@@ -17,16 +17,16 @@ from rtctl.models.vo2_dynamics import Vo2Dynamics
 MOST_PERIODS = 8
 SECANTS = 3
 APART_MA2 = 1.0
-"""Between the two powers from which a secant starts."""
+"""Distance of the two powers from which a secant starts [mA^2]."""
 NO_HEAT = 0.0
-"""mA^2 beside the current's."""
+"""Heat besides the current's [mA^2]: none."""
 
 
 class ExtendedFeedforward:
-    """`Feedforward` of the PI controller for a model with mechanisms."""
+    """The feedforward of a model with mechanisms."""
 
     def __init__(self, model: Vo2Model, dynamics: Vo2Dynamics, command: Span, period_s: float) -> None:
-        """`command`: what the limits allow [mA]."""
+        """Prepare for a model; `command`: the range that the limits allow [mA]."""
         self._command, self._dynamics = command, dynamics
         self._path = ThermalPath(model, path_params(model, dynamics))
         self._drive = Drive(_undelayed(dynamics))
@@ -41,14 +41,14 @@ class ExtendedFeedforward:
         self._wanted = 0.0
 
     def start(self, level: float) -> float:
-        """At rest at the applied level, from a full cooling."""
+        """Start at rest at the applied level, from a full cooling; see `Feedforward`."""
         self._path.start(self._drive.start(level))
         self._time_s = 0.0
         self._wanted = self._path.seen
         return level
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
-        """The command [mA] for the next period; `upcoming` [um] is the setpoint `preview_s` beyond its end."""
+        """Return the command [mA] for the next period; `upcoming` [um] is the setpoint `preview_s` beyond its end."""
         target = self._dynamics.deflection.back(upcoming)
         wanted = walk_to(self._path.beam, target, self._path.seen, self._inverse, self._deflection)
         power = self._power_to(self._path.power_of(wanted), self._periods * elapsed_s)
@@ -60,7 +60,7 @@ class ExtendedFeedforward:
         return command
 
     def _power_to(self, seen: float, duration_s: float) -> float:
-        """The constant power [mA^2] that brings what the relays see to `seen` [mA^2] within `duration_s`."""
+        """Return the constant power [mA^2] that brings what the relays see to `seen` [mA^2] in `duration_s` [s]."""
         first, second = seen, seen + APART_MA2
         reached = self._path.reached(first, self._time_s, duration_s)
         for _ in range(SECANTS):
@@ -75,7 +75,7 @@ class ExtendedFeedforward:
 
 
 def _undelayed(dynamics: Vo2Dynamics) -> Vo2Dynamics:
-    """The model of the feedforward lives when its commands arrive."""
+    """Return the model without its delay: the feedforward's model lives when its commands arrive."""
     from dataclasses import replace
 
     return replace(dynamics, delay_s=0.0)

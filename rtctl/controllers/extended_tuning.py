@@ -19,14 +19,14 @@ from rtctl.controllers.tuning import Tuning, margins_of
 
 ZEROS = 13
 LEAST, MOST = 1e-5, 4.0
-"""Of kp ki's product with the plant's gain a sample: where the gain is looked for."""
+"""Range of kp ki's product with the plant's gain per sample in which the gain is sought."""
 HALVINGS = 24
 
 
 def extended_margins(
     gains: PiGains, loop: LinearLoop, *, plant_gain: float, period_s: float, delay: int
 ) -> Tuning:
-    """Margins of given gains at the steepest working point, `plant_gain` [um/mA]; `delay` of the reading in periods."""
+    """Return the margins of given gains at the steepest working point, `plant_gain` [um/mA]; `delay` in periods."""
     return _margins(loop, plant_gain, period_s, delay)(gains)
 
 
@@ -40,7 +40,7 @@ def tune_extended(
     least_phase_margin_deg: float,
     notes: tuple[str, ...] = (),
 ) -> Tuning:
-    """The PI with the most integral gain that keeps both margins; where none does, the slowest one that was tried."""
+    """Return the PI with the most integral gain that keeps both margins; if none does, the slowest one tried."""
     trial = _margins(loop, plant_gain, period_s, delay)
 
     def keeps(tuning: Tuning) -> bool:
@@ -68,7 +68,7 @@ def _gains(loop_gain: float, zero_s: float, plant_gain: float, period_s: float) 
 
 
 def _margins(loop: LinearLoop, plant_gain: float, period_s: float, delay: int) -> Callable[[PiGains], Tuning]:
-    """Margins of any gains, with the plant's response worked out once."""
+    """Margins of any gains, with the plant's response computed once."""
     grids = [np.geomspace(1e-5, 0.3, 600), np.linspace(0.3, math.pi, 2000)[1:]]
     if loop.participation != 0.0:
         at = 2.0 * math.pi * loop.frequency_hz * period_s

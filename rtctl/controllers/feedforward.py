@@ -28,7 +28,7 @@ STILL = 2e-4  # of the deflection range: a smaller change of setpoint moves noth
 
 
 class InverseParams(NamedTuple):
-    """What the kernel needs besides the deflection model; currents in mA, `still` in um."""
+    """Parameters of the kernel besides the deflection model; currents in mA, `still` in um."""
 
     time_constant_s: float
     low: float
@@ -43,7 +43,7 @@ DEFLECTION_PART = 1 + len(InverseParams._fields)
 def walk_to(
     stack: FloatArray, target: float, v: float, p: InverseParams, deflection: PreisachParams
 ) -> float:
-    """v* [mA] nearest to v where the deflection crosses `target` [um], or the best one in the range."""
+    """Return v* [mA] nearest to v where the deflection crosses `target` [um], or the best one in the range."""
     now = output_at(stack, int(stack[0]), deflection)
     if abs(target - now) <= p.still:
         return v
@@ -67,7 +67,7 @@ def walk_to(
 def inverse_step(
     state: FloatArray, target: float, elapsed_s: float, p: InverseParams, deflection: PreisachParams
 ) -> float:
-    """Current [mA] for the next period; advances `state` by it, in place."""
+    """Return the current [mA] for the next period; advance `state` by it, in place."""
     stack = state[1:]
     a = math.exp(-elapsed_s / p.time_constant_s)
     s = state[0]
@@ -81,13 +81,13 @@ def inverse_step(
 
 @kernel
 def packed_inverse_step(memory: FloatArray, target: float, elapsed_s: float) -> float:
-    """`inverse_step` in a packed memory: state, parameters, those of the deflection model."""
+    """Take `inverse_step` in a packed memory: state, parameters, those of the deflection model."""
     p = InverseParams(number_at(memory, 1), number_at(memory, 2), number_at(memory, 3), number_at(memory, 4))
     return inverse_step(array_at(memory, 0), target, elapsed_s, p, preisach_at(memory, DEFLECTION_PART))
 
 
 class InverseFeedforward:
-    """`Feedforward` of the PI controller."""
+    """The feedforward through the inverse of an identified model."""
 
     preview_s = 0.0
 
@@ -98,7 +98,7 @@ class InverseFeedforward:
         self._memory = self._packed(current.low)
 
     def start(self, level: float) -> float:
-        """At rest at the applied level, from a full cooling."""
+        """Start at rest at the applied level, from a full cooling; see `Feedforward`."""
         self._memory = self._packed(level)
         return level
 
@@ -108,9 +108,9 @@ class InverseFeedforward:
 
     @property
     def memory(self) -> FloatArray:
-        """What `packed_inverse_step` advances, until the next start."""
+        """The memory that `packed_inverse_step` advances, until the next start."""
         return self._memory
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
-        """The command [mA] for the next period."""
+        """Return the command [mA] for the next period."""
         return packed_inverse_step(self._memory, upcoming, elapsed_s)

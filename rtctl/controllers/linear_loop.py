@@ -1,4 +1,4 @@
-"""An extended model as the sampled plant that a PI sees: heating, lagging relays, swinging beam, any dead time.
+"""An extended model as the sampled plant that a PI controls: heating, lagging relays, swinging beam, dead time.
 
     G = K [(1 - c)/(tau_1 s + 1) + c/(tau_2 s + 1)] [1 - m + m w^2/(s^2 + 2 zeta w s + w^2)] / (tau_d s + 1) e^(-d s)
 
@@ -20,12 +20,12 @@ from rtctl.border.arrays import ComplexArray
 from rtctl.models.vo2_dynamics import Vo2Dynamics
 
 APART = 1e-4
-"""Poles that are closer than that, relatively, are moved apart: a residue of a double pole has another form."""
+"""Relative distance below which poles are moved apart: the residue of a double pole has another form."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearLoop:
-    """The plant around one working point, with a gain of 1."""
+    """The plant around one working point, scaled to a gain of 1."""
 
     time_constant_s: float
     second_time_constant_s: float = 1.0
@@ -37,7 +37,7 @@ class LinearLoop:
     damping_ratio: float = 0.0
 
     def response(self, angle: NDArray[np.float64], period_s: float) -> ComplexArray:
-        """G at z = e^(j angle), sampled every `period_s` behind a zero-order hold."""
+        """Return G at z = e^(j angle), sampled every `period_s` behind a zero-order hold."""
         z = np.exp(1j * angle)
         residues, poles = self._partial_fractions()
         whole = math.floor(self.delay_s / period_s + 1e-9)
@@ -50,7 +50,7 @@ class LinearLoop:
 
     @property
     def slow_zero_candidates(self) -> tuple[float, float]:
-        """Between which time constants [s] the PI's zero is looked for."""
+        """Time constants [s] between which the PI's zero is sought."""
         times = [self.time_constant_s, *([self.second_time_constant_s] if self.share != 0.0 else [])]
         return 0.5 * min(times), 1.5 * (max(times) + self.lag_s)
 
@@ -75,7 +75,10 @@ class LinearLoop:
 
 
 def linear_loop(dynamics: Vo2Dynamics, power: float, slope_share: float) -> LinearLoop:
-    """Around a surrogate power [mA^2]; `slope_share` [1/mA^2] is how fast the phase fraction grows with it there."""
+    """Linearise a model around a surrogate power [mA^2].
+
+    `slope_share` [1/mA^2] is how fast the phase fraction grows with the power there.
+    """
     b = dynamics.balance
     capacity = 1.0 + b.latent * slope_share
     stiffness = 1.0 + 2.0 * b.loss * power - b.tcr * power

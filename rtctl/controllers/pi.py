@@ -15,40 +15,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from rtctl.border.kernels import kernel
 from rtctl.interfaces import ControlAction, Estimate
 
 TERMS = ("proportional", "integral", "feedforward")
 
 
-class PiTerms(NamedTuple):
-    """The terms of one step [command unit]."""
-
-    proportional: float
-    integral: float
-
-
 class PiState(NamedTuple):
-    """The integral term [command unit] and the last error [um], which a change of kp is to leave without effect."""
+    """State of a PI: integral term [mA] and last error [um]; a change of kp keeps their sum of terms."""
 
     integral: float
     error: float
 
 
 class CommandTerms(NamedTuple):
-    """What a command is the sum of, as `TERMS` names it [command unit]."""
+    """Terms of a command [mA]; their names are `TERMS`."""
 
     proportional: float
     integral: float
     feedforward: float
 
 
-def pi_step(integral: float, error: float, elapsed_s: float, kp: float, ki: float) -> PiTerms:
-    """One PI step: the new terms. `integral` [mA], `error` [um], kp [mA/um], ki [mA/(um s)]."""
-    return PiTerms(kp * error, integral + ki * error * elapsed_s)
-
-
-def beyond(error: float, deadband: float) -> float:
-    """What of an error lies beyond the deadband, continuous at its edges; NaN stays NaN and ends the run."""
+@kernel
+def beyond_deadband(error: float, deadband: float) -> float:
+    """Return the part of an error beyond the deadband, continuous at its edges; NaN stays NaN and ends the run."""
     if error > deadband:
         return error - deadband
     if error < -deadband:
@@ -56,12 +46,32 @@ def beyond(error: float, deadband: float) -> float:
     return 0.0 if error == error else error
 
 
+@kernel
+def pi_step(
+    integral: float, deviation: float, elapsed_s: float, kp: float, ki: float, deadband: float
+) -> tuple[float, float, float]:
+    """Return error [um], proportional and integral term [mA] of one step.
+
+    Args:
+        integral: integral term of the step before [mA].
+        deviation: setpoint less estimate [um].
+        elapsed_s: time since the step before [s].
+        kp: proportional gain [mA/um].
+        ki: integral gain [mA/(um s)].
+        deadband: half width of the deadband [um].
+    """
+    error = beyond_deadband(deviation, deadband)
+    return error, kp * error, integral + ki * error * elapsed_s
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PiGains:
-    """kp [mA/um] and ki [mA/(um s)]."""
+    """Gains of a PI controller."""
 
     kp: float
+    """Proportional gain [mA/um], >= 0."""
     ki: float
+    """Integral gain [mA/(um s)], > 0."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.kp < math.inf or not 0.0 < self.ki < math.inf:
@@ -71,36 +81,36 @@ class PiGains:
 
 
 class Feedforward(Protocol):
-    """Setpoint to a command level by a model of the plant."""
+    """A feedforward: setpoint to command by a model of the plant."""
 
     preview_s: float
-    """How far beyond the next sample it looks at the setpoint."""
+    """How far beyond the next sample the setpoint is looked at [s]."""
 
     def start(self, level: float) -> float:
-        """Forget the past; the command [mA] that the model holds for the applied level."""
+        """Forget the past; return the command [mA] that the model holds for the applied `level` [mA]."""
         ...
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
-        """The command [mA] that brings the model's output to `upcoming` [um] in one period."""
+        """Return the command [mA] that brings the model's output to `upcoming` [um] in one period."""
         ...
 
 
 class NoFeedforward:
-    """The PI alone."""
+    """No feedforward: the PI alone."""
 
     preview_s = 0.0
 
     def start(self, level: float) -> float:
-        """0."""
+        """Return 0 mA."""
         return 0.0
 
     def step(self, upcoming: float, elapsed_s: float) -> float:
-        """0."""
+        """Return 0 mA."""
         return 0.0
 
 
 class PiController:
-    """PI on the first command channel; `Controller` of the loop."""
+    """PI controller of the first command (`rtctl.interfaces.Controller`)."""
 
     def __init__(self, gains: PiGains, feedforward: Feedforward, *, deadband: float) -> None:
         self.gains = gains
@@ -113,28 +123,30 @@ class PiController:
         self._error = 0.0
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
-        """The first command equals the applied level whatever the first error is."""
+        """Start so that the first command equals the applied level, whatever the first error is."""
         assumed = self.feedforward.start(levels[0])
-        self._error = beyond(setpoint - estimate.value, self.deadband)
+        self._error = beyond_deadband(setpoint - estimate.value, self.deadband)
         self._integral = levels[0] - assumed - self.gains.kp * self._error
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """P, I and feedforward of one sample."""
-        error = self._error = beyond(setpoint - estimate.value, self.deadband)
-        terms = pi_step(self._integral, error, elapsed_s, self.gains.kp, self.gains.ki)
+        """Return the command and its terms; see `Controller`."""
+        gains = self.gains
+        self._error, proportional, self._integral = pi_step(
+            self._integral, setpoint - estimate.value, elapsed_s, gains.kp, gains.ki, self.deadband
+        )
         forward = self.feedforward.step(upcoming, elapsed_s)
-        self._integral = terms.integral
-        self._asked = terms.proportional + terms.integral + forward
-        return ControlAction((self._asked,), CommandTerms(*terms, forward))
+        self._asked = proportional + self._integral + forward
+        return ControlAction((self._asked,), CommandTerms(proportional, self._integral, forward))
 
     def parameters(self) -> dict[str, float]:
-        """What can be changed while the loop runs, by name as in a scenario."""
+        """Return the gains, which can be changed while the loop runs, by their names in a scenario."""
         return {"controller.kp": self.gains.kp, "controller.ki": self.gains.ki}
 
     def change(self, name: str, value: float) -> None:
-        """Another gain from the next step on; the integral takes over what the proportional term gives up.
+        """Change a gain from the next step on; the integral term takes over what the proportional term gives up.
 
-        Raises ValueError on one that it cannot have.
+        Raises:
+            ValueError: the gain is negative or not finite.
         """
         if name == "controller.ki":
             self.gains = PiGains(kp=self.gains.kp, ki=value)
@@ -144,14 +156,14 @@ class PiController:
         self.gains = gains
 
     def state(self) -> PiState:
-        """What it keeps between two steps."""
+        """Return what is kept between two steps."""
         return PiState(self._integral, self._error)
 
     def resume(self, state: PiState) -> None:
-        """As if it had come there by itself."""
+        """Go on from `state`."""
         self._integral, self._error = state
 
     def applied(self, levels: Sequence[float]) -> None:
-        """Anti-windup."""
+        """Take back from the integral term what the limits did not let through (anti-windup)."""
         if levels[0] != self._asked:
             self._integral += levels[0] - self._asked

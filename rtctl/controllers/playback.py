@@ -9,21 +9,21 @@ from rtctl.interfaces import ControlAction, Estimate
 
 
 class PlaybackController:
-    """`Controller` whose first command for the next period is the upcoming setpoint, while `others` are held."""
+    """A controller whose first command for the next period is the upcoming setpoint; further commands are held."""
 
     preview_s = 0.0
 
     def __init__(self, unit: str = "mA", others: Sequence[float] = ()) -> None:
-        """`unit` of the first command; `others`: levels of the further ones."""
+        """Play the first command in `unit`; hold the further ones at the levels `others`."""
         self.terms = tuple((name, unit) for name in TERMS)
         self._others = tuple(others)
 
     def start(self, levels: Sequence[float], setpoint: float, estimate: Estimate) -> None:
-        """Nothing to prepare."""
+        """Prepare nothing."""
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """The upcoming setpoint."""
+        """Return the upcoming setpoint as the first command."""
         return ControlAction((upcoming, *self._others), CommandTerms(0.0, 0.0, upcoming))
 
     def applied(self, levels: Sequence[float]) -> None:
-        """Limits change nothing here: the record shows what was applied."""
+        """Ignore the limits: the record shows what was applied."""

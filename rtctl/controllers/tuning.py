@@ -1,4 +1,4 @@
-"""PI gains from the identified model, with the margins that they leave.
+"""PI gains from the identified model, with their margins.
 
 The loop sees the heating as `G(z)`, the zero-order-hold equivalent of `K / (tau s + 1)` behind a delay of whole
 periods. The controller's zero cancels the heating pole, so the open loop is `K kp (1 - a) / (a (z - 1)) z^-d` with
@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.border.arrays import ComplexArray
 from rtctl.controllers.pi import PiGains
 
 SLOWEST = 1e-3  # loop gain g a sample: a crossover of 0.16 Hz at 1 ms
@@ -22,20 +22,20 @@ SLOWEST = 1e-3  # loop gain g a sample: a crossover of 0.16 Hz at 1 ms
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """Gains and what they leave at the steepest working point."""
+    """Gains, and their margins at the steepest working point."""
 
     gains: PiGains
     gain_margin: float
-    """Factor by which the loop gain may rise."""
+    """Gain margin: factor by which the loop gain may rise."""
     phase_margin_deg: float
     crossover_hz: float
     plant_gain: float
-    """Steepest slope used [um/mA]."""
+    """Steepest slope of the model in use [um/mA]."""
     notes: tuple[str, ...] = ()
-    """What of an extended model the loop uses."""
+    """Mechanisms of an extended model that the loop uses."""
 
     def describe(self) -> str:
-        """One sentence for a person."""
+        """Return a sentence for a person."""
         uses = f"; the loop uses {', '.join(self.notes)}" if self.notes else ""
         return (
             f"PI: kp = {self.gains.kp:.4g} mA/um, ki = {self.gains.ki:.4g} mA/(um s); at the steepest slope, "
@@ -44,38 +44,26 @@ class Tuning:
         )
 
 
-def loop_response(
-    angle: NDArray[np.float64],
-    gains: PiGains,
-    plant_gain: float,
-    time_constant_s: float,
-    period_s: float,
-    delay: int,
-) -> ComplexArray:
-    """Return the open-loop response L(e^jw): PI, wire delay, heating behind a zero-order hold.
+def loop_transfer(
+    gains: PiGains, plant_gain: float, time_constant_s: float, period_s: float, delay: int
+) -> Any:
+    """Open loop L(z) as a python-control transfer function: PI, delay, heating through a zero-order hold."""
+    import control
 
-    `L(z) = ((kp + ki h) z - kp) / (z - 1) z^-d K (1 - a) / (z - a)` with `a = exp(-h / tau)`.
-
-    Args:
-        angle: Frequencies w [rad/sample].
-        gains: Gains of the controller [mA/um, mA/(um s)].
-        plant_gain: Steepest slope K of the plant [um/mA].
-        time_constant_s: Time constant tau of the heating [s].
-        period_s: Sample period h [s].
-        delay: Whole periods d between a command and its effect.
-    """
-    z, decay = np.exp(1j * angle), math.exp(-period_s / time_constant_s)
-    controller = ((gains.kp + gains.ki * period_s) * z - gains.kp) / (z - 1.0)
-    heating = plant_gain * (1.0 - decay) / (z - decay)
-    return np.asarray(controller * z ** float(-delay) * heating)
+    heating = control.tf([plant_gain], [time_constant_s, 1.0])
+    sampled = control.sample_system(heating, period_s, method="zoh")
+    controller = control.tf([gains.kp + gains.ki * period_s, -gains.kp], [1.0, -1.0], period_s)
+    wire = control.tf([1.0], [1.0] + [0.0] * delay, period_s)
+    return controller * wire * sampled
 
 
 def margins(
     gains: PiGains, *, plant_gain: float, time_constant_s: float, period_s: float, delay: int
 ) -> Tuning:
-    """Gain and phase margin of given gains at the steepest working point."""
+    """Return gain and phase margin of given gains at the steepest working point."""
+    loop = loop_transfer(gains, plant_gain, time_constant_s, period_s, delay)
     angle = np.concatenate((np.geomspace(1e-4, 0.3, 600), np.linspace(0.3, math.pi, 2000)[1:]))
-    response = loop_response(angle, gains, plant_gain, time_constant_s, period_s, delay)
+    response = np.asarray(loop(np.exp(1j * angle)))
     gain_margin, phase_margin, crossover = margins_of(response, angle)
     return Tuning(
         gains=gains,
@@ -87,12 +75,11 @@ def margins(
 
 
 def margins_of(response: NDArray[np.complex128], angle: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
+    """Return gain margin [factor], phase margin [deg] and crossover [rad a sample] of L(e^jw) on a grid up to Nyquist.
 
-    Read off the response itself: `control.margin` of python-control solves polynomials, which fails where a zero
-    cancels a pole, and leaves out a crossing at exactly half the sample rate.
-    Infinite margins where there is no crossing; a loop whose gain is still above 1 at half the sample rate has its
-    phase margin there.
+    Read off the response itself: `control.margin` solves polynomials, which fails where a zero cancels a pole, and
+    leaves out a crossing at exactly half the sample rate. Infinite margins where there is no crossing; a loop whose
+    gain is still above 1 at half the sample rate has its phase margin there.
     """
     size, phase = np.abs(response), np.unwrap(np.angle(response))
     falls = np.flatnonzero((size[:-1] >= 1.0) & (size[1:] < 1.0))
@@ -119,11 +106,12 @@ def tune(
     least_gain_margin: float,
     least_phase_margin_deg: float,
 ) -> Tuning:
-    """The fastest PI that keeps both margins. `plant_gain` [um/mA] > 0, times in s, `delay` in periods.
+    """Return the fastest PI that keeps both margins.
 
-    With the heating pole cancelled the loop is an integrator of gain g behind d + 1 samples: phase margin
-    `90 deg - (d + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both. Where no
-    gain keeps them (90 deg and more of phase) the answer is the slowest one, whose margins say so.
+    With the heating pole cancelled the loop is an integrator of gain g behind d + 1 samples: phase margin `90 deg - (d
+    + 1/2) w h` and gain margin follow from g alone, so g is found by bisection on both. If no gain keeps them (90 deg
+    and more of phase) the slowest one is returned, whose margins show it. `plant_gain` [um/mA] is > 0, times are in s,
+    `delay` in periods.
     """
     if not 0.0 < plant_gain < math.inf:
         raise ValueError(f"the steepest slope must be > 0 um/mA and finite to tune on, got {plant_gain!r}")

@@ -38,7 +38,7 @@ from rtctl.diagnosis.result import Diagnosis, Fits
 from rtctl.diagnosis.screening.checks import short, split
 from rtctl.diagnosis.screening.unknown_initial_state import forgotten, has_two_wells, warmed_up
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
-from rtctl.diagnosis.search.holdout_error import Gain, gain
+from rtctl.diagnosis.search.holdout_error import Gain, measure_gain
 from rtctl.diagnosis.search.hysteresis_refit import ID as SHAPE
 from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
@@ -132,6 +132,7 @@ def diagnose(
             subject=subject, records=fit, scales=scales,
             executor=executor if len(fit) > 1 else None,
             steps_per_period=subject.steps_per_period, cancellation=options.cancellation,
+            thresholds=options.thresholds,
         )  # fmt: skip
         try:
             first = fit_nominal(problem, comparable, report)
@@ -208,7 +209,7 @@ def _answer(
     if (
         gap
         and not (stopped or found.out_of_time)
-        and not found.chosen.p_value > significance_level(ask.options.false_claim_rate)
+        and not found.chosen.p_value > significance_level(ask.problem, ask.options.false_claim_rate)
     ):
         sharpest = min(found.chosen.tests, key=lambda one: one.p_value)
         warnings.append(SHARPEST.format(len(found.chosen.tests), sharpest.name, sharpest.p_value))
@@ -244,7 +245,7 @@ def _verdict(
         return _unless_outdone(
             "explained" if found.passes else "partly_explained", found, problem, budget, report
         )
-    judged = classify_outcome(found, problem.subject.least_removed)
+    judged = classify_outcome(found, problem.subject.least_removed, problem.thresholds.search)
     added = found.chosen.hypothesis.mechanisms[len(found.nominal.hypothesis.mechanisms) :]
     names = ", ".join(added)
     doubted = bool(added) and doubtful(found, bool(problem.allowed))
@@ -299,7 +300,7 @@ def _gained(
     problem: Problem,
 ) -> Gain | None:
     before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
-    return gain(before, after, tests, output, units.get(output, ""), noise_rms, problem.scales.rate)
+    return measure_gain(before, after, tests, output, units.get(output, ""), noise_rms, problem.scales.rate)
 
 
 def _unless_a_value_is_off(answer: Diagnosis, model: Any, given: Simulation, rate: float) -> Diagnosis:

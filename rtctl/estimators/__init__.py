@@ -16,13 +16,13 @@ from rtctl.models.vo2_dynamics import dynamics_of
 
 
 def observer_of(model: Vo2Model) -> Estimator:
-    """The observer that the model needs: the compiled one of a nominal model, or that of its mechanisms."""
+    """Return the observer for a model: the compiled one of a nominal model, or that of its mechanisms."""
     dynamics = dynamics_of(model)
     return ObserverEstimator(model) if dynamics.is_plain else ExtendedObserver(model, dynamics)
 
 
 def corrected(estimator: Callable[[Vo2Model], Estimator]) -> Callable[[Vo2Model], Estimator]:
-    """`estimator`, behind the sensor of an extended model where it is one."""
+    """Return `estimator`, behind the sensor of a model if it is an extended one."""
 
     def of(model: Vo2Model) -> Estimator:
         dynamics = dynamics_of(model)

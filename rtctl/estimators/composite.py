@@ -31,9 +31,9 @@ def composite_step(
     inverse: GpiInverseParams,
     egpi: EgpiParams,
 ) -> tuple[float, float, float, int]:
-    """Deflection [um], surrogate [mA], d surrogate / d u [mA] and status; both states advance in place.
+    """Return deflection [um], surrogate [mA], d surrogate / d u [mA] and status; advance both states in place.
 
-    `low`, `high` [mA] clip the surrogate between the halves. A resistance that is none holds everything.
+    `low` and `high` [mA] clip the surrogate between the two models. A resistance that is not a number holds everything.
     """
     reading = -1e-3 * resistance_ohm if 0.0 < resistance_ohm < math.inf else math.nan
     found: InverseStep = gpi_inverse_step(inverse_state, reading, inverse)
@@ -43,7 +43,7 @@ def composite_step(
 
 @kernel
 def packed_composite_step(memory: FloatArray, resistance_ohm: float) -> tuple[float, float, float, int]:
-    """`composite_step` in a packed memory: both states, low and high, the inverse's parameters, the EGPI's."""
+    """Take `composite_step` in a packed memory: both states, low and high, the inverse's parameters, the EGPI's."""
     return composite_step(
         array_at(memory, 0), array_at(memory, 1), resistance_ohm, number_at(memory, 2), number_at(memory, 3),
         gpi_inverse_at(memory, 4), egpi_at(memory, EGPI_PART),
@@ -51,7 +51,7 @@ def packed_composite_step(memory: FloatArray, resistance_ohm: float) -> tuple[fl
 
 
 class CompositeEstimator:
-    """`Estimator` of the paper's composite."""
+    """The paper's composite estimator."""
 
     surrogate = SURROGATE
 
@@ -68,7 +68,7 @@ class CompositeEstimator:
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling; see `Estimator`."""
         self._memory = self._packed(levels[0])
         self._last_ohm = self._highest_ohm
         return self.step(levels, sensed, 0.0)
@@ -78,7 +78,7 @@ class CompositeEstimator:
         return pack(*states, *self._clip, self._inverse.params, self._egpi.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample; the current is not used."""
+        """Return the estimate of one sample; the current is not used."""
         value, surrogate, gain, status = packed_composite_step(self._memory, sensed[0])
         if 0.0 < sensed[0] < math.inf:
             self._last_ohm = sensed[0]

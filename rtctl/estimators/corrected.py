@@ -1,4 +1,4 @@
-"""Estimators that have resistance alone, behind a sensor that an extended model knows.
+"""Estimators that have resistance alone, behind a sensor of an extended model.
 
     R = Y + tau_r Y'           exact where R is constant over a sample: (Y_k - a Y_(k-1)) / (1 - a), a = exp(-h / tau_r)
     R_film = (R - leak (i - known v)) / exp(ageing t + bend t^2)
@@ -18,7 +18,7 @@ from rtctl.models.vo2_dynamics import Vo2Dynamics
 
 
 class CorrectedEstimator:
-    """`Estimator` that gives another one the film's resistance."""
+    """An estimator that gives another one the film's own resistance."""
 
     def __init__(self, inner: Estimator, dynamics: Vo2Dynamics) -> None:
         self.surrogate = inner.surrogate
@@ -28,12 +28,12 @@ class CorrectedEstimator:
         self._last = self._v = math.nan
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling; see `Estimator`."""
         self._time_s, self._last, self._v = 0.0, sensed[0], levels[0]
         return self._corrected(self._inner.start(levels, [self._film(levels[0], sensed[0])]))
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample."""
+        """Return the estimate of one sample."""
         self._time_s += elapsed_s
         reading, lag_s = sensed[0], self._dynamics.sensor_lag_s
         if lag_s > 0.0 and elapsed_s > 0.0 and math.isfinite(reading) and math.isfinite(self._last):
@@ -43,7 +43,7 @@ class CorrectedEstimator:
         return self._corrected(self._inner.step(levels, [film], elapsed_s))
 
     def _film(self, current: float, reading: float) -> float:
-        """What the film would read by itself, as the loops know it [ohm]; NaN of no resistance."""
+        """Return what the film would read without the sensor's errors [ohm]; NaN of no resistance."""
         dynamics = self._dynamics
         v = self._v if math.isfinite(self._v) else current
         own = (reading - dynamics.leak * (current - dynamics.leak_known * v)) * math.exp(

@@ -22,19 +22,19 @@ READING_MARGIN = 0.1  # of the identified range of ln R: beyond it the memoryles
 
 @kernel
 def packed_egpi_step(memory: FloatArray, u: float) -> float:
-    """`egpi_step` in a packed memory: plays, parameters."""
+    """Take `egpi_step` in a packed memory: plays, parameters."""
     return egpi_step(array_at(memory, 0), u, egpi_at(memory, 1))
 
 
 @kernel
 def packed_preisach_step(memory: FloatArray, u: float) -> tuple[float, int]:
-    """`preisach_step` in a packed memory: stack, parameters."""
+    """Take `preisach_step` in a packed memory: stack, parameters."""
     found = preisach_step(array_at(memory, 0), u, preisach_at(memory, 1))
     return found.y, found.status
 
 
 class _Direct:
-    """What the two share: the reading and its range."""
+    """The shared part of both estimators: the reading and its range."""
 
     surrogate = SURROGATE
 
@@ -44,7 +44,7 @@ class _Direct:
         self._last = 0.0
 
     def _reading(self, resistance_ohm: float) -> tuple[float, int]:
-        """-ln R within the margin, and its status; NaN where there is none."""
+        """Return -ln R within the margin, and its status; NaN if there is none."""
         if not 0.0 < resistance_ohm < math.inf:
             return math.nan, NOT_FINITE
         u = -math.log(resistance_ohm)
@@ -59,7 +59,7 @@ class _Direct:
 
 
 class DirectEgpiEstimator(_Direct):
-    """`Estimator`: EGPI on -ln R."""
+    """The estimator by an EGPI on -ln R."""
 
     def __init__(self, model: Vo2Model) -> None:
         super().__init__(model, "direct_egpi")
@@ -67,7 +67,7 @@ class DirectEgpiEstimator(_Direct):
         self._memory = self._packed()
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling; see `Estimator`."""
         self._memory = self._packed()
         return self.step(levels, sensed, 0.0)
 
@@ -75,13 +75,13 @@ class DirectEgpiEstimator(_Direct):
         return pack(self._model.initial_state(self._range.low), self._model.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample; the current is not used."""
+        """Return the estimate of one sample; the current is not used."""
         u, status = self._reading(sensed[0])
         return self._estimate(packed_egpi_step(self._memory, u), status)
 
 
 class DirectPreisachEstimator(_Direct):
-    """`Estimator`: Preisach with ten levels on -ln R."""
+    """The estimator by a Preisach model with ten levels on -ln R."""
 
     def __init__(self, model: Vo2Model) -> None:
         super().__init__(model, "direct_preisach")
@@ -89,7 +89,7 @@ class DirectPreisachEstimator(_Direct):
         self._memory = self._packed()
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling; see `Estimator`."""
         self._memory = self._packed()
         return self.step(levels, sensed, 0.0)
 
@@ -97,7 +97,7 @@ class DirectPreisachEstimator(_Direct):
         return pack(self._model.initial_state(self._range.low), self._model.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample; the current is not used."""
+        """Return the estimate of one sample; the current is not used."""
         u, status = self._reading(sensed[0])
         value, clipped = packed_preisach_step(self._memory, u)
         return self._estimate(value, status | clipped)

@@ -34,7 +34,7 @@ from rtctl.models.vo2_dynamics import Vo2Dynamics
 
 
 class ExtendedObserver:
-    """`Estimator` of the thermal observer for a model with mechanisms."""
+    """The thermal observer of a model with mechanisms."""
 
     surrogate = SURROGATE
 
@@ -51,7 +51,7 @@ class ExtendedObserver:
         self._time_s = 0.0
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """At rest at the applied current, from a full cooling."""
+        """Start at rest at the applied current, from a full cooling; see `Estimator`."""
         current = self._drive.start(float(levels[0]))
         self._path.start(current)
         self._probe.start(self._path.current_of(self._path.power_of(current) + PROBE_MA2))
@@ -60,7 +60,7 @@ class ExtendedObserver:
         return self.step(levels, sensed, 0.0)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample."""
+        """Return the estimate of one sample."""
         p, x, before = self._params, self._filter, self._path.v
         heat = believed(float(x[2]), p.heat_faked)
         for current, duration_s in self._drive.pieces(float(levels[0]), elapsed_s):
@@ -76,7 +76,7 @@ class ExtendedObserver:
         return Estimate(self._path.deflection, v, math.hypot(error, self._fit_error), status)
 
     def _correct(self, resistance_ohm: float, elapsed_s: float) -> int:
-        """Condition the filter on a reading; status bits."""
+        """Condition the filter on a reading; return status bits."""
         if not 0.0 < resistance_ohm < math.inf:
             self._before = ()
             return NOT_FINITE

@@ -33,7 +33,7 @@ def gap_free_composite_step(
     inverse: GapFreeParams,
     egpi: EgpiParams,
 ) -> tuple[float, float, float, int]:
-    """Deflection [um], surrogate [mA], slope -d ln R / d surrogate [1/mA] and status; states advance in place."""
+    """Return deflection [um], surrogate [mA], slope -d ln R / d surrogate [1/mA], status; advance the states."""
     reading = -math.log(resistance_ohm) if resistance_ohm > 0.0 else math.nan
     point: BranchPoint = gap_free_inverse_step(inverse_state, reading, inverse)
     v = min(max(point.v, low), high)
@@ -44,7 +44,7 @@ def gap_free_composite_step(
 def packed_gap_free_composite_step(
     memory: FloatArray, resistance_ohm: float
 ) -> tuple[float, float, float, int]:
-    """`gap_free_composite_step` in a packed memory: states, low, high, parameters of the EGPI, of the inverse."""
+    """Take `gap_free_composite_step` in a packed memory: states, low, high, parameters of the EGPI, the inverse."""
     return gap_free_composite_step(
         array_at(memory, 0), array_at(memory, 1), resistance_ohm, number_at(memory, 2), number_at(memory, 3),
         gap_free_at(memory, INVERSE_PART), egpi_at(memory, 4),
@@ -52,7 +52,7 @@ def packed_gap_free_composite_step(
 
 
 class GapFreeEstimator:
-    """`Estimator` of the gap-free composite."""
+    """The gap-free composite estimator."""
 
     surrogate = SURROGATE
 
@@ -65,7 +65,7 @@ class GapFreeEstimator:
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling; see `Estimator`."""
         self._memory = self._packed(levels[0])
         return self.step(levels, sensed, 0.0)
 
@@ -74,7 +74,7 @@ class GapFreeEstimator:
         return pack(*states, *self._clip, self._egpi.params, self._inverse.params)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample; the current is not used."""
+        """Return the estimate of one sample; the current is not used."""
         value, surrogate, slope, status = packed_gap_free_composite_step(self._memory, sensed[0])
         error = math.hypot(self._fit_rms, self._reading / max(slope, 1e-12))
         return Estimate(value, surrogate, error, status)

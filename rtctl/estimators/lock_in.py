@@ -18,17 +18,17 @@ from rtctl.models.resonator import ResonatorModel
 
 MEMORY = 100
 LEAST_KNOWN = 4
-"""Second differences that say more of the noise than the first reading, which may be a ringing resonator's."""
+"""Second differences from which on they tell the noise better than the first reading, maybe of a ringing resonator."""
 NOT_FINITE = int(EstimateStatus.NOT_FINITE)
 
 
 class LockInEstimator:
-    """`Estimator` of a resonator's amplitude [um]; the surrogate is its phase behind the current [deg]."""
+    """The estimator of a resonator's amplitude [um]; its surrogate is the phase behind the current [deg]."""
 
     surrogate = ("phase", "deg")
 
     def __init__(self, model: ResonatorModel | None = None) -> None:
-        """`model`: what drive and sensor do to the phasors is taken back; None: they are as they are read."""
+        """Correct the phasors for drive and sensor of `model`; None: take them as they are read."""
         self._model = model if model is not None and model.used else None
         self._amplitudes = (0.0, 0.0)  # the last one, and the one before
         self._variance = self._learnt = 0.0
@@ -36,7 +36,7 @@ class LockInEstimator:
         self._phase_deg = 0.0
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """At rest: the first reading is noise, of which it is one sample."""
+        """Start at rest: the first reading is one sample of the noise."""
         sensed = self._motion(levels, sensed)
         amplitude = math.hypot(*sensed)
         self._amplitudes = (amplitude, amplitude)
@@ -46,7 +46,7 @@ class LockInEstimator:
         return self._estimate(amplitude)
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample."""
+        """Return the estimate of one sample."""
         in_phase, quadrature = self._motion(levels, sensed)
         amplitude = math.sqrt(in_phase * in_phase + quadrature * quadrature)
         if not math.isfinite(amplitude):
@@ -64,7 +64,7 @@ class LockInEstimator:
         return self._estimate(amplitude)
 
     def _motion(self, levels: Sequence[float], sensed: Sequence[float]) -> Sequence[float]:
-        """The displacement's phasor against the force."""
+        """Return the displacement's phasor against the force."""
         if self._model is None or not all(map(math.isfinite, sensed)):
             return sensed
         phasor = self._model.motion(complex(*sensed), levels[1])

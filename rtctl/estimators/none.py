@@ -11,14 +11,14 @@ NOTHING = Estimate(math.nan, math.nan, math.nan, 0)
 
 
 class NoEstimator:
-    """`Estimator` that knows nothing."""
+    """An estimator that estimates nothing."""
 
     surrogate = ("surrogate", "")
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """NaN."""
+        """Return an estimate of NaN."""
         return NOTHING
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """NaN."""
+        """Return an estimate of NaN."""
         return NOTHING

@@ -49,22 +49,22 @@ OUT_OF_RANGE, NOT_FINITE, DISAGREES = (
 
 
 class ObserverParams(NamedTuple):
-    """What the kernel needs besides the Preisach models."""
+    """Parameters of the kernel besides the Preisach models."""
 
     time_constant_s: float
     reading_variance: float
-    """Of one reading of -ln R about the model and its error m."""
+    """Variance of one reading of -ln R about the model and its error m."""
     model_variance: float
-    """sigma_m^2."""
+    """Variance of the model's error, sigma_m^2."""
     error_length: float
-    """L [mA]."""
+    """Length L over which the model's error changes [mA]."""
     heat_walk: float
-    """Variance that b gains a second [mA^4/s]."""
+    """Variance that b gains per second [mA^4/s]."""
     low: float
     """Range of v in which the models were identified [mA]."""
     high: float
     heat_faked: float
-    """b0, how much heat the resistance model's error can feign [mA^2]."""
+    """Heat b0 that the resistance model's error can feign [mA^2]."""
 
 
 RESISTANCE_PART = 4 + len(ObserverParams._fields)
@@ -73,7 +73,7 @@ DEFLECTION_PART = RESISTANCE_PART + len(PreisachParams._fields)
 
 @kernel
 def believed(b: float, heat_faked: float) -> float:
-    """What of an estimated b is acted on [mA^2]: b^3 / (b^2 + b0^2), next to nothing below b0, all far above it."""
+    """Return the part of an estimated b that is acted on [mA^2]: b^3 / (b^2 + b0^2), little below b0, all far above."""
     if heat_faked == 0.0:
         return b
     return b * b * b / (b * b + heat_faked * heat_faked)
@@ -81,7 +81,7 @@ def believed(b: float, heat_faked: float) -> float:
 
 @kernel
 def propagate(x: FloatArray, way_mA: float, elapsed_s: float, p: ObserverParams) -> None:
-    """m and the covariances over `elapsed_s` in which v has moved by `way_mA`, in place."""
+    """Propagate m and the covariances over `elapsed_s` [s], in which v moved by `way_mA`, in place."""
     r = math.exp(-way_mA / p.error_length)
     x[3] *= r
     x[4] += p.heat_walk * elapsed_s
@@ -104,7 +104,7 @@ def predict(x: FloatArray, current_mA: float, elapsed_s: float, p: ObserverParam
 
 @kernel
 def condition_on(x: FloatArray, innovation: float, sensitivity: float, variance: float) -> float:
-    """Kalman update of b, m on a reading `sensitivity` b + m; the innovation in standard deviations."""
+    """Update b and m by a reading `sensitivity` b + m (Kalman); return the innovation in standard deviations."""
     with_b = sensitivity * x[4] + x[5]  # covariances of the states with the reading
     with_m = sensitivity * x[5] + x[6]
     total = sensitivity * with_b + with_m + variance
@@ -116,8 +116,9 @@ def condition_on(x: FloatArray, innovation: float, sensitivity: float, variance:
     return abs(innovation) / math.sqrt(total)
 
 
+# 10 parameters because a kernel takes its arrays one by one
 @kernel
-def observer_step(
+def observer_step(  # noqa: PLR0913
     x: FloatArray,
     stack: FloatArray,
     probed_stack: FloatArray,
@@ -129,7 +130,23 @@ def observer_step(
     resistance: PreisachParams,
     deflection: PreisachParams,
 ) -> tuple[float, float, float, int]:
-    """Deflection [um], surrogate [mA], standard error [um] through b alone, status; x and the stacks in place."""
+    """Take one step of the filter; advance its state and the stacks in place.
+
+    Args:
+        x: state of the filter (7,).
+        stack: relays of the resistance model at the surrogate.
+        probed_stack: the same a little warmer, for the sensitivity.
+        deflection_stack: relays of the deflection model.
+        current_mA: the current that was held [mA].
+        resistance_ohm: the reading [ohm]; NaN: none.
+        elapsed_s: time since the sample before [s].
+        p: parameters of the filter.
+        resistance: parameters of the resistance model.
+        deflection: parameters of the deflection model.
+
+    Returns:
+        Deflection [um], surrogate [mA], standard error [um] through b alone, status.
+    """
     v = predict(x, current_mA, elapsed_s, p)
     status = OUT_OF_RANGE if v < p.low or v > p.high else 0
     expected = preisach_step(stack, v, resistance).y
@@ -151,7 +168,7 @@ def observer_step(
 def packed_observer_step(
     memory: FloatArray, current_mA: float, resistance_ohm: float, elapsed_s: float
 ) -> tuple[float, float, float, int]:
-    """`observer_step` in a packed memory: x, the three stacks, then the parameters of each in turn."""
+    """Take `observer_step` in a packed memory: x, the three stacks, then the parameters of each in turn."""
     p = ObserverParams(
         number_at(memory, 4), number_at(memory, 5), number_at(memory, 6), number_at(memory, 7),
         number_at(memory, 8), number_at(memory, 9), number_at(memory, 10), number_at(memory, 11),
@@ -164,13 +181,13 @@ def packed_observer_step(
 
 
 def _steep_slope(model: Vo2Model) -> float:
-    """-d ln R / ds where the film switches [1/mA^2]: about `STEEPNESS` times the mean over the range."""
+    """Return -d ln R / ds where the film switches [1/mA^2]: about `STEEPNESS` times the mean over the range."""
     span = model.current.high**2 - model.current.low**2
     return STEEPNESS * math.log(model.resistance.high / model.resistance.low) / span
 
 
 def observer_params(model: Vo2Model) -> ObserverParams:
-    """Of an identified model."""
+    """Return the parameters of an identified model."""
     margin = 0.02 * model.current.width
     return ObserverParams(
         model.time_constant_s,
@@ -185,12 +202,12 @@ def observer_params(model: Vo2Model) -> ObserverParams:
 
 
 def filter_start(params: ObserverParams, s: float = 0.0) -> FloatArray:
-    """x at rest at a power s [mA^2]; nothing is known of b and m but their sizes."""
+    """Return x at rest at a power s [mA^2], with b and m known by their sizes only."""
     return np.array([s, s + PROBE_MA2, 0.0, 0.0, HEAT_START_MA2**2, 0.0, params.model_variance])
 
 
 class ObserverEstimator:
-    """`Estimator` of the thermal observer."""
+    """The thermal observer of an identified model."""
 
     surrogate = SURROGATE
 
@@ -201,7 +218,7 @@ class ObserverEstimator:
         self._memory = self._packed(model.current.low)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """At rest at the applied current, from a full cooling."""
+        """Start at rest at the applied current, from a full cooling; see `Estimator`."""
         self._memory = self._packed(float(levels[0]))
         return self.step(levels, sensed, 0.0)
 
@@ -218,14 +235,14 @@ class ObserverEstimator:
         )
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample."""
+        """Return the estimate of one sample."""
         return self.estimate_of(*packed_observer_step(self._memory, levels[0], sensed[0], elapsed_s))
 
     @property
     def memory(self) -> FloatArray:
-        """What `packed_observer_step` advances, until the next start."""
+        """The memory that `packed_observer_step` advances, until the next start."""
         return self._memory
 
     def estimate_of(self, value: float, surrogate: float, error: float, status: int) -> Estimate:
-        """What the kernel has found; its error is through b alone."""
+        """Return what the kernel computed as an estimate; its error is through b alone."""
         return Estimate(value, surrogate, math.sqrt(error * error + self.fit_error * self.fit_error), status)

@@ -1,4 +1,4 @@
-"""An extended model one held current after the other: heat, film, beam and their readings.
+"""An extended model, one held current after the other: heat, film, beam and their readings.
 
 The heat balance, the relays and their order are those of `rtctl.simulations.vo2`; here they keep their state from one
 sample to the next. State order: T_1, T_2, T, capacity, heat stored [mA^2]; the film's T in a room that drifts, what the
@@ -36,18 +36,18 @@ from rtctl.simulations.vo2.relaxation import relax, turn
 
 STATES = 14
 NO_SHARPNESS = 0.0
-"""The phase that a step begins with counts only where its sharpness does, and no cause with a name has one."""
+"""The phase at the start of a step counts only if its sharpness does, which no named mechanism changes."""
 WARM, SEEN, FILM, READ, BENT, SWING, SPEED, TURNED, WAY = 5, 6, 7, 8, 9, 10, 11, 12, 13
 
 
 class PathParams(NamedTuple):
-    """What the kernels need besides the Preisach models; names as in `Vo2Dynamics`."""
+    """Parameters of the kernels besides the Preisach models; names as in `Vo2Dynamics`."""
 
     balance: Balance
     phases: Phases
     expansion: float
     cold: float
-    """-ln of the cold film's resistance."""
+    """-ln of the cold film's resistance [ohm]."""
     substep_s: float
     reading_gain: float
     reading_offset: float
@@ -60,14 +60,14 @@ class PathParams(NamedTuple):
     sensor_lag_s: float
     participation: float
     rate: float
-    """Of the beam's mode [rad/s]."""
+    """Angular frequency of the beam's mode [rad/s]."""
     damping_ratio: float
     back: float
-    """Half of a backlash that the loops hold [mA]."""
+    """Half of the backlash that the loops hold [mA]."""
 
 
 def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
-    """Of a model."""
+    """Return the parameters of a model."""
     return PathParams(
         dynamics.balance, dynamics.phases, dynamics.expansion, -math.log(model.resistance.high),
         dynamics.substep_s, *dynamics.reading, *dynamics.deflection,
@@ -79,7 +79,10 @@ def path_params(model: Vo2Model, dynamics: Vo2Dynamics) -> PathParams:
 
 @kernel
 def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) -> None:
-    """The beam's mode after h [s] over which its rest goes straight to `bent`; exact. See `structure.resonance`."""
+    """Return the beam's mode after h [s] over which its rest position moves linearly to `bent`; exact.
+
+    See `structure.resonance`.
+    """
     damped = rate * math.sqrt(1.0 - ratio * ratio)
     slope = (bent - x[BENT]) / h
     behind = 2.0 * ratio * slope / rate
@@ -91,7 +94,7 @@ def swing_step(x: FloatArray, bent: float, h: float, rate: float, ratio: float) 
 
 @kernel
 def sensed_film(reading: float, v: float, current: float, time_s: float, p: PathParams) -> float:
-    """R that reaches the sensor [ohm] of the loops' -ln R."""
+    """Return the resistance at the sensor [ohm] for the loops' -ln R."""
     drift = (p.ageing + p.ageing_bend * time_s) * time_s
     aged = math.exp(drift - (p.reading_gain * reading + p.reading_offset))
     return aged + p.leak * (current - p.leak_known * v)
@@ -102,7 +105,7 @@ def path_start(
     x: FloatArray, film: FloatArray, beam: FloatArray, current: float, p: PathParams, r: PreisachParams,
     d: PreisachParams,
 ) -> None:  # fmt: skip
-    """At rest at a heating current, from a full cooling: all three in place, the stacks all off before."""
+    """Start at rest at a heating current, from a full cooling: all three in place, the stacks all off before."""
     power = heating_power(current, p.balance)
     T = first_temperature(power, film, p.cold, p.balance, r)
     s = surrogate_power(T, p.balance)
@@ -118,12 +121,26 @@ def path_start(
     x[SPEED] = 0.0
 
 
+# 10 parameters because a kernel takes its arrays one by one
 @kernel
-def path_step(
+def path_step(  # noqa: PLR0913
     x: FloatArray, film: FloatArray, beam: FloatArray, current: float, heat: float, time_s: float, duration_s: float,
     p: PathParams, r: PreisachParams, d: PreisachParams,
 ) -> None:  # fmt: skip
-    """Hold a heating current [mA] and `heat` [mA^2] beside it for `duration_s`, from `time_s` on; all in place."""
+    """Hold a heating current; advance the state and the stacks in place.
+
+    Args:
+        x: state.
+        film: relays of the resistance model.
+        beam: relays of the deflection model.
+        current: heating current [mA].
+        heat: heat besides the current's [mA^2].
+        time_s: time at the start [s].
+        duration_s: how long the current is held [s].
+        p: parameters.
+        r: parameters of the resistance model.
+        d: parameters of the deflection model.
+    """
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
     power = heating_power(current, p.balance) + heat
@@ -158,12 +175,25 @@ def path_step(
     x[0], x[1], x[2], x[3], x[4] = step.main, step.second, step.T, step.capacity, step.stored
 
 
+# 9 parameters: those of `path_step` but for the heat
 @kernel
-def reached(
+def reached(  # noqa: PLR0913
     x: FloatArray, film: FloatArray, beam: FloatArray, power: float, time_s: float, duration_s: float, p: PathParams,
     r: PreisachParams, d: PreisachParams,
 ) -> float:  # fmt: skip
-    """What the relays would see [mA^2] `duration_s` after `time_s`, at a constant power; moves nothing."""
+    """Return what the relays would see after a time at a constant power [mA^2]; nothing advances.
+
+    Args:
+        x: state.
+        film: relays of the resistance model.
+        beam: relays of the deflection model.
+        power: the constant power [mA^2].
+        time_s: time at the start [s].
+        duration_s: how long the power is held [s].
+        p: parameters.
+        r: parameters of the resistance model.
+        d: parameters of the deflection model.
+    """
     count = max(1, math.ceil(duration_s / p.substep_s - 1e-9))
     h = duration_s / count
     powers = Powers(power, power, power, power)
@@ -178,7 +208,7 @@ def reached(
 
 
 class ThermalPath:
-    """The model with its state, for a current that has passed delay and dead band already."""
+    """A model with its state, for a current that has passed delay and dead band already."""
 
     def __init__(self, model: Vo2Model, params: PathParams) -> None:
         self.params = params
@@ -187,7 +217,7 @@ class ThermalPath:
         self.film, self.beam = cooled_stack(self._r.grid), cooled_stack(self._d.grid)
 
     def start(self, current: float) -> None:
-        """At rest at a heating current [mA], from a full cooling."""
+        """Start at rest at a heating current [mA], from a full cooling."""
         self.film[:], self.beam[:] = cooled_stack(self._r.grid), cooled_stack(self._d.grid)
         path_start(self.x, self.film, self.beam, current, self.params, self._r, self._d)
 
@@ -198,11 +228,11 @@ class ThermalPath:
         )
 
     def power_of(self, current: float) -> float:
-        """Of a heating current [mA], in mA^2."""
+        """Return the power of a heating current [mA], in mA^2."""
         return float(heating_power(current, self.params.balance))
 
     def current_of(self, power: float) -> float:
-        """The heating current [mA] of a power [mA^2]."""
+        """Return the heating current [mA] of a power [mA^2]."""
         return float(loop_current(power, self.params.balance))
 
     def reached(self, power: float, time_s: float, duration_s: float) -> float:
@@ -216,7 +246,7 @@ class ThermalPath:
 
     @property
     def heating(self) -> float:
-        """Of the surrogate, what heats [mA]."""
+        """The heating current [mA] of the surrogate."""
         return self.v - self.params.balance.zone
 
     @property
@@ -229,17 +259,17 @@ class ThermalPath:
 
     @property
     def resistance(self) -> float:
-        """As it is read [ohm]."""
+        """The resistance as it is read [ohm]."""
         return float(self.x[READ])
 
     @property
     def deflection(self) -> float:
-        """As it is measured [um]."""
+        """The deflection as it is measured [um]."""
         return float(self.x[BENT] + self.params.participation * (self.x[SWING] - self.x[BENT]))
 
 
 class Drive:
-    """What of the commands heats: corrected, behind a dead band, late."""
+    """The drive's path from command to heating current: corrected, behind a dead band, delayed."""
 
     def __init__(self, dynamics: Vo2Dynamics) -> None:
         self._dynamics = dynamics
@@ -247,14 +277,14 @@ class Drive:
         self._held = self._kept = 0.0
 
     def start(self, command: float) -> float:
-        """The heating current [mA] at rest at a command [mA], reached from below."""
+        """Start at rest at a command [mA] reached from below; return the heating current [mA]."""
         self._held = self._kept = command - self._dynamics.behind * self._dynamics.deadband_mA
         current = self._dynamics.current.of(self._held)
         self._queue = [(current, self._dynamics.delay_s)] if self._dynamics.delay_s > 0.0 else []
         return current
 
     def pieces(self, command: float, elapsed_s: float) -> list[tuple[float, float]]:
-        """Heating currents [mA] and how long [s] each, over `elapsed_s` in which `command` [mA] is held."""
+        """Return heating currents [mA] and their durations [s] over `elapsed_s` in which `command` [mA] is held."""
         width, behind = self._dynamics.deadband_mA, self._dynamics.behind
         away = command - self._held
         if abs(away) > width:

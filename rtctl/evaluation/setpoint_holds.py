@@ -1,4 +1,4 @@
-"""Settled levels of a run: what every held setpoint came to, and how long it took."""
+"""Setpoint holds of a run: the settled output of each, and how long it took to settle."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rtctl.border.records import DeviceProfile
 Predict = Callable[[Mapping[str, float]], dict[str, float]]
 
 SETTLED_PERCENT = 1.0
-"""Of the setpoint: an output that stays so near has settled."""
+"""Largest distance of a settled output from its setpoint [%]."""
 
 
 class Hold(NamedTuple):
-    """One held setpoint in rows of the recording, `first` to before `end`; settled from `settled` on."""
+    """A held setpoint: rows `first` to before `end` of the recording, settled from row `settled` on."""
 
     first: int
     settled: int
@@ -26,26 +26,33 @@ class Hold(NamedTuple):
 
 
 def holds_of(index: FloatArray, setpoint: FloatArray, period_s: float, settle_s: float) -> list[Hold]:
-    """Every stretch of one setpoint; `index` counts periods, missed ones included."""
+    """Return every stretch of one setpoint.
+
+    Args:
+        index: periods since the start of each row (n,), missed ones included.
+        setpoint: setpoint of each row (n,).
+        period_s: sample period [s].
+        settle_s: time after which a hold counts as settled [s].
+    """
     changes = np.flatnonzero(np.diff(setpoint)) + 1
     edges = [0, *changes.tolist(), len(setpoint)]
-    found = []
+    holds = []
     for first, end in zip(edges[:-1], edges[1:], strict=True):
         after = index[first] + math.ceil(settle_s / period_s - 1e-9)
         settled = first + int(np.searchsorted(index[first:end], after))
-        found.append(Hold(first, settled, end))
-    return found
+        holds.append(Hold(first, settled, end))
+    return holds
 
 
 def hold_error_percent(setpoint: FloatArray, output: FloatArray, holds: list[Hold]) -> float | None:
-    """Largest |output - setpoint| of all settled samples, in percent of the setpoint; None: none was scored."""
+    """Return the largest |output - setpoint| of settled samples in percent of the setpoint; None if there is none."""
     parts = [relative_error(setpoint[h.settled : h.end], output[h.settled : h.end]) for h in holds]
     errors = np.concatenate(parts) if parts else np.empty(0)
     return float(errors.max()) if len(errors) else None
 
 
 def relative_error(setpoint: FloatArray, output: FloatArray) -> FloatArray:
-    """|output - setpoint| in percent of setpoints > 0, where there is an output."""
+    """Return |output - setpoint| in percent of setpoints > 0, where there is an output."""
     scored = (setpoint > 0.0) & np.isfinite(output)
     return 100.0 * np.abs(output[scored] - setpoint[scored]) / setpoint[scored]
 
@@ -53,7 +60,18 @@ def relative_error(setpoint: FloatArray, output: FloatArray) -> FloatArray:
 def settling_ms(
     index: FloatArray, setpoint: FloatArray, output: FloatArray, period_s: float, holds: list[Hold]
 ) -> float | None:
-    """The longest time that an output took to stay within `SETTLED_PERCENT` of a new setpoint."""
+    """Return the longest time [ms] that the output took to stay within `SETTLED_PERCENT` of a new setpoint.
+
+    Args:
+        index: periods since the start of each row (n,), missed ones included.
+        setpoint: setpoint of each row (n,).
+        output: output of each row (n,), in the setpoint's unit.
+        period_s: sample period [s].
+        holds: the holds of `setpoint`.
+
+    Returns:
+        None if there is no hold with a setpoint > 0 and an output.
+    """
     times = []
     for hold in holds:
         wanted, got = setpoint[hold.first : hold.end], output[hold.first : hold.end]
@@ -68,7 +86,14 @@ def settling_ms(
 def level_rows(
     signals: Mapping[str, FloatArray], profile: DeviceProfile, holds: list[Hold], predict: Predict
 ) -> list[dict[str, float]]:
-    """Means over the settled part of every hold, `name_unit` as keys, and what the model says of them."""
+    """Return means over the settled part of every hold, `name_unit` as keys, and what the model predicts for them.
+
+    Args:
+        signals: recorded signals (n,) by name.
+        profile: names and units of the device's channels.
+        holds: the holds of the setpoint.
+        predict: maps the means of the channels to the model's predictions.
+    """
     channels = (profile.reference, *profile.commands)
     rows = []
     for hold in holds:

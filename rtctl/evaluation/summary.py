@@ -1,4 +1,4 @@
-"""What a run amounts to: verdict, scores, checks, timing, faults; the content of `summary.json`."""
+"""The summary of a run: verdict, scores, checks, timing, faults; the content of `summary.json`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
-from rtctl.evaluation.metrics import NOT_SCORED, ErrorScore, finite, score
+from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plants.support import PlantSupport
@@ -20,7 +20,7 @@ from rtctl.timing.realtime import Request
 from rtctl.timing.step_timing import StepTiming
 
 Measured = dict[str, float | None]
-"""What a check is held to, by its name; None where there was nothing to measure."""
+"""The quantity of each check, by its name; None if there was nothing to measure."""
 
 
 def summarise(
@@ -32,14 +32,24 @@ def summarise(
     timing: StepTiming,
     requests: Sequence[Request] = (),
 ) -> dict[str, Any]:
-    """The run summary of the file formats, with percentages of the model's output range beside."""
+    """Return the summary of a run, with percentages of the model's output range.
+
+    Args:
+        scenario: the checked scenario.
+        plant: the support of its kind of plant.
+        model: the identified model.
+        outcome: how the loop ended.
+        signals: recorded signals (n,) by name.
+        timing: how the loop kept time.
+        requests: what came of each real-time request.
+    """
     output = scenario.profile.reference
-    to_um = convert(1.0, output.unit, "um")
-    span = to_um * plant.output_range(scenario, model).width
-    measured = to_um * signals[output.name]
-    sensing = score(to_um * signals["estimate"], measured, span)
+    unit, factor = _summary_unit(output.unit)
+    span = factor * plant.output_range(scenario, model).width
+    measured = factor * signals[output.name]
+    sensing = score(factor * signals["estimate"], measured, span)
     tracking = (
-        NOT_SCORED if scenario.reference is None else score(to_um * signals["setpoint"], measured, span)
+        NOT_SCORED if scenario.reference is None else score(factor * signals["setpoint"], measured, span)
     )
     faults = _faults(outcome)
     levels, held = _levels(scenario, plant, model, signals)
@@ -50,9 +60,9 @@ def summarise(
     summary: dict[str, Any] = {
         "scenario": scenario.scenario.title,
         "verdict": "fault" if outcome.fault is not None else "fail" if failed else "pass",
-        "tracking": tracking._asdict(),
-        "self_sensing": sensing._asdict(),
-        "range_um": span,
+        "tracking": tracking.to_dict(unit),
+        "self_sensing": sensing.to_dict(unit),
+        **({"range_um": span} if unit == LENGTH_UNIT else {"range": span, "range_unit": unit}),
         "estimator": scenario.estimator.kind,
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
@@ -76,15 +86,30 @@ def summarise(
     return cleaned
 
 
+def _summary_unit(unit: str) -> tuple[str, float]:
+    """Return the unit in which a summary has an output in `unit`, and the factor to it: lengths are in um."""
+    try:
+        return LENGTH_UNIT, convert(1.0, unit, LENGTH_UNIT)
+    except ValueError:
+        return unit, 1.0
+
+
+def range_of(summary: Mapping[str, Any], unit: str) -> float:
+    """Return the range that the percents of a summary refer to, in the output's `unit`."""
+    if "range_um" in summary:
+        return convert(float(summary["range_um"]), LENGTH_UNIT, unit)
+    return float(summary["range"])
+
+
 def _faults(outcome: LoopOutcome) -> list[dict[str, Any]]:
-    """All of them, the survived ones first."""
-    found: list[dict[str, Any]] = [
+    """Return all faults, the survived ones first."""
+    faults: list[dict[str, Any]] = [
         {"fault": str(fault), "message": message, "step": step, "rearmed": True}
         for step, fault, message in outcome.survived
     ]
     if outcome.fault is not None:
-        found.append({"fault": str(outcome.fault), "message": outcome.message})
-    return found
+        faults.append({"fault": str(outcome.fault), "message": outcome.message})
+    return faults
 
 
 def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:
@@ -99,7 +124,7 @@ def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:
 def _levels(
     scenario: Scenario, plant: PlantSupport[Any], model: Any, signals: Mapping[str, FloatArray]
 ) -> tuple[list[dict[str, float]], Measured]:
-    """A row a settled level, and what the checks ask of them; nothing where nobody said when a level is settled."""
+    """Return one row per settled level, and the quantities of the checks; no rows without `settle_after`."""
     settle_s, period_s = scenario.checks.settle_after_s, scenario.scenario.period_s
     setpoint, output = signals["setpoint"], signals[scenario.profile.reference.name]
     if scenario.reference is None or len(setpoint) == 0:
@@ -122,7 +147,7 @@ def _levels(
 def _checks(scenario: Scenario, measured: Measured) -> list[dict[str, Any]]:
     checks = []
     for name, limit in scenario.checks.bounds().items():
-        found = measured[name]
-        met = None if found is None else found <= limit
-        checks.append({"check": name, "limit": limit, "measured": found, "met": met})
+        value = measured[name]
+        met = None if value is None else value <= limit
+        checks.append({"check": name, "limit": limit, "measured": value, "met": met})
     return checks

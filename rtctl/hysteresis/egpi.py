@@ -24,7 +24,7 @@ from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floa
 
 
 class EgpiParams(NamedTuple):
-    """What the kernels need: p, r and the envelopes tanh(a v + b), all (n,); G(v) = c3 + c2 v + c4 v^2."""
+    """Parameters of the kernels: p, r and the envelopes tanh(a v + b), all (n,); G(v) = c3 + c2 v + c4 v^2."""
 
     p: FloatArray
     r: FloatArray
@@ -48,7 +48,7 @@ def advance_plays(w: FloatArray, v: float, params: EgpiParams) -> None:
 
 @kernel
 def egpi_step(w: FloatArray, v: float, params: EgpiParams) -> float:
-    """y after the input v; advances w (n,) in place. A NaN input gives NaN and leaves w as it was."""
+    """Return y after the input v; advance w (n,) in place. A NaN input gives NaN and leaves w as it was."""
     if math.isnan(v):
         return math.nan
     advance_plays(w, v, params)
@@ -60,7 +60,7 @@ def egpi_step(w: FloatArray, v: float, params: EgpiParams) -> float:
 
 @kernel
 def egpi_run(w: FloatArray, v: FloatArray, params: EgpiParams) -> FloatArray:
-    """y (samples,) for the inputs v (samples,); advances w in place."""
+    """Return y (samples,) for the inputs v (samples,); advance w in place."""
     y = np.empty_like(v)
     for k in range(v.size):
         y[k] = egpi_step(w, v[k], params)
@@ -96,29 +96,29 @@ class EgpiModel:
 
     @property
     def params(self) -> EgpiParams:
-        """The arguments of the kernels."""
+        """Return the parameters of the kernels."""
         return EgpiParams(
             self.p, self.r, self.a_R, self.b_R, self.a_L, self.b_L, self.c2, self.c3, self.c4
         )  # fmt: skip
 
     def initial_state(self, v0: float) -> FloatArray:
-        """w (n,) after a full cooling, then up to v0."""
+        """Return w (n,) after a full cooling, then up to v0."""
         w = cooled_plays(self.r)
         egpi_step(w, float(v0), self.params)
         return w
 
     def simulate(self, v: FloatArray, state: FloatArray | None = None) -> FloatArray:
-        """y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
+        """Return y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
         v = inputs(v)
         if not v.size:
             return v
         return egpi_run(self.initial_state(v[0]) if state is None else state.copy(), v, self.params)
 
     def to_table(self) -> Table:
-        """Plain floats and lists, `kind = "egpi"`."""
+        """Return plain floats and lists, with `kind = "egpi"`."""
         return table_of(self, "egpi")
 
     @classmethod
     def from_table(cls, table: Table) -> EgpiModel:
-        """The model of a table. Raises InputError that names the key."""
+        """Return the model of a table. Raises InputError that names the key."""
         return model_of(cls, "egpi", table)

@@ -22,7 +22,7 @@ _ORDER_TOLERANCE = 1e-7  # of envelopes that span 2: a crossing in saturation, b
 
 
 class Line(NamedTuple):
-    """The argument a v + b of one tanh: a [1/unit of v], b [-]."""
+    """Argument a v + b of one tanh: a [1/unit of v], b [-]."""
 
     a: float
     b: float
@@ -30,19 +30,19 @@ class Line(NamedTuple):
 
 @kernel
 def envelope(a: float, b: float, v: float) -> float:
-    """gamma(v) = tanh(a v + b)."""
+    """Return gamma(v) = tanh(a v + b)."""
     return math.tanh(a * v + b)
 
 
 @kernel
 def envelope_slope(a: float, gamma: float) -> float:
-    """d gamma / dv = a (1 - gamma^2) at the value gamma."""
+    """Return d gamma / dv = a (1 - gamma^2) at the value gamma."""
     return a * (1.0 - gamma) * (1.0 + gamma)
 
 
 @kernel
 def envelope_inverse(a: float, b: float, gamma: float) -> float:
-    """v = (arctanh(gamma) - b) / a, for |gamma| < 1."""
+    """Return v = (arctanh(gamma) - b) / a, for |gamma| < 1."""
     return (math.atanh(gamma) - b) / a
 
 
@@ -52,11 +52,16 @@ def crossing_depth(
     r: FloatArray,
     v_range: tuple[float, float],
 ) -> FloatArray:
-    """How far order preservation is broken on the range: max over v of gamma_R - gamma_L - 2 r, shape (n,).
+    """Return how far order preservation is broken: max over v of gamma_R - gamma_L - 2 r, shape (n,); <= 0 is in order.
 
-    `heating` = (a_R, b_R), `cooling` = (a_L, b_L), each (n,) or common to all plays; r (n,); a value <= 0
-    is a play in order. Judged on a grid of the envelopes themselves: lines of unequal slope always cross
-    somewhere, and where both tanh have saturated their crossing moves nothing.
+    It is judged on a grid of the envelopes themselves: lines of unequal slope always cross somewhere, and where both
+    tanh have saturated their crossing moves nothing.
+
+    Args:
+        heating: (a_R, b_R), each (n,) or common to all plays.
+        cooling: (a_L, b_L), each (n,) or common to all plays.
+        r: (n,) radii.
+        v_range: Lowest and highest v.
     """
     v = np.linspace(*v_range, _CHECKED_POINTS)[:, None]
     x_R, x_L = heating[0] * v + heating[1], cooling[0] * v + cooling[1]
@@ -70,7 +75,7 @@ def check_order(
     r: FloatArray,
     v_range: tuple[float, float],
 ) -> None:
-    """Raise ValueError unless the range is one, every envelope rises (a > 0) and no play breaks the order."""
+    """Raise ValueError unless the range is valid, every envelope rises (a > 0) and no play breaks the order."""
     low, high = v_range
     if not low < high:
         raise ValueError(f"v_low = {low:g} must be below v_high = {high:g}")
@@ -91,7 +96,7 @@ def check_order(
 
 
 def cooling_line(heating: Line, gaps: tuple[float, float], v_range: tuple[float, float]) -> Line:
-    """The cooling envelope that lies `gaps` >= 0 above the heating one at the ends of the range.
+    """Return the cooling envelope that lies `gaps` >= 0 above the heating one at the ends of the range.
 
     The gap parametrisation of an identification: gaps are differences of the tanh arguments [-] at
     `v_range`; with both >= 0 the order holds on the whole range for every play. Raises ValueError for a
@@ -104,6 +109,6 @@ def cooling_line(heating: Line, gaps: tuple[float, float], v_range: tuple[float,
 
 
 def gaps_of(heating: Line, cooling: Line, v_range: tuple[float, float]) -> tuple[float, float]:
-    """The inverse of `cooling_line`: differences of the tanh arguments at the two ends of the range [-]."""
+    """Return the differences of the tanh arguments at the two ends of the range [-]; the inverse of `cooling_line`."""
     low, high = ((cooling.a - heating.a) * v + (cooling.b - heating.b) for v in v_range)
     return low, high

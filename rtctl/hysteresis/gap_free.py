@@ -28,7 +28,7 @@ _MAX_ITERATIONS = 80  # bisection alone halves any range of doubles in fewer
 
 
 class GapFreeParams(NamedTuple):
-    """The plays and c3 = c, c2 = q1, c4 = q2 as an EGPI's; the range; changes that count as none."""
+    """The plays and c3 = c, c2 = q1, c4 = q2 as in an EGPI; the range; changes that count as none."""
 
     egpi: EgpiParams
     v_low: float
@@ -39,7 +39,7 @@ class GapFreeParams(NamedTuple):
 
 @kernel
 def gap_free_step(state: FloatArray, v: float, params: GapFreeParams) -> float:
-    """y after the input v; advances `state` (n + 1,) in place. A NaN input gives NaN and moves nothing."""
+    """Return y after the input v; advance `state` (n + 1,) in place. A NaN input gives NaN and moves nothing."""
     y = egpi_step(state[:-1], v, params.egpi)
     if not math.isnan(v):
         state[-1] = v
@@ -48,7 +48,7 @@ def gap_free_step(state: FloatArray, v: float, params: GapFreeParams) -> float:
 
 @kernel
 def gap_free_run(state: FloatArray, v: FloatArray, params: GapFreeParams) -> FloatArray:
-    """y (samples,) for the inputs v (samples,); advances `state` in place."""
+    """Return y (samples,) for the inputs v (samples,); advance `state` in place."""
     y = np.empty_like(v)
     for k in range(v.size):
         y[k] = gap_free_step(state, v[k], params)
@@ -59,7 +59,7 @@ def gap_free_run(state: FloatArray, v: FloatArray, params: GapFreeParams) -> Flo
 def branch_value(
     w: FloatArray, v: float, rising: bool, params: EgpiParams, keep: bool
 ) -> tuple[float, float]:
-    """F and dF/dv at v, reached from the memories w (n,) in one direction; `keep` moves w there, in place."""
+    """Return F and dF/dv at v, reached from the memories w (n,) in one direction; `keep` moves w there, in place."""
     y = params.c3 + v * (params.c2 + params.c4 * v)
     slope = params.c2 + 2.0 * params.c4 * v
     for j in range(w.size):
@@ -78,7 +78,7 @@ def branch_value(
 
 @kernel
 def gap_free_inverse_step(state: FloatArray, y: float, params: GapFreeParams) -> BranchPoint:
-    """The one v with F(v) = y from `state` (n + 1,), which is advanced to it in place.
+    """Return the one v with F(v) = y from `state` (n + 1,), which is advanced to it in place.
 
     A y that no v of the range gives is answered with the end of the range, flagged SATURATED and
     OUT_OF_RANGE; one that is not finite holds v.
@@ -105,9 +105,9 @@ def gap_free_inverse_step(state: FloatArray, y: float, params: GapFreeParams) ->
 def _solve(
     w: FloatArray, y: float, near: float, end: float, rising: bool, params: GapFreeParams
 ) -> tuple[float, bool]:
-    """v from `near` to `end` with F(v) = y, to the tolerance; False where y lies beyond the end.
+    """Find v from `near` to `end` with F(v) = y, to the tolerance; False where y lies beyond the end.
 
-    Newton, replaced by the middle of the bracket when it leaves it or does not halve the residual; the far
+    Newton's method, replaced by bisection when it leaves the bracket or does not halve the residual; the far
     end is evaluated only when Newton asks for more.
     """
     far, bounded = end, False
@@ -139,7 +139,7 @@ def _solve(
 def gap_free_inverse_run(
     state: FloatArray, y: FloatArray, params: GapFreeParams
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """v, slope and status, each (samples,), for the outputs y (samples,); advances `state` in place."""
+    """Return v, slope and status, each (samples,), for the outputs y (samples,); advance `state` in place."""
     v, slope, status = np.empty_like(y), np.empty_like(y), np.zeros(y.size, np.int64)
     for k in range(y.size):
         point = gap_free_inverse_step(state, y[k], params)
@@ -183,7 +183,7 @@ class GapFreeModel:
 
     @property
     def params(self) -> GapFreeParams:
-        """The arguments of the kernels."""
+        """Return the parameters of the kernels."""
         egpi = EgpiParams(
             self.p, self.r, self.a_R, self.b_R, self.a_L, self.b_L, self.q1, self.c, self.q2
         )  # fmt: skip
@@ -192,13 +192,13 @@ class GapFreeModel:
         return GapFreeParams(egpi, self.v_low, self.v_high, 1e-12 * span, 4e-12 * rise)
 
     def initial_state(self, v0: float) -> FloatArray:
-        """w and v (n + 1,) after a full cooling, then up to v0."""
+        """Return w and v (n + 1,) after a full cooling, then up to v0."""
         w = cooled_plays(self.r)
         advance_plays(w, float(v0), self.params.egpi)
         return np.append(w, float(v0))
 
     def simulate(self, v: FloatArray, state: FloatArray | None = None) -> FloatArray:
-        """y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
+        """Return y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
         v = inputs(v)
         if not v.size:
             return v
@@ -207,15 +207,15 @@ class GapFreeModel:
     def invert(
         self, y: FloatArray, state: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray, IntArray]:
-        """v, slope, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
+        """Return v, slope, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
         start = self.initial_state(self.v_low) if state is None else state.copy()
         return gap_free_inverse_run(start, inputs(y), self.params)
 
     def to_table(self) -> Table:
-        """Plain floats and lists, `kind = "gap_free"`."""
+        """Return plain floats and lists, with `kind = "gap_free"`."""
         return table_of(self, "gap_free")
 
     @classmethod
     def from_table(cls, table: Table) -> GapFreeModel:
-        """The model of a table. Raises InputError that names the key."""
+        """Return the model of a table. Raises InputError that names the key."""
         return model_of(cls, "gap_free", table)

@@ -22,7 +22,7 @@ from rtctl.hysteresis.tables import Table, inputs, model_of, own_array, own_floa
 
 
 class GpiParams(NamedTuple):
-    """What the kernels need, in the symbols of eq. 6: p, r (n,); envelopes tanh(a v + b); bias c."""
+    """Parameters of the kernels in the symbols of eq. 6: p, r (n,); envelopes tanh(a v + b); bias c."""
 
     p: FloatArray
     r: FloatArray
@@ -35,7 +35,7 @@ class GpiParams(NamedTuple):
 
 @kernel
 def gpi_step(w: FloatArray, v: float, params: GpiParams) -> float:
-    """y after the input v; advances w (n,) in place: an allocation a step would cost more than the step.
+    """Return y after the input v; advance w (n,) in place: an allocation a step would cost more than the step.
 
     A NaN input gives NaN and leaves w as it was.
     """
@@ -52,7 +52,7 @@ def gpi_step(w: FloatArray, v: float, params: GpiParams) -> float:
 
 @kernel
 def gpi_run(w: FloatArray, v: FloatArray, params: GpiParams) -> FloatArray:
-    """y (samples,) for the inputs v (samples,); advances w in place."""
+    """Return y (samples,) for the inputs v (samples,); advance w in place."""
     y = np.empty_like(v)
     for k in range(v.size):
         y[k] = gpi_step(w, v[k], params)
@@ -60,7 +60,7 @@ def gpi_run(w: FloatArray, v: FloatArray, params: GpiParams) -> FloatArray:
 
 
 def cooled_plays(r: FloatArray) -> FloatArray:
-    """Memories (n,) after a full heating and cooling, where tanh is -1: r - 1 (0 where r >= 1: at rest)."""
+    """Return memories (n,) after a full heating and cooling, where tanh is -1: r - 1 (0 where r >= 1: at rest)."""
     return np.minimum(r - 1.0, 0.0)
 
 
@@ -89,27 +89,27 @@ class GpiModel:
 
     @property
     def params(self) -> GpiParams:
-        """The arguments of the kernels."""
+        """Return the parameters of the kernels."""
         return GpiParams(self.p, self.r, self.a_R, self.b_R, self.a_L, self.b_L, self.c)
 
     def initial_state(self, v0: float) -> FloatArray:
-        """w (n,) after a full cooling, then up to v0."""
+        """Return w (n,) after a full cooling, then up to v0."""
         w = cooled_plays(self.r)
         gpi_step(w, float(v0), self.params)
         return w
 
     def simulate(self, v: FloatArray, state: FloatArray | None = None) -> FloatArray:
-        """y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
+        """Return y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
         v = inputs(v)
         if not v.size:
             return v
         return gpi_run(self.initial_state(v[0]) if state is None else state.copy(), v, self.params)
 
     def to_table(self) -> Table:
-        """Plain floats and lists, `kind = "gpi"`."""
+        """Return plain floats and lists, with `kind = "gpi"`."""
         return table_of(self, "gpi")
 
     @classmethod
     def from_table(cls, table: Table) -> GpiModel:
-        """The model of a table. Raises InputError that names the key."""
+        """Return the model of a table. Raises InputError that names the key."""
         return model_of(cls, "gpi", table)

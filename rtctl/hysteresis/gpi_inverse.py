@@ -26,7 +26,7 @@ from rtctl.hysteresis.tables import inputs
 
 
 class GpiInverseParams(NamedTuple):
-    """p_hat [1/y unit], r_hat [y unit] (n,), the model's envelopes, bias and range, and three limits.
+    """Coefficients p_hat [1/y unit], r_hat [y unit] (n,), the model's envelopes, bias and range, and three limits.
 
     y_limit [y unit]: |y - c| beyond which no input gives y; u_limit [-]: the |u| there, below 1; deadband
     [y unit].
@@ -47,7 +47,7 @@ class GpiInverseParams(NamedTuple):
 
 
 class InverseStep(NamedTuple):
-    """v [v unit]; gain = dv/du = 1 / (a (1 - u^2)) [v unit]; status bits of `EstimateStatus`.
+    """Answer v [v unit]; gain = dv/du = 1 / (a (1 - u^2)) [v unit]; status bits of `EstimateStatus`.
 
     |dv/dy| <= gain / p_0 where all weights are >= 0: times the noise of y, it is the error of v on a branch.
     """
@@ -59,7 +59,7 @@ class InverseStep(NamedTuple):
 
 @kernel
 def gpi_inverse_step(state: FloatArray, y: float, params: GpiInverseParams) -> InverseStep:
-    """v that gives y, and how far to trust it; advances `state` (n + 2,) in place.
+    """Return the v that gives y, and how far to trust it; advance `state` (n + 2,) in place.
 
     On the branch it stays, y may move on at once; a reversal counts only when it exceeds the deadband (0:
     the paper's own rule), else v is held and flagged IN_GAP. A y beyond y_limit is clamped there before the
@@ -96,10 +96,11 @@ def gpi_inverse_step(state: FloatArray, y: float, params: GpiInverseParams) -> I
 
 @kernel
 def _movement(change: float, branch: float, deadband: float) -> float:
-    """+1 rises, -1 falls, 0 holds: along the branch any change moves, against it one beyond the deadband.
+    """Return +1 for rising, -1 for falling, 0 for held.
 
-    `change` is counted from the furthest y of the branch, which z_0 holds: a play of y, not a threshold a
-    step.
+    Along the branch any change moves, against it one beyond the deadband. `change` is counted from the furthest y of
+    the
+    branch, which z_0 holds: a play of y, not a threshold a step.
     """
     along = change * branch
     if along > 0.0:
@@ -111,7 +112,7 @@ def _movement(change: float, branch: float, deadband: float) -> float:
 
 @kernel
 def _classical_inverse(state: FloatArray, params: GpiInverseParams) -> float:
-    """u = sum_j p^_j z_j (eq. 8), within +-u_limit against rounding."""
+    """Return u = sum_j p^_j z_j (eq. 8), within +-u_limit against rounding."""
     u = 0.0
     for j in range(params.p_hat.size):
         u += params.p_hat[j] * state[j]
@@ -122,7 +123,7 @@ def _classical_inverse(state: FloatArray, params: GpiInverseParams) -> float:
 def gpi_inverse_run(
     state: FloatArray, y: FloatArray, params: GpiInverseParams
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """v, gain and status, each (samples,), for the outputs y (samples,); advances `state` in place."""
+    """Return v, gain and status, each (samples,), for the outputs y (samples,); advance `state` in place."""
     v, gain, status = np.empty_like(y), np.empty_like(y), np.zeros(y.size, np.int64)
     for k in range(y.size):
         step = gpi_inverse_step(state, y[k], params)
@@ -132,16 +133,22 @@ def gpi_inverse_run(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GpiInverse:
-    """The right inverse of `model`. Build it with `GpiInverse.of(model)`."""
+    """Right inverse of `model`. Build it with `GpiInverse.of(model)`."""
 
     model: GpiModel
     params: GpiInverseParams
 
     @classmethod
     def of(cls, model: GpiModel, *, deadband: float = 0.0, u_limit: float = 1.0 - 1e-6) -> GpiInverse:
-        """`deadband` [y unit] as in `gpi_inverse_step`, never below rounding; `u_limit` [-] clamps arctanh.
+        """Build the inverse of a model.
 
-        Raises ValueError unless r_0 = 0 <= r_1 <= ... < u_limit < 1, p_0 > 0 and every P_k > 0.
+        Args:
+            model: GPI model.
+            deadband: Change of y [y unit] as in `gpi_inverse_step`, never below rounding.
+            u_limit: Clamp of the argument of arctanh [-].
+
+        Raises:
+            ValueError: Not r_0 = 0 <= r_1 <= ... < u_limit < 1, p_0 > 0 and every P_k > 0.
         """
         p, r, partial = model.p, model.r, np.cumsum(model.p)
         if not deadband >= 0.0:
@@ -161,7 +168,7 @@ class GpiInverse:
         return cls(model=model, params=params)
 
     def state_at(self, w: FloatArray, v: float, *, rising: bool = True) -> FloatArray:
-        """The state (n + 2,) that belongs to the model's plays w (n,) at the input v, last moved up or down.
+        """Return the state (n + 2,) that belongs to the model's plays w (n,) at the input v, last moved up or down.
 
         z_i = (sum_{j<=i} p_j) w_i + sum_{j>i} p_j w_j; started at zero instead, the error stays until a
         large sweep.
@@ -172,12 +179,12 @@ class GpiInverse:
         return np.concatenate((partial * w + beyond, [float(v), 1.0 if rising else -1.0]))
 
     def initial_state(self, v0: float) -> FloatArray:
-        """The state (n + 2,) after a full cooling, then up to v0."""
+        """Return the state (n + 2,) after a full cooling, then up to v0."""
         return self.state_at(self.model.initial_state(v0), v0)
 
     def estimate(
         self, y: FloatArray, state: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray, IntArray]:
-        """v, gain, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
+        """Return v, gain, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
         start = self.initial_state(self.model.v_low) if state is None else state.copy()
         return gpi_inverse_run(start, inputs(y), self.params)

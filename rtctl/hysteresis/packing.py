@@ -1,7 +1,7 @@
 """Parameters and states of a kernel in one float64 array, because a call from Python pays for every argument.
 
 numba takes 50 ns to unwrap an array, and half a microsecond more to unwrap a NamedTuple of them, several times
-what the kernels here compute. So what steps once a sample from Python keeps all it needs in one memory and a
+what the kernels here compute. So code that steps once a sample from Python keeps all it needs in one memory, and a
 kernel takes views of it; the kernels behind it stay `(state, input, params)`.
 
 Layout: the offsets o_0 ... o_m, then the parts, part k at [o_k, o_{k+1}). A number is a part of one entry, a
@@ -23,7 +23,7 @@ from rtctl.hysteresis.preisach.model import PreisachParams
 
 
 def pack(*values: Any) -> FloatArray:
-    """A memory of copies of `values`: numbers, arrays and NamedTuples of them, in this order."""
+    """Return a memory of copies of `values`: numbers, arrays and NamedTuples of them, in this order."""
     parts = _parts(values)
     offsets = np.cumsum([len(parts) + 1, *(part.size for part in parts)])
     return np.concatenate([offsets.astype(np.float64), *parts])
@@ -37,19 +37,19 @@ def _parts(value: Any) -> list[FloatArray]:
 
 @kernel
 def array_at(memory: FloatArray, k: int) -> FloatArray:
-    """A view of part k."""
+    """Return a view of part k."""
     return memory[int(memory[k]) : int(memory[k + 1])]
 
 
 @kernel
 def number_at(memory: FloatArray, k: int) -> float:
-    """The number that part k is."""
+    """Return part k, which is a number."""
     return float(memory[int(memory[k])])
 
 
 @kernel
 def egpi_at(memory: FloatArray, k: int) -> EgpiParams:
-    """The EGPI parameters whose first field is part k."""
+    """Return the EGPI parameters whose first field is part k."""
     return EgpiParams(
         array_at(memory, k), array_at(memory, k + 1), array_at(memory, k + 2), array_at(memory, k + 3),
         array_at(memory, k + 4), array_at(memory, k + 5),
@@ -59,7 +59,7 @@ def egpi_at(memory: FloatArray, k: int) -> EgpiParams:
 
 @kernel
 def gpi_inverse_at(memory: FloatArray, k: int) -> GpiInverseParams:
-    """The parameters of an inverse GPI whose first field is part k."""
+    """Return the parameters of an inverse GPI whose first field is part k."""
     return GpiInverseParams(
         array_at(memory, k), array_at(memory, k + 1),
         number_at(memory, k + 2), number_at(memory, k + 3), number_at(memory, k + 4), number_at(memory, k + 5),
@@ -70,7 +70,7 @@ def gpi_inverse_at(memory: FloatArray, k: int) -> GpiInverseParams:
 
 @kernel
 def gap_free_at(memory: FloatArray, k: int) -> GapFreeParams:
-    """The gap-free parameters whose first field, an EGPI's nine, starts at part k."""
+    """Return the gap-free parameters whose first field, an EGPI's nine, starts at part k."""
     return GapFreeParams(
         egpi_at(memory, k),
         number_at(memory, k + 9), number_at(memory, k + 10), number_at(memory, k + 11), number_at(memory, k + 12),
@@ -79,7 +79,7 @@ def gap_free_at(memory: FloatArray, k: int) -> GapFreeParams:
 
 @kernel
 def preisach_at(memory: FloatArray, k: int) -> PreisachParams:
-    """The Preisach parameters whose first field is part k."""
+    """Return the Preisach parameters whose first field is part k."""
     grid = array_at(memory, k)
     return PreisachParams(
         grid, array_at(memory, k + 1).reshape((grid.size, grid.size)),

@@ -15,7 +15,7 @@ from rtctl.border.kernels import kernel
 
 @kernel
 def play(w: float, lower: float, upper: float) -> float:
-    """The memory after one step; `upper` wins where the edges cross, NaN edges hold w."""
+    """Return the memory after one step; `upper` wins where the edges cross, NaN edges hold w."""
     if w < lower:
         w = lower
     if w > upper:
@@ -25,14 +25,14 @@ def play(w: float, lower: float, upper: float) -> float:
 
 @kernel
 def classical_plays(w: FloatArray, u: float, r: FloatArray) -> None:
-    """Advance classical plays of radii r (n,) to the input u; memories w (n,) in place; one unit."""
+    """Advance classical plays of radii r (n,) to the input u, in place: memories w (n,), all in one unit."""
     for j in range(w.size):
         w[j] = play(w[j], u - r[j], u + r[j])
 
 
 @kernel
 def run_play(w: float, u: FloatArray, r: float) -> FloatArray:
-    """Outputs (samples,) of one classical play of radius r from the memory w over the inputs u (samples,)."""
+    """Return outputs (samples,) of one classical play of radius r from the memory w over the inputs u (samples,)."""
     out = np.empty_like(u)
     for k in range(u.size):
         w = play(w, u[k] - r, u[k] + r)
@@ -42,7 +42,7 @@ def run_play(w: float, u: FloatArray, r: float) -> FloatArray:
 
 @kernel
 def run_stop(s: float, u: FloatArray, r: float) -> FloatArray:
-    """Outputs (samples,) of one stop of radius r: s <- clamp(s + du, -r, r); s belongs to the input u[0].
+    """Return outputs (samples,) of one stop of radius r: s <- clamp(s + du, -r, r); s belongs to the input u[0].
 
     play + stop = identity, when the play starts from w = u[0] - s.
     """

@@ -1,4 +1,4 @@
-"""What the inverses answer: a point on a branch, and status bits as plain ints, those of `EstimateStatus`."""
+"""Answers of the inverses: a point on a branch, and status bits as plain ints, those of `EstimateStatus`."""
 
 from __future__ import annotations
 

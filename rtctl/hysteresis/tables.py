@@ -18,14 +18,14 @@ Table = dict[str, Any]
 
 
 def table_of(model: Any, kind: str) -> Table:
-    """`model`, a dataclass of floats and arrays, as `{"kind": kind, field: float | list}`."""
+    """Return `model`, a dataclass of floats and arrays, as `{"kind": kind, field: float | list}`."""
     values = {field.name: getattr(model, field.name) for field in dataclasses.fields(model) if field.init}
     plain = {name: v.tolist() if isinstance(v, np.ndarray) else float(v) for name, v in values.items()}
     return {"kind": kind, **plain}
 
 
 def model_of(model: type[ModelT], kind: str, table: Table) -> ModelT:
-    """The model in `table`. Raises InputError that names the key that is wrong, missing or unknown."""
+    """Return the model in `table`. Raises InputError that names the key that is wrong, missing or unknown."""
     if table.get("kind") != kind:
         raise InputError(f'hysteresis table: kind is {table.get("kind")!r}, "{kind}" is needed here')
     fields = {field.name: field for field in dataclasses.fields(model) if field.init}  # type: ignore[arg-type]
@@ -67,7 +67,7 @@ def own_floats(model: Any, *names: str) -> None:
 
 
 def inputs(v: FloatArray) -> FloatArray:
-    """`v` of shape (samples,) as kernels take it. Raises ValueError that names a sample not finite."""
+    """Return `v` of shape (samples,) as kernels take it. Raises ValueError that names a sample that is not finite."""
     values = np.ascontiguousarray(v, dtype=np.float64)
     if values.ndim != 1:
         raise ValueError(f"the input must have shape (samples,), got {values.shape}")

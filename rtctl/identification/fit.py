@@ -1,4 +1,4 @@
-"""What a fit found: values with honest errors, what is left, and what the data could not tell."""
+"""Result of a fit: values with standard errors, residuals, and which parameters the data do not determine."""
 
 from __future__ import annotations
 
@@ -17,49 +17,49 @@ from rtctl.identification.noise.residual_noise import NoiseModel
 
 
 class FitError(RunError):
-    """No start led anywhere."""
+    """Raised where no start value leads to a bounded simulation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """A fitted simulation. Free parameters in the order of `names`; p of them."""
+    """A fitted simulation. Its p free parameters stand in the order of `names`."""
 
     simulation: Simulation
-    """With the fitted values as its own."""
+    """The simulation with the fitted values as its own."""
     method: str
     """"output_error" | "multiple_shooting"."""
     free: NDArray[np.intp]
     """Indices into `simulation.parameters`."""
     names: tuple[str, ...]
     values: FloatArray
-    """(p,)"""
+    """Fitted values (p,), each in its parameter's unit."""
     covariance: FloatArray
-    """(p, p): with the residuals' colour (sandwich); infinite where the data do not determine a parameter."""
+    """Covariance (p, p) with the residuals' colour (sandwich); infinite where a parameter is undetermined."""
     initial: FloatArray
-    """(records, states): initial states that were fitted, or given."""
+    """Initial states (records, states), fitted or given."""
     noise: Mapping[str, NoiseModel]
-    """Of each output's residuals."""
+    """Noise model of each output's residuals."""
     rms: Mapping[str, float]
-    """Of each output's residuals, all records."""
+    """RMS residual of each output over all records, in its unit."""
     record_rms: Mapping[str, Mapping[str, float]]
-    """The same a record."""
+    """RMS residual of each output by record."""
     status: Status
     iterations: int
     determinability: Determinability
     samples: int
-    """Scored, all outputs."""
+    """Number of scored samples over all outputs."""
     residuals: Mapping[str, Mapping[str, FloatArray]]
-    """Of each record and output, simulated - measured from the first scored sample on."""
+    """Simulated minus measured, by record and output, from the first scored sample on."""
 
     @property
     def standard_errors(self) -> FloatArray:
-        """(p,)"""
+        """Standard errors (p,), each in its parameter's unit."""
         errors: FloatArray = np.sqrt(np.diag(self.covariance))
         return errors
 
     @property
     def correlation(self) -> FloatArray:
-        """(p, p); NaN where a parameter is not determined."""
+        """Correlation matrix (p, p); NaN where a parameter is not determined."""
         with np.errstate(invalid="ignore"):
             found: FloatArray = self.covariance / np.outer(self.standard_errors, self.standard_errors)
         return found

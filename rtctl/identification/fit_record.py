@@ -1,4 +1,4 @@
-"""A measured record as the fits take it: what drove it, what was read, from where on it counts."""
+"""A measured record in the form that the fits take: its inputs, its outputs and the first scored sample."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.stimulus import make_stimulus
 
 CONTINUATION_SAMPLES = 128
-"""Samples of an input that a beginning knows beyond its end: a band-limited one depends on them before."""
+"""Input samples that a truncated record keeps beyond its end: a band-limited input depends on them before it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitRecord:
-    """One record; all arrays (n,) in the dataset's units."""
+    """A record to fit; all arrays (n,) in the dataset's units."""
 
     name: str
     stimulus: Stimulus
     measured: Mapping[str, FloatArray]
-    """Outputs."""
+    """Measured outputs by name."""
     first: int = 0
-    """Samples before it start the state and are not scored."""
+    """First scored sample; the samples before it only prepare the state."""
     repeat: str | None = None
-    """Records of the same letter had the same input."""
+    """Letter of a group of repeated records: all of a group had the same input."""
 
     @property
     def samples(self) -> int:
@@ -36,11 +36,11 @@ class FitRecord:
 
     @property
     def period_s(self) -> float:
-        """Between samples."""
+        """Sample period [s]."""
         return self.stimulus.period_s
 
     def truncate(self, samples: int) -> FitRecord:
-        """The first samples, from the same start."""
+        """Return the first `samples` samples as a record with the same start."""
         whole = self.stimulus
         inputs = {name: values[:samples] for name, values in whole.inputs.items()}
         onward = {
@@ -54,7 +54,7 @@ class FitRecord:
         return replace(self, stimulus=stimulus, measured=measured)
 
     def cut(self, begin: int, end: int) -> FitRecord:
-        """Samples `begin` to `end` as a record that starts anywhere: its start is not known, all of it is scored."""
+        """Return samples `begin` to `end` as a record with an unknown start, all of whose samples are scored."""
         whole = self.stimulus
         return FitRecord(
             name=self.name,
@@ -70,7 +70,7 @@ class FitRecord:
 
 
 def make_fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
-    """`record` of a dataset with these `holds`."""
+    """Convert `record` of a dataset whose inputs are the keys of `holds` (how each input is held between samples)."""
     return FitRecord(
         name=record.name,
         stimulus=make_stimulus(record, holds),
@@ -81,6 +81,6 @@ def make_fit_record(record: Record, holds: Mapping[str, str]) -> FitRecord:
 
 
 def select_fit_records(dataset: Dataset, uses: Iterable[str] = ("fit", "identify")) -> tuple[FitRecord, ...]:
-    """Those that a fit may see, in order; never the test records."""
+    """Return the records whose use is one of `uses`, in the dataset's order; never the test records."""
     wanted = set(uses) - {"test"}
     return tuple(make_fit_record(record, dataset.holds) for record in dataset.records if record.use in wanted)

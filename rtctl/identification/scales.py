@@ -1,4 +1,4 @@
-"""How large the motion of a dataset is: what a parameter is compared with, so that every unknown is of order one."""
+"""Typical sizes of the motion in a dataset; parameters are scaled with them so that every unknown is of order one."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from rtctl.identification.fit_record import FitRecord
 
 LONGEST_SPECTRUM = 2**16
 FLOOR_MARGIN = 20.0
-"""Of the noise floor: no bin of white noise is so high, even in a spectrum of many."""
+"""Multiple of the noise floor that no bin of a white noise's spectrum reaches, even of a long one."""
 
 
 def estimate_scales(
     records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive"
 ) -> Scales:
-    """RMS sizes over all `records`; velocity and acceleration from the dominant angular frequency."""
+    """Return RMS sizes over all `records`; velocity and acceleration follow from the dominant angular frequency."""
     rate = find_dominant_rate(records, output)
     readings = [record.measured[output] for record in records]
     displacement = _rms(readings)
@@ -36,10 +36,12 @@ def estimate_scales(
 
 
 def find_dominant_rate(records: Sequence[FitRecord], output: str = "displacement") -> float:
-    """Angular frequency [1/s] where most of the motion is: the peak of the mean spectrum of the velocity of `output`.
+    """Return the angular frequency [1/s] at the peak of the mean velocity spectrum of `output`.
 
-    Of the velocity, because hopping between two wells is slow and large; less the noise floor, which a velocity's
-    spectrum would make steep. Records are cut into pieces of one length, so a long one says as much as many short.
+    The velocity is used because hopping between two wells is slow and large. The noise floor is subtracted first, as
+    the
+    factor from displacement to velocity would make it steep. Records are cut into pieces of one length, so that a long
+    record counts as much as many short ones.
     """
     period_s = min(record.period_s for record in records)
     length = int(min(LONGEST_SPECTRUM, max(record.samples for record in records)))
@@ -58,7 +60,10 @@ def find_dominant_rate(records: Sequence[FitRecord], output: str = "displacement
 
 
 def compute_parameter_scales(parameters: Sequence[FreeParameter], scales: Scales) -> FloatArray:
-    """The size (parameters,) at which each matters as much as the rest of the equation; its own where that is none."""
+    """Return the size (parameters,) at which each parameter matters as much as the rest of the equation.
+
+    Where a parameter declares none, its own magnitude is taken, or 1.
+    """
     found = []
     for parameter in parameters:
         with np.errstate(all="ignore"):
@@ -71,5 +76,6 @@ def compute_parameter_scales(parameters: Sequence[FreeParameter], scales: Scales
 
 
 def _rms(arrays: Sequence[FloatArray]) -> float:
+    """Return the RMS over all `arrays` together."""
     count = sum(len(values) for values in arrays)
     return float(np.sqrt(sum(float(values @ values) for values in arrays) / count)) if count else 0.0

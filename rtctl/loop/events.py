@@ -1,4 +1,4 @@
-"""What happens to a run beside its rows: where it starts, what was changed, what went wrong; a line of JSON each.
+"""Events of a run beside its rows: starts, changes of parameters, faults; a line of JSON each.
 
 Floats are written so that they read back to the bit.
 """
@@ -16,30 +16,32 @@ from rtctl.border.errors import InputError
 
 
 class Event(NamedTuple):
-    """One line. `step`: the index of the sample that it comes before."""
+    """One event."""
 
     step: int
+    """Index of the sample that it comes before."""
     kind: str
-    """start | change | fault | rearmed"""
+    """start | change | refused | fault | rearmed"""
     values: Mapping[str, Any]
+    """Further values by name."""
 
 
 class Events:
-    """Keeps them, and hands each as a line to `write`, which must not wait."""
+    """A list of events; each is also handed as a line to `write`, which must not wait."""
 
     def __init__(self, write: Callable[[bytes], object] = lambda line: None) -> None:
         self._write = write
         self.noted: list[Event] = []
 
     def note(self, step: int, kind: str, **values: Any) -> None:
-        """It happened before sample `step`."""
+        """Note an event before sample `step`."""
         self.noted.append(Event(step, kind, values))
-        written = {key: _written(value) for key, value in values.items()}
-        self._write(json.dumps({"step": step, "event": kind, **written}).encode() + b"\n")
+        encoded = {key: _encode(value) for key, value in values.items()}
+        self._write(json.dumps({"step": step, "event": kind, **encoded}).encode() + b"\n")
 
 
 def append_to(path: Path, ask: Callable[[Callable[[], None]], object]) -> Callable[[bytes], object]:
-    """A `write` for `Events` that appends to a new file at `path`, in the thread that `ask` asks."""
+    """Return a `write` for `Events` that appends to a new file at `path`, in the thread that `ask` hands it to."""
     path.unlink(missing_ok=True)
 
     def append(line: bytes) -> None:
@@ -53,7 +55,7 @@ def append_to(path: Path, ask: Callable[[Callable[[], None]], object]) -> Callab
 
 
 def read_events(path: Path) -> Iterator[Event]:
-    """Those of a file; a line that a kill has cut off ends them. Raises InputError where there is no file."""
+    """Yield the events of a file, up to a line that was cut off. Raise InputError if there is no file."""
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
@@ -62,17 +64,17 @@ def read_events(path: Path) -> Iterator[Event]:
         if not line.endswith("\n"):
             return
         content = json.loads(line)
-        values = {key: _read(value) for key, value in content.items() if key not in ("step", "event")}
+        values = {key: _decode(value) for key, value in content.items() if key not in ("step", "event")}
         yield Event(content["step"], content["event"], values)
 
 
-def _written(value: Any) -> Any:
+def _encode(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    return [_written(inner) for inner in value] if isinstance(value, tuple | list) else value
+    return [_encode(inner) for inner in value] if isinstance(value, tuple | list) else value
 
 
-def _read(value: Any) -> Any:
+def _decode(value: Any) -> Any:
     if value in ("nan", "inf", "-inf"):
         return float(value)
-    return tuple(_read(inner) for inner in value) if isinstance(value, list) else value
+    return tuple(_decode(inner) for inner in value) if isinstance(value, list) else value

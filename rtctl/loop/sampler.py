@@ -1,4 +1,7 @@
-"""One sample after the other in Python: wait, exchange, check, decide, record. `rtctl.unlocked` has it compiled."""
+"""The loop's samples, one after the other in Python: wait, exchange, check, decide, record.
+
+`rtctl.loop.compiled` takes them in compiled blocks.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
@@ -18,13 +21,14 @@ from rtctl.loop.events import Events
 from rtctl.loop.live_parameters import SETPOINT, ParameterChannel
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.safety.guards import EnergyGuard, ReadingGuard
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 from rtctl.timing.step_timing import StepTiming
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopParts:
-    """Everything that the loop calls, already real or simulated: `rtctl.wiring` decides."""
+    """Everything that the loop calls, real or simulated (`rtctl.wiring` decides)."""
 
     driver: Driver
     estimator: Estimator
@@ -36,11 +40,11 @@ class LoopParts:
     timings: SignalRecorder
     stop_requested: Callable[[], bool]
     step: Step | None = None
-    """Estimator, controller and limits as one; None: one after the other."""
+    """Estimator, controller and limits as one call; None: they are called one after the other."""
     compiled: bool = False
-    """Samples are taken in compiled blocks where driver, step and clock can (`rtctl.unlocked`)."""
+    """Whether samples are taken in compiled blocks if driver, step and clock allow it (`rtctl.loop.compiled`)."""
     guard: ReadingGuard | None = None
-    """Of readings over time; None: each is judged by itself."""
+    """Judges readings over time; None: each is judged by itself."""
     energy: EnergyGuard = field(default_factory=lambda: EnergyGuard((), ()))
     reopen: Callable[[], Measurement] | None = None
     """Opens the driver again, which re-arms the device; None: the first fault ends the run."""
@@ -51,35 +55,51 @@ class LoopParts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopPlan:
-    """What a run does: the setpoint of each sample [controlled unit] after a settling hold at the safe levels."""
+    """The plan of a run: a settling hold at the safe levels, then the setpoints."""
 
     period_s: float
-    setpoints: NDArray[np.float64]
+    """Sample period [s]."""
+    setpoints: FloatArray
+    """Setpoint of each sample (n,) [controlled unit]."""
     settle_steps: int
+    """Periods at the safe levels before the first sample."""
     reading_delay: int = 0
-    """Commands back to the one that was applied when a reading was taken: 0 in lockstep, 1 live, more pipelined."""
+    """Age of the command in force when a reading was taken, in commands: 0 in lockstep, 1 live, more pipelined."""
     rearm_times: int = 0
     """How many faults of wire or device a run survives."""
     rearm_after_s: float = 0.0
-    """How long the device is left off before it is armed again."""
+    """How long the device is left off before it is armed again [s]."""
 
 
 @dataclass(slots=True)
 class Position:
-    """The last sample that was recorded; -1 before the first. It outlives a fault."""
+    """The position in the plan; it outlives a fault."""
 
     index: int = -1
+    """The last sample that was recorded; -1 before the first."""
     setpoint: float = math.nan
-    """What somebody set instead of the plan's; NaN: nothing."""
+    """Setpoint that replaces the plan's [controlled unit]; NaN: none does."""
 
 
 class Sampler:
-    """The samples of a plan after `at`, from rest at the safe levels. What outlives a sample is public."""
+    """Takes the samples of a plan from rest at the safe levels; what outlives a sample is public."""
 
     def __init__(
         self, parts: LoopParts, plan: LoopPlan, step: Step, reading: Measurement, safe: Levels, at: Position
     ) -> None:
-        """The step starts here. Raises DriverError on a first level that is too much."""
+        """Start estimator and controller.
+
+        Args:
+            parts: what the loop calls.
+            plan: what the loop does.
+            step: estimator, controller and limits.
+            reading: the last reading of the settling hold.
+            safe: the level of each command in force [its unit].
+            at: the position after which the samples are taken; advanced with each.
+
+        Raises:
+            DriverError: the first command would exceed a limit.
+        """
         self.parts, self.plan, self.step, self.at = parts, plan, step, at
         self.reading = reading
         self.period_s = period_s = plan.period_s
@@ -89,8 +109,8 @@ class Sampler:
         self._setpoints, self._upcoming = floats(self.setpoints), floats(self.upcoming)
         parts.events.note(self.first, "start", sensed=reading.sensed, levels=safe)
         self.sent = deque((plan.reading_delay + 1) * [safe], maxlen=plan.reading_delay + 1)
-        beginning = self._setpoints[self.first] if at.setpoint != at.setpoint else at.setpoint
-        self.levels = step.start(safe, beginning, reading.sensed, period_s)
+        setpoint = self._setpoints[self.first] if at.setpoint != at.setpoint else at.setpoint
+        self.levels = step.start(safe, setpoint, reading.sensed, period_s)
         parts.energy.refuse_too_much(self.levels, period_s)
         self._record, self._record_timing = parts.signals.append, parts.timings.append
         self._guarded, self._timing, self._changes = parts.guard is not None, parts.timing, parts.changes
@@ -98,13 +118,13 @@ class Sampler:
         self._refuse_too_much = parts.energy.refuse_too_much
 
     def run(self) -> None:
-        """All of them. Raises DriverError."""
+        """Take all samples. Raises DriverError."""
         self.parts.clock.start(self.period_s)
         while self.at.index < self.last and self.take():
             pass
 
     def take(self) -> bool:
-        """The next one; False: the last ones went by. Raises DriverError."""
+        """Take the next sample; return False if the plan's last ones were missed. Raises DriverError."""
         tick, lateness_s = self._wait()
         index = self.first + tick
         missed = index - self.at.index - 1
@@ -117,20 +137,41 @@ class Sampler:
         return True
 
     def exchange(self, index: int, missed: int, lateness_s: float) -> None:
-        """A sample from its exchange on. Raises DriverError."""
+        """Take a sample from its exchange on.
+
+        Args:
+            index: the sample's index in the plan.
+            missed: periods missed before it.
+            lateness_s: how late the loop woke up [s].
+
+        Raises:
+            DriverError: the exchange failed, or the reading or the next command is refused.
+        """
         begun_ns = time.perf_counter_ns()
         new = self._exchange(self.levels)
         self.complete(index, missed, lateness_s, new, begun_ns, time.perf_counter_ns())
 
     def missed(self, periods: int) -> None:
-        """So many went by before this sample. Raises DriverError."""
+        """Account for `periods` missed before this sample. Raise DriverError if they are too many."""
         self._timing.missed(periods)
-        self._refuse_too_much(self.levels, periods * self.period_s)  # they were held meanwhile
+        self._refuse_too_much(self.levels, periods * self.period_s)  # the levels were held meanwhile
 
     def complete(
         self, index: int, missed: int, lateness_s: float, new: Measurement, begun_ns: int, answered_ns: int
     ) -> None:
-        """A sample from its reading on. Raises DriverError."""
+        """Take a sample from its reading on.
+
+        Args:
+            index: the sample's index in the plan.
+            missed: periods missed before it.
+            lateness_s: how late the loop woke up [s].
+            new: the reading.
+            begun_ns: host time of the request [ns].
+            answered_ns: host time of the answer [ns].
+
+        Raises:
+            DriverError: the reading or the next command is refused.
+        """
         elapsed_s = (missed + 1) * self.period_s
         refuse_implausible(self.parts, new, self.reading)
         if self._guarded:
@@ -141,10 +182,21 @@ class Sampler:
     def decide(
         self, index: int, elapsed_s: float, lateness_s: float, begun_ns: int, answered_ns: int
     ) -> None:
-        """A sample from its judged reading on. Raises DriverError."""
+        """Take a sample from its accepted reading on.
+
+        Args:
+            index: the sample's index in the plan.
+            elapsed_s: time since the sample before [s].
+            lateness_s: how late the loop woke up [s].
+            begun_ns: host time of the request [ns].
+            answered_ns: host time of the answer [ns].
+
+        Raises:
+            DriverError: the next command is refused.
+        """
         at, reading, commanded = self.at, self.reading, self.levels
         if self._changes:
-            _change(self.parts, self.step, index, at)
+            _apply_change(self.parts, self.step, index, at)
         setpoint, aimed = self._setpoints[index], self._upcoming[index]
         if at.setpoint == at.setpoint:
             setpoint = aimed = at.setpoint
@@ -159,7 +211,17 @@ class Sampler:
         at.index = index
 
     def record(self, row: tuple[float, ...], lateness_s: float, begun_ns: int, answered_ns: int) -> None:
-        """The row of a sample, and how long it took. Raises DriverError."""
+        """Record a sample.
+
+        Args:
+            row: its signals (`rtctl.loop.supervisor.signal_columns`).
+            lateness_s: how late the loop woke up [s].
+            begun_ns: host time of the request [ns].
+            answered_ns: host time of the answer [ns].
+
+        Raises:
+            DriverError: the recorder failed.
+        """
         self._record(row)
         decided_ns = time.perf_counter_ns()
         round_trip_ns, compute_ns = answered_ns - begun_ns, decided_ns - answered_ns
@@ -167,13 +229,13 @@ class Sampler:
         self._timing.step(int(lateness_s * 1e9), round_trip_ns, compute_ns)
 
 
-def floats(values: NDArray[np.float64]) -> Sequence[float]:
-    """A view whose items are Python's floats; a list of them would be five times as large."""
+def floats(values: FloatArray) -> Sequence[float]:
+    """Return a view of `values` (n,) whose items are Python floats; a list would take five times the memory."""
     return memoryview(np.ascontiguousarray(values))  # type: ignore[arg-type]
 
 
-def _change(parts: LoopParts, step: Step, index: int, at: Position) -> None:
-    """One change a step, so that a flood of them costs the loop no more than one."""
+def _apply_change(parts: LoopParts, step: Step, index: int, at: Position) -> None:
+    """Apply one change; one per sample, so that a flood of them delays no sample by more."""
     change = parts.changes.take()
     try:
         if change.name == SETPOINT:
@@ -188,10 +250,10 @@ def _change(parts: LoopParts, step: Step, index: int, at: Position) -> None:
 
 
 def refuse_implausible(parts: LoopParts, new: Measurement, previous: Measurement) -> None:
-    """Raise DriverError for a reading that must not be controlled on, or when the user asked to stop."""
-    found = parts.plausibility.judge(new, previous)
-    if found is not None:
-        raise DriverError(*found)
+    """Raise DriverError for a reading that is implausible by itself, or if the user asked to stop."""
+    finding = parts.plausibility.judge(new, previous)
+    if finding is not None:
+        raise DriverError(*finding)
     refuse_interrupted(parts)
 
 
@@ -204,14 +266,24 @@ def refuse_unlikely(
     begun_ns: int,
     answered_ns: int,
 ) -> None:
-    """Raise DriverError for a reading that does not follow on those before it."""
+    """Raise DriverError for a reading that does not follow on the one before.
+
+    Args:
+        parts: its guard judges, if there is one.
+        new: the reading.
+        previous: the reading before it.
+        level: the first command that `new` answers [its unit].
+        elapsed_s: time since `previous` [s].
+        begun_ns: host time of the request [ns].
+        answered_ns: host time of the answer [ns].
+    """
     if parts.guard is not None:
-        found = parts.guard.judge(new, previous, level, elapsed_s, begun_ns, answered_ns)
-        if found is not None:
-            raise DriverError(*found)
+        finding = parts.guard.judge(new, previous, level, elapsed_s, begun_ns, answered_ns)
+        if finding is not None:
+            raise DriverError(*finding)
 
 
 def refuse_interrupted(parts: LoopParts) -> None:
-    """Raise DriverError when the user asked to stop."""
+    """Raise DriverError if the user asked to stop."""
     if parts.stop_requested():
         raise DriverError(Fault.INTERRUPTED, "stopped by the user; what was recorded until then is written")

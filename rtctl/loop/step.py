@@ -1,4 +1,4 @@
-"""One decision of the loop: reading to estimate to command within its limits. Replaying a recording calls the same.
+"""One decision of the loop: reading to estimate to command within its limits; a replay calls the same.
 
 `ReadableStep` calls the parts one after the other; `rtctl.loop.compiled.step` does the same in one compiled call,
 to the bit.
@@ -20,23 +20,30 @@ Levels = tuple[float, ...]
 
 
 class Decision(NamedTuple):
-    """What came of one reading."""
+    """The decision about one reading."""
 
     estimate: Estimate
     levels: Levels
-    """To be commanded next, within the limits."""
+    """The next level of each command, within its limits [its unit]."""
     terms: tuple[float, ...]
-    """Of the controller, before the limits."""
+    """Terms of the controller's command, before the limits."""
 
 
 class Step(Protocol):
-    """Estimator, controller and limits with their memory."""
+    """A step of the loop: estimator, controller and limits with their memory."""
 
     preview_s: float
-    """How far beyond the next sample the controller looks at the set-point."""
+    """How far beyond the next sample the controller looks at the setpoint [s]."""
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
-        """At rest at the applied `levels`; the first command, which continues from them."""
+        """Start at rest at the applied levels; return the first command, which continues from them.
+
+        Args:
+            levels: the applied level of each command [its unit].
+            setpoint: the first setpoint [controlled unit].
+            sensed: the last reading of each channel [its unit].
+            period_s: sample period [s].
+        """
         ...
 
     def step(
@@ -48,15 +55,24 @@ class Step(Protocol):
         sensed: Sequence[float],
         elapsed_s: float,
     ) -> Decision:
-        """One sample: `sensed` was measured after `elapsed_s` of `believed`; `levels` were commanded last."""
+        """Return the decision about one reading.
+
+        Args:
+            setpoint: the setpoint of this sample [controlled unit].
+            upcoming: the setpoint that the next command aims at [controlled unit].
+            believed: the levels that were in force before the reading [their units].
+            levels: the levels that were commanded last [their units].
+            sensed: the reading of each channel [its unit].
+            elapsed_s: time since the reading before [s].
+        """
         ...
 
     def parameters(self) -> Mapping[str, float]:
-        """What of the controller can be changed while it runs, by name."""
+        """Return the parameters that can be changed while the loop runs, by name."""
         ...
 
     def change(self, name: str, value: float) -> None:
-        """Change one of `parameters` without a bump of the command. Raises InputError, and then changes nothing."""
+        """Change one of `parameters` without a bump of the command. Raise InputError, changing nothing, if invalid."""
         ...
 
 
@@ -64,16 +80,16 @@ class Adjustable(Protocol):
     """A controller with parameters that can be changed while it runs."""
 
     def parameters(self) -> Mapping[str, float]:
-        """By name."""
+        """Return the parameters by name."""
         ...
 
     def change(self, name: str, value: float) -> None:
-        """Without a bump of the command. Raises ValueError on a value that it cannot have."""
+        """Change a parameter without a bump of the command. Raise ValueError on an invalid value."""
         ...
 
 
 class ReadableStep:
-    """The parts one after the other."""
+    """A step that calls estimator, controller and limits one after the other."""
 
     def __init__(
         self, estimator: Estimator, controller: Controller, limits: tuple[CommandLimits, ...]
@@ -111,7 +127,7 @@ class ReadableStep:
     def _command(
         self, setpoint: float, upcoming: float, estimate: Estimate, levels: Levels, elapsed_s: float
     ) -> Decision:
-        """Control, then limit; the controller learns what was let through. Raises DriverError on a NaN."""
+        """Control, limit, and tell the controller which levels are applied. Raise DriverError on a NaN."""
         action = self._controller.step(setpoint, upcoming, estimate, elapsed_s)
         asked = action.levels
         if len(asked) == 1:
@@ -126,27 +142,27 @@ class ReadableStep:
 
 
 def preview_of(controller: Controller) -> float:
-    """How far beyond the next sample it looks at the set-point [s]; most do not."""
+    """Return how far beyond the next sample a controller looks at the setpoint [s]; 0 for most."""
     return float(getattr(controller, "preview_s", 0.0))
 
 
 def upcoming_setpoints(setpoints: FloatArray, period_s: float, preview_s: float) -> FloatArray:
-    """The set-point one period and `preview_s` after each sample; after the last one it stays."""
+    """Return the setpoint (n,) one period and `preview_s` [s] after each sample; after the last one it stays."""
     following = np.append(setpoints[1:], setpoints[-1])
     if preview_s == 0.0:
         return following
     at = np.arange(len(setpoints), dtype=np.float64)
-    found: FloatArray = np.interp(np.minimum(at + 1.0 + preview_s / period_s, at[-1]), at, setpoints)
-    return found
+    upcoming: FloatArray = np.interp(np.minimum(at + 1.0 + preview_s / period_s, at[-1]), at, setpoints)
+    return upcoming
 
 
 def parameters_of(controller: Controller | Adjustable) -> Mapping[str, float]:
-    """Those of a controller that has any."""
+    """Return a controller's parameters by name; empty if it has none."""
     return controller.parameters() if hasattr(controller, "parameters") else {}
 
 
 def change_of(controller: Controller | Adjustable, name: str, value: float) -> None:
-    """Change one of them. Raises InputError."""
+    """Change a parameter of a controller. Raise InputError if it has none of this name, or on an invalid value."""
     known = parameters_of(controller)
     if name not in known or not hasattr(controller, "change"):
         raise InputError(

@@ -1,8 +1,12 @@
-"""The loop: exchange, estimate, control, limit, command, record. Only here does time pass.
+"""Supervision of a run: settle at the safe levels, take the samples, re-arm after a fault, end at the safe levels.
 
-In lockstep an exchange carries the command u[k], lets the device live one period with it and brings back the
-reading at the period's end; the next command is computed from that reading. Live, the reading of an exchange is
-from before its command takes effect: one period of delay, which the tuning knows, and more where answers are pipelined.
+Time passes in three places of this package only: while settling and re-arming here, and between samples in
+`rtctl.loop.sampler` and `rtctl.loop.compiled.block`. They wait on the clock that they are given and exchange with the
+driver; estimator, controller, limits and guards have no clock.
+
+In lockstep an exchange carries the command u[k], lets the device run one period with it and brings back the reading at
+the end of the period; the next command is computed from that reading. Live, the reading of an exchange is from before
+its command takes effect: a delay of one period, which the tuning accounts for, and of more where answers are pipelined.
 """
 
 from __future__ import annotations
@@ -30,29 +34,38 @@ from rtctl.loop.step import ReadableStep
 __all__ = ["FINAL", "TIMING_COLUMNS", "LoopOutcome", "LoopParts", "LoopPlan", "run_loop", "signal_columns"]
 
 FINAL = frozenset({Fault.INTERRUPTED, Fault.DEADLINES_MISSED, Fault.RECORDING, Fault.ENERGY_LIMIT})
-"""Faults that no re-arming mends: the user's own, the machine's, and one that stands for a device's health."""
+"""Faults after which the device is not re-armed: a stop by the user, a fault of this machine, too much energy."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopOutcome:
-    """How a run ended. `fault` is None after a whole run."""
+    """How a run ended."""
 
     steps: int
+    """Samples taken."""
     overruns: int
+    """Periods missed."""
     fault: Fault | None
+    """The fault that ended the run; None: it is complete."""
     message: str
+    """The explanation of the fault."""
     survived: tuple[tuple[int, Fault, str], ...] = ()
-    """Faults after which the device was re-armed: the sample before which they struck, name, sentence."""
+    """Faults after which the device was re-armed: index of the next sample, name, explanation."""
     taken_in: str = ""
-    """`rtctl.loop.compiled.support.BLOCKS`, or Python, and why; "" where no sample was taken."""
+    """Where samples were taken: `rtctl.loop.compiled.support.BLOCKS`, or Python and why; "": none was."""
 
 
 def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcome:
-    """Run the plan on an open driver whose first reading is `first`; always ends at the safe levels.
+    """Run the plan on an open driver and close it at the safe levels, whatever happens.
 
-    Raises nothing for faults of wire or device: they end the run and are named in the outcome. Where the plan allows
-    it the device is re-armed instead: off for a while, opened again, settled at the safe levels, and the controller
-    starts from there without a bump; the plan goes on where it was.
+    A fault of wire or device raises nothing: it ends the run and is named in the outcome. If the plan allows, the
+    device is re-armed instead: it is left off for a while, opened again and settled at the safe levels; the controller
+    starts from there without a bump, and the plan goes on where it was.
+
+    Args:
+        parts: what the loop calls.
+        plan: what the loop does.
+        first: the reading with which the driver was opened.
     """
     safe = tuple(limit.safe for limit in parts.limits)
     step = parts.step or ReadableStep(parts.estimator, parts.controller, parts.limits)
@@ -96,7 +109,7 @@ def run_loop(parts: LoopParts, plan: LoopPlan, first: Measurement) -> LoopOutcom
 
 
 def _reopened(parts: LoopParts, plan: LoopPlan) -> Measurement:
-    """The device left off for a while, then armed. Raises DriverError."""
+    """Leave the device off for a while, then open it; return the first reading. Raises DriverError."""
     parts.clock.start(plan.period_s)
     for _ in range(math.ceil(plan.rearm_after_s / plan.period_s)):
         parts.clock.wait()
@@ -106,7 +119,7 @@ def _reopened(parts: LoopParts, plan: LoopPlan) -> Measurement:
 
 
 def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence[float]) -> Measurement:
-    """Rest at the safe levels: every model starts where this leaves the plant."""
+    """Hold the safe levels, from where every model starts; return the last reading. Raises DriverError."""
     reading = first
     if parts.guard is not None:
         parts.guard.start()
@@ -123,7 +136,7 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
 
 
 def signal_columns(profile: DeviceProfile, estimator: Estimator, controller: Controller) -> list[Column]:
-    """Names and units of the recorded signals, in the order in which the loop appends them."""
+    """Return names and units of the recorded signals, in the order in which the loop appends them."""
     unit = profile.reference.unit
     return [
         ("index", ""),

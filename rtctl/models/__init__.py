@@ -1,1 +1,1 @@
-"""Model files: what the simulation, the estimator and the tuning believe of a device."""
+"""Model files: the assumptions of simulation, estimator and tuning about a device."""

@@ -1,4 +1,4 @@
-"""What nonlinear parts of a resonator do to the first harmonic of a motion z = a cos(w t): their describing functions.
+"""Describing functions of a resonator's nonlinearities for a motion z = a cos(w t).
 
 Equivalent damping of the forces against the motion,
 
@@ -22,13 +22,22 @@ _COSINE: NDArray[np.float64] = np.cos(math.pi * (np.arange(POINTS) + 0.5) / POIN
 def equivalent_damping(
     amplitude: float, rate: float, *, linear: float, squared: float, quadratic: float, friction: float
 ) -> float:
-    """c [1/s] of z [um] at `rate` [rad/s]; 1/s, 1/(um^2 s), 1/um, um/s^2. An amplitude > 0 where there is friction."""
+    """Return c(a) [1/s].
+
+    Args:
+        amplitude: Amplitude [um]; > 0 where there is friction.
+        rate: Angular frequency [rad/s].
+        linear: c [1/s].
+        squared: c_2 of z^2 z' [1/(um^2 s)].
+        quadratic: c_q of |z'| z' [1/um].
+        friction: F [um/s^2].
+    """
     c = linear + 0.25 * squared * amplitude**2 + 8.0 / (3.0 * math.pi) * quadratic * rate * amplitude
     return c + (4.0 * friction / (math.pi * rate * amplitude) if friction != 0.0 else 0.0)
 
 
 def saturated_amplitude(amplitude: float, curvature: float) -> float:
-    """First harmonic of the saturated reading of a motion of `amplitude` [um]; curvature [1/um^2]."""
+    """Return the first harmonic of the saturated reading of a motion of `amplitude` [um]; curvature [1/um^2]."""
     if curvature == 0.0:
         return amplitude
     root = math.sqrt(curvature)
@@ -36,7 +45,7 @@ def saturated_amplitude(amplitude: float, curvature: float) -> float:
 
 
 def unsaturated_amplitude(reading: float, curvature: float, most: float = 1e6) -> float:
-    """The amplitude whose saturated reading has this first harmonic; `most` [um] where there is none."""
+    """Return the amplitude whose saturated reading has this first harmonic; `most` [um] where there is none."""
     if curvature == 0.0 or reading <= 0.0:
         return reading
     amplitude = reading

@@ -26,9 +26,9 @@ from rtctl.border.arrays import ComplexArray, FloatArray
 
 HARMONICS = (1, 3, 5, 7)
 SAMPLES = 128
-"""Of one cycle."""
+"""Samples of one cycle."""
 STABILITY_STEPS = 1024
-"""Of one cycle: near a sharp peak the multipliers pass 1 so slowly that 128 would misplace the change by 40 points."""
+"""Steps of one cycle: near a sharp peak the multipliers pass 1 so slowly that 128 would misplace it by 40 points."""
 CONVERGED = 1e-11
 MOST_ITERATIONS = 12
 FIRST_STEP, LEAST_STEP, MOST_STEP = 0.05, 1e-6, 2.0
@@ -42,16 +42,16 @@ MOST_POINTS = 20_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OddOscillator:
-    """Mass-normalised, lengths in z."""
+    """Mass-normalised oscillator with odd restoring force, lengths in the unit of z."""
 
     damping: float
-    """1/s."""
+    """Damping [1/s]."""
     stiffness: float
-    """1/s^2."""
+    """Linear stiffness [1/s^2]."""
     cubic: float = 0.0
-    """1/(z^2 s^2)."""
+    """Cubic stiffness [1/(z^2 s^2)]."""
     quintic: float = 0.0
-    """1/(z^4 s^2)."""
+    """Quintic stiffness [1/(z^4 s^2)]."""
 
     def __post_init__(self) -> None:
         if not self.damping > 0.0:
@@ -60,36 +60,36 @@ class OddOscillator:
             raise ValueError(f"stiffness must be > 0 1/s^2, got {self.stiffness!r}")
 
     def force(self, z: FloatArray) -> FloatArray:
-        """The nonlinear part of the restoring force."""
+        """Return the nonlinear part of the restoring force [z/s^2]."""
         s = z * z
         return z * s * (self.cubic + self.quintic * s)
 
     def slope(self, z: FloatArray) -> FloatArray:
-        """Its derivative."""
+        """Return the derivative of the nonlinear part [1/s^2]."""
         s = z * z
         return s * (3.0 * self.cubic + 5.0 * self.quintic * s)
 
 
 class Response(NamedTuple):
-    """Points of the curve, in its order."""
+    """Points of the response curve, in order along it."""
 
     rate: FloatArray
-    """(n,) rad/s."""
+    """Angular frequencies (n,) [rad/s]."""
     phasors: ComplexArray
-    """(n, harmonics): z = Re sum_n phasor exp(i n theta)."""
+    """Phasors (n, harmonics): z = Re sum_n phasor exp(i n theta)."""
     largest_multiplier: FloatArray
-    """(n,) magnitude; the motion is unstable above 1."""
+    """Magnitude (n,) of the largest Floquet multiplier; the motion is unstable above 1."""
     folds: NDArray[np.int64]
-    """Indices where the frequency turns."""
+    """Indices of the points where the frequency reverses."""
 
     @property
     def amplitude(self) -> FloatArray:
-        """(n,) of the first harmonic."""
+        """Amplitude (n,) of the first harmonic."""
         return np.abs(self.phasors[:, 0])
 
     @property
     def peak(self) -> tuple[float, float]:
-        """Rate [rad/s] and first harmonic where that is largest, by a parabola over the arc through three points."""
+        """Rate [rad/s] and amplitude of the largest first harmonic, by a parabola over the arc through three points."""
         amplitude = self.amplitude
         at = int(np.clip(amplitude.argmax(), 1, len(amplitude) - 2))
         part = slice(at - 1, at + 2)
@@ -103,23 +103,23 @@ class Response(NamedTuple):
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """(n,)"""
+        """Which points (n,) are stable."""
         return self.largest_multiplier <= 1.0
 
 
 class _Balance(NamedTuple):
-    """Constants of the equations."""
+    """Constants of the harmonic-balance equations."""
 
     oscillator: OddOscillator
     order: FloatArray
-    """(h,) n."""
+    """Harmonics (h,), n."""
     basis: FloatArray
-    """(2h, SAMPLES): cosines, then sines."""
+    """Basis (2h, SAMPLES): cosines, then sines."""
     force: FloatArray
-    """(2h,) cosine, then sine coefficients of the force."""
+    """Force coefficients (2h,): cosines, then sines."""
 
     def residual(self, x: FloatArray, w: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of x (2h,) at w; its Jacobian (2h, 2h), and derivative by w (2h,)."""
+        """Return the residual of x (2h,) at w, its Jacobian (2h, 2h), and its derivative by w (2h,)."""
         h, o = len(self.order), self.oscillator
         a, b, nw = x[:h], x[h:], self.order * w
         z = x @ self.basis
@@ -142,7 +142,7 @@ class _Balance(NamedTuple):
 
 
 def cycle() -> FloatArray:
-    """Angles (SAMPLES,) at which a force is given."""
+    """Return the angles (SAMPLES,) at which a force is given."""
     return np.asarray(2.0 * math.pi * np.arange(SAMPLES) / SAMPLES)
 
 
@@ -154,9 +154,17 @@ def frequency_response(
     *,
     harmonics: tuple[int, ...] = HARMONICS,
 ) -> Response:
-    """The curve from `low_rate` to `high_rate` [rad/s] under `force` (SAMPLES,) [z/s^2] at the angles of `cycle`.
+    """Follow the response curve from `low_rate` to `high_rate`.
 
-    Raises ValueError for bad arguments, and where the curve does not reach the other end.
+    Args:
+        oscillator: Damping and stiffnesses.
+        force: (SAMPLES,) force [z/s^2] at the angles of `cycle`.
+        low_rate: First angular frequency [rad/s].
+        high_rate: Last angular frequency [rad/s].
+        harmonics: Odd harmonics of the motion.
+
+    Raises:
+        ValueError: An argument is not valid, or the curve does not reach the other end.
     """
     if not 0.0 < low_rate < high_rate:
         raise ValueError(f"0 < low_rate < high_rate is needed, got {low_rate!r} and {high_rate!r} rad/s")
@@ -196,7 +204,7 @@ def frequency_response(
 def largest_multiplier(
     oscillator: OddOscillator, rate: FloatArray, phasors: ComplexArray, harmonics: tuple[int, ...] = HARMONICS
 ) -> FloatArray:
-    """(n,) magnitude of the larger Floquet multiplier of periodic motions with `phasors` (n, harmonics)."""
+    """Return the magnitude (n,) of the larger Floquet multiplier of motions with `phasors` (n, harmonics)."""
     first, second = multipliers(oscillator, rate, phasors, harmonics)
     return np.asarray(np.maximum(np.abs(first), np.abs(second)))
 
@@ -204,7 +212,7 @@ def largest_multiplier(
 def multipliers(
     oscillator: OddOscillator, rate: FloatArray, phasors: ComplexArray, harmonics: tuple[int, ...] = HARMONICS
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Both Floquet multipliers (n,) of each motion."""
+    """Return both Floquet multipliers (n,) of each motion."""
     middle = 2.0 * math.pi * (np.arange(STABILITY_STEPS) + 0.5) / STABILITY_STEPS
     waves = np.exp(1j * np.outer(np.array(harmonics), middle))
     z = (phasors @ waves).real
@@ -234,7 +242,7 @@ def _balance(oscillator: OddOscillator, force: FloatArray, harmonics: tuple[int,
 
 
 def _first_point(balance: _Balance, rate: float, scale: FloatArray) -> FloatArray:
-    """At `rate`, from the linear response, the frequency held."""
+    """Solve for the point at a fixed `rate`, from the linear response."""
     x = np.zeros(len(scale) - 1)
     for _ in range(50):
         residual, jacobian, _ = balance.residual(x, rate)
@@ -248,7 +256,7 @@ def _first_point(balance: _Balance, rate: float, scale: FloatArray) -> FloatArra
 
 
 def _tangent(balance: _Balance, y: FloatArray, scale: FloatArray, before: FloatArray) -> FloatArray:
-    """Unit tangent (2h + 1,) at y, all in scaled unknowns, in the direction of `before`."""
+    """Return the unit tangent (2h + 1,) at y, all in scaled unknowns, in the direction of `before`."""
     _, jacobian, by_w = balance.residual(y[:-1] * scale[:-1], y[-1] * scale[-1])
     rows = np.hstack((jacobian * scale[:-1], (by_w * scale[-1])[:, None]))
     rows /= np.abs(rows).max(axis=1, keepdims=True)
@@ -259,7 +267,7 @@ def _tangent(balance: _Balance, y: FloatArray, scale: FloatArray, before: FloatA
 def _corrected(
     balance: _Balance, guess: FloatArray, tangent: FloatArray, scale: FloatArray
 ) -> FloatArray | None:
-    """Newton's method in the plane through `guess` across the tangent; None where it does not converge."""
+    """Correct by Newton's method in the plane through `guess` across the tangent; None without convergence."""
     y = guess
     for _ in range(MOST_ITERATIONS):
         residual, jacobian, by_w = balance.residual(y[:-1] * scale[:-1], y[-1] * scale[-1])

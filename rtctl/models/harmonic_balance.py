@@ -20,17 +20,17 @@ from rtctl.border.arrays import FloatArray
 
 HARMONICS = (1, 3, 5, 7, 9)
 SAMPLES = 128
-"""Of one cycle: the fifth power of the ninth harmonic reaches the 45th, and aliases beyond 118."""
+"""Samples of one cycle: the fifth power of the ninth harmonic reaches the 45th, and aliases beyond 118."""
 MOST_ITERATIONS = 40
 CONVERGED = 1e-13
 
 
 class Backbone(NamedTuple):
-    """One point of the curve."""
+    """One point of the backbone curve."""
 
     frequency_hz: float
     coefficients: FloatArray
-    """a_n of each harmonic [unit of the amplitude]."""
+    """Cosine coefficient a_n of each harmonic [unit of the amplitude]."""
     converged: bool
     iterations: int
 
@@ -43,10 +43,17 @@ def backbone(
     quintic: float = 0.0,
     harmonics: tuple[int, ...] = HARMONICS,
 ) -> Backbone:
-    """Free vibration whose first harmonic has `amplitude` >= 0 [z].
+    """Return the free vibration with a given first harmonic.
 
-    Stiffnesses in 1/s^2, 1/(z^2 s^2), 1/(z^4 s^2); `harmonics` are odd and start with 1. Raises ValueError where
-    the linear stiffness is not > 0 (a bistable oscillator has no backbone that starts at rest).
+    Args:
+        amplitude: First harmonic >= 0 [z].
+        stiffness: Linear stiffness [1/s^2].
+        cubic: Cubic stiffness [1/(z^2 s^2)].
+        quintic: Quintic stiffness [1/(z^4 s^2)].
+        harmonics: Odd harmonics, starting with 1.
+
+    Raises:
+        ValueError: The linear stiffness is not > 0 (the backbone of a bistable oscillator does not start at rest).
     """
     if not stiffness > 0.0:
         raise ValueError(f"stiffness must be > 0 1/s^2 for a backbone from rest, got {stiffness!r}")

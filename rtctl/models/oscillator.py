@@ -1,4 +1,4 @@
-"""An oscillator's model file as rtctl reads and writes it; its meaning is `plant_sim`'s."""
+"""Reading and writing an oscillator's model file; its meaning belongs to `plant_sim`."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ KIND = "oscillator"
 
 
 def read_oscillator_model(path: Path) -> ModelFile:
-    """The checked model file; `model.value("damping", "1/s")`. Raises InputError."""
+    """Return the checked model file; `model.value("damping", "1/s")`. Raises InputError."""
     return read_model_file(path, KIND)
 
 
 def write_oscillator_model(path: Path, model: ModelFile) -> None:
-    """The file, whole or not at all."""
+    """Write the file, whole or not at all."""
     text = tomli_w.dumps(model.model_dump(exclude_none=True, exclude_defaults=True))
     with replacing(path) as partial:
         partial.write_text(text, encoding="utf-8")

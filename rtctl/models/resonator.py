@@ -1,7 +1,8 @@
 """A resonator as the loop sees it, from an oscillator's model file and its mechanisms; lengths in um, drive in mA.
 
-A delay, a lag of the drive and one of the sensor turn and shrink the phasors around the resonance; forces against the
-motion make the damping depend on the amplitude, a saturating sensor the reading; a bent spring moves the frequency.
+A delay, a lag of the drive and one of the sensor rotate and shrink the phasors around the resonance; forces against
+the motion make the damping depend on the amplitude, a saturating sensor the reading; a nonlinear spring shifts the
+frequency.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from rtctl.models.harmonic_balance import backbone
 from rtctl.models.oscillator import read_oscillator_model
 
 BENDS = {"stiffness.cubic": "1/(um^2*s^2)", "stiffness.quintic": "1/(um^4*s^2)"}
-"""Mechanisms that the backbone knows, each with the unit of its `coefficient`."""
+"""Mechanisms in the backbone, each with the unit of its `coefficient`."""
 PLACES = {
     "drive.delay": ("delay", "s", "delay_s"),
     "drive.lag": ("time_constant", "s", "drive_lag_s"),
@@ -37,7 +38,7 @@ INDIFFERENT = {
     "drive.harmonics": "far from the resonance",
     "input.hold": "the coil is driven by a sine",
 }
-"""Mechanisms that do nothing to amplitude and phase of the first harmonic, and why."""
+"""Mechanisms without effect on amplitude and phase of the first harmonic, and why."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,35 +46,35 @@ class ResonatorModel:
     """z'' + damping z' + stiffness z + cubic z^3 + quintic z^5 = drive_gain u; z [um], u the commanded current [mA]."""
 
     damping: float
-    """1/s."""
+    """Damping [1/s]."""
     stiffness: float
-    """1/s^2."""
+    """Linear stiffness [1/s^2]."""
     cubic: float
-    """1/(um^2 s^2)."""
+    """Cubic stiffness [1/(um^2 s^2)]."""
     quintic: float
-    """1/(um^4 s^2)."""
+    """Quintic stiffness [1/(um^4 s^2)]."""
     drive_gain: float
-    """um/s^2 a mA of the commanded amplitude, near resonance (the coil's loss is in it)."""
+    """Drive gain [um/s^2/mA] near resonance (it includes the coil's loss)."""
     identity: str
-    """Of the device on which it was identified; "" where the file does not say."""
+    """Identity of the device on which it was identified; "" where the file has none."""
     delay_s: float = 0.0
-    """Of the force behind the commanded current."""
+    """Delay [s] of the force behind the commanded current."""
     drive_lag_s: float = 0.0
     sensor_lag_s: float = 0.0
     sensor_curvature: float = 0.0
-    """1/um^2."""
+    """Curvature of the sensor [1/um^2]."""
     damping_squared: float = 0.0
-    """Of z^2 z' [1/(um^2 s)]."""
+    """Coefficient of z^2 z' [1/(um^2 s)]."""
     damping_quadratic: float = 0.0
-    """Of |z'| z' [1/um]."""
+    """Coefficient of |z'| z' [1/um]."""
     friction: float = 0.0
-    """um/s^2."""
+    """Dry friction [um/s^2]."""
     used: tuple[str, ...] = ()
     """Mechanisms of the file with a place in the loop."""
     indifferent: tuple[str, ...] = ()
-    """Those that do not change it."""
+    """Mechanisms of the file that do not affect the loop."""
     not_considered: tuple[str, ...] = ()
-    """Those that do, and that the loop does not know."""
+    """Mechanisms of the file that affect the loop but are not modelled in it."""
 
     def __post_init__(self) -> None:
         for name in ("damping", "stiffness", "drive_gain"):
@@ -87,26 +88,26 @@ class ResonatorModel:
 
     @property
     def decay(self) -> float:
-        """sigma = omega0 / 2Q [1/s]: the pole of amplitude and phase."""
+        """Rate sigma = omega0 / 2Q [1/s]: the pole of amplitude and phase."""
         return 0.5 * self.damping
 
     @property
     def growth(self) -> float:
-        """d amplitude / dt that a current gives at resonance [um/s/mA]."""
+        """Slope d amplitude / dt that a current gives at resonance [um/s/mA]."""
         shrunk = abs(self.drive_phasor(self.resonance / (2.0 * math.pi)))
         return shrunk * self.drive_gain / (2.0 * self.resonance)
 
     def drive_phasor(self, frequency_hz: float) -> complex:
-        """Force over commanded current, relative to `drive_gain`."""
+        """Return force over commanded current, relative to `drive_gain`."""
         rate = 2.0 * math.pi * frequency_hz
         return cmath.exp(-1j * rate * self.delay_s) / (1.0 + 1j * rate * self.drive_lag_s)
 
     def sensor_phasor(self, frequency_hz: float) -> complex:
-        """Reading over displacement, where the sensor does not saturate."""
+        """Return reading over displacement, where the sensor does not saturate."""
         return 1.0 / (1.0 + 2j * math.pi * frequency_hz * self.sensor_lag_s)
 
     def motion(self, reading: complex, frequency_hz: float) -> complex:
-        """The displacement's phasor [um] against the force, from a lock-in's X + iY against the commanded current."""
+        """Return the displacement's phasor [um] against the force, from a lock-in's X + iY against the current."""
         size = abs(reading)
         if size > 0.0 and self.sensor_curvature > 0.0:
             reading *= unsaturated_amplitude(size, self.sensor_curvature) / size
@@ -114,12 +115,12 @@ class ResonatorModel:
         return reading * abs(force) / (self.sensor_phasor(frequency_hz) * force)
 
     def reads(self, amplitude_um: float) -> float:
-        """What the lock-in shows of an amplitude at resonance [um]."""
+        """Return the lock-in's reading of an amplitude at resonance [um]."""
         sensed = amplitude_um * abs(self.sensor_phasor(self.resonance / (2.0 * math.pi)))
         return saturated_amplitude(sensed, self.sensor_curvature)
 
     def decay_at(self, amplitude_um: float) -> float:
-        """sigma at an amplitude [1/s]: half the slope of c(a) a."""
+        """Return sigma at an amplitude [1/s]: half the slope of c(a) a."""
         if self.damping_squared == self.damping_quadratic == 0.0:
             return self.decay
         a = max(amplitude_um, 0.0)
@@ -128,7 +129,7 @@ class ResonatorModel:
         return max(0.5 * slope, 0.0)
 
     def holding_current(self, amplitude_um: float) -> float:
-        """The current [mA] that keeps an amplitude at phase resonance."""
+        """Return the current [mA] that keeps an amplitude at phase resonance."""
         if self.damping_squared == self.damping_quadratic == self.friction == 0.0:
             return self.decay * amplitude_um / self.growth
         c = equivalent_damping(
@@ -138,19 +139,19 @@ class ResonatorModel:
         return 0.5 * c * amplitude_um / self.growth
 
     def bent_hz(self, amplitude_um: float) -> float:
-        """How far the backbone has moved from the linear resonance, by one harmonic."""
+        """Return the shift [Hz] of the backbone from the linear resonance, by one harmonic."""
         a2 = amplitude_um * amplitude_um
         squared = self.stiffness + a2 * (0.75 * self.cubic + 0.625 * self.quintic * a2)
         return (math.sqrt(max(squared, 0.0)) - self.resonance) / (2.0 * math.pi)
 
     def backbone_hz(self, amplitude_um: float) -> float:
-        """Frequency of free vibration with this first harmonic, NaN where there is none."""
+        """Return the frequency [Hz] of free vibration with this first harmonic, NaN where there is none."""
         found = backbone(amplitude_um, stiffness=self.stiffness, cubic=self.cubic, quintic=self.quintic)
         return found.frequency_hz if found.converged else math.nan
 
 
 def read_resonator(path: Path) -> ResonatorModel:
-    """The model in the file. Raises InputError naming file and key."""
+    """Return the model in the file. Raises InputError naming file and key."""
     try:
         return resonator_of(read_oscillator_model(path))
     except ValueError as error:
@@ -158,7 +159,7 @@ def read_resonator(path: Path) -> ResonatorModel:
 
 
 def resonator_of(file: ModelFile) -> ResonatorModel:
-    """From a model file's tables. Raises InputError, ValueError."""
+    """Return the model of a model file's tables. Raises InputError, ValueError."""
     bends = dict.fromkeys(BENDS, 0.0)
     clipped = [
         one.parameters.get("clipped") for one in file.model.mechanisms if one.id == "sensor.saturation"

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 
 class Span(NamedTuple):
-    """A closed range, in the unit that its owner says."""
+    """Closed range, in the unit that its owner declares."""
 
     low: float
     high: float
 
     @property
     def width(self) -> float:
-        """high - low."""
+        """Difference high - low."""
         return self.high - self.low

@@ -25,7 +25,7 @@ from rtctl.models.vo2_extensions import corrections_of, extension_tables, mechan
 
 NOMINAL_TIME_CONSTANT_S = 1.8e-3
 SURROGATE = ("surrogate", "mA")
-"""Of temperature: the constant current that would hold it."""
+"""Name and unit of the surrogate of temperature: the constant current that would hold it."""
 
 
 class FitQuality(NamedTuple):
@@ -36,12 +36,12 @@ class FitQuality(NamedTuple):
     rms: float
     unit: str
     range: float
-    """Of the output, same unit; the percentages are of this."""
+    """Range of the output, in the same unit; the percentages refer to it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vo2Model:
-    """Everything that estimator and tuning use. Currents mA, resistances ohm, deflections um."""
+    """Everything that estimator and tuning use. Currents in mA, resistances in ohm, deflections in um."""
 
     identity: str
     time_constant_s: float
@@ -54,37 +54,37 @@ class Vo2Model:
     deflection_error: float
     """Standard deviation of the fine deflection model on its data [um]."""
     resistance_gpi: GpiModel
-    """v -> -R [kohm] with an analytic inverse: the paper's composite, first half."""
+    """GPI v -> -R [kohm] with an analytic inverse: the paper's composite, first half."""
     composite_egpi: EgpiModel
-    """The surrogate of that inverse -> deflection: the paper's composite, second half."""
+    """EGPI from the surrogate of that inverse to deflection: the paper's composite, second half."""
     resistance_gap_free: GapFreeModel
-    """v -> -ln R, strictly increasing: inverse without a gap."""
+    """Gap-free model v -> -ln R, strictly increasing: its inverse has no gap."""
     gap_free_egpi: EgpiModel
-    """The surrogate of that inverse -> deflection."""
+    """EGPI from the surrogate of that inverse to deflection."""
     deflection_egpi: EgpiModel
-    """v -> deflection, v the applied current: what an EGPI can do if the surrogate is exact (figure 8b)."""
+    """EGPI v -> deflection, v the applied current: the best an EGPI can do with an exact surrogate (figure 8b)."""
     resistance_preisach: PreisachModel
-    """v -> -ln R on a fine grid."""
+    """Preisach model v -> -ln R on a fine grid."""
     deflection_preisach: PreisachModel
-    """v -> deflection on a fine grid."""
+    """Preisach model v -> deflection on a fine grid."""
     direct_preisach: PreisachModel
-    """-ln R -> deflection, ten levels: the paper's first baseline."""
+    """Preisach model -ln R -> deflection, ten levels: the paper's first baseline."""
     direct_egpi: EgpiModel
-    """-ln R -> deflection: the paper's second baseline."""
+    """EGPI -ln R -> deflection: the paper's second baseline."""
     quality: Mapping[str, FitQuality] = field(default_factory=dict)
     provenance: Mapping[str, str] = field(default_factory=dict)
     corrections: Mapping[str, Value] = field(default_factory=dict)
-    """Gains and offsets of its signals that a re-fit has found; none of a model that is only identified."""
+    """Gains and offsets of its signals from a refit; empty for a model that is only identified."""
     mechanisms: tuple[MechanismTable, ...] = ()
-    """Extensions by their ids; estimators and tuning know nothing of them."""
+    """Extensions by their ids; estimators and tuning do not use them."""
 
     @property
     def kind(self) -> str:
-        """Name of its kind of plant."""
+        """Name of the model's kind of plant."""
         return "vo2"
 
     def with_provenance(self, **entries: str) -> Vo2Model:
-        """The same model, knowing where it comes from."""
+        """Return the same model with its provenance."""
         return replace(self, provenance={**self.provenance, **entries})
 
 
@@ -114,7 +114,7 @@ _SPANS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
 
 
 def model_tables(model: Vo2Model) -> dict[str, Any]:
-    """The model as TOML tables."""
+    """Return the model as TOML tables."""
     parameters: dict[str, Any] = {
         "thermal_time_constant": _interval(model.time_constant_s, model.time_constant_error_s, "s"),
         "reading_error": {"value": model.reading_error, "unit": "dimensionless"},
@@ -140,7 +140,7 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
 
 
 def _interval(value: float, standard_error: float, unit: str) -> dict[str, Any]:
-    """A quantity with its standard error and two of them either side; the value alone where that is infinite."""
+    """Return a quantity with its standard error and two of them either side; the value alone where that is infinite."""
     table: dict[str, Any] = {"value": value, "unit": unit}
     if np.isfinite(standard_error):
         low, high = value - 2.0 * standard_error, value + 2.0 * standard_error
@@ -225,7 +225,7 @@ def _table(tables: dict[str, Any], name: str, within: str = "") -> dict[str, Any
 
 
 def _number(parameters: dict[str, Any], name: str, unit: str, part: str = "value") -> float:
-    """`part` of the quantity `name`, in `unit`, finite."""
+    """Return `part` of the quantity `name`, in `unit`, finite."""
     table, key = _table(parameters, name, "parameters."), f"parameters.{name}"
     for needed in (part, "unit"):
         if needed not in table:
@@ -257,7 +257,7 @@ def _span_of(parameters: dict[str, Any], name: str, unit: str) -> Span:
 
 
 def _standard_error_of(parameters: dict[str, Any], name: str, value: float, unit: str) -> float:
-    """The standard error where it is written, else a quarter of low to high, else infinite: nobody knows."""
+    """Return the standard error where it is written, else a quarter of low to high, else infinity."""
     written = _table(parameters, name).keys()
     if not written & {"low", "high", "standard_error"}:
         return float("inf")

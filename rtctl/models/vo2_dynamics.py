@@ -1,7 +1,7 @@
-"""What an extended VO2 model means to the loop: its mechanisms and corrections as numbers.
+"""Dynamics of an extended VO2 model in the loop: its mechanisms and corrections as numbers.
 
 The heat balance is the simulation's (`rtctl.simulations.vo2.heat`); the rest are the instruments and the drive around
-it. `used` names what has a place in the loop, `left_out` what has none.
+it. `used` names the mechanisms with a place in the loop, `left_out` those without one.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ NOT_TRUSTED = {
 
 
 class Affine(NamedTuple):
-    """x' = gain x + offset."""
+    """Affine map x' = gain x + offset."""
 
     gain: float = 1.0
     offset: float = 0.0
 
     def of(self, x: float) -> float:
-        """x'."""
+        """Return x' of x."""
         return self.gain * x + self.offset
 
     def back(self, x: float) -> float:
-        """x of an x'."""
+        """Return x of x'."""
         return (x - self.offset) / self.gain
 
 
@@ -48,17 +48,17 @@ UNCHANGED = Affine()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vo2Dynamics:
-    """Between command and readings; times in s, currents mA, powers mA^2, resistances ohm, deflections um."""
+    """Dynamics between command and readings; s, mA, mA^2, ohm and um."""
 
     balance: Balance
     phases: Phases
-    """Of the film, with what does not lag where the relays do."""
+    """Phases of the film, with the part that does not lag where the relays do."""
     expansion: float = 0.0
-    """um/mA^2"""
+    """Thermal expansion [um/mA^2]."""
     current: Affine = UNCHANGED
-    """Commanded to heating current, of which `balance.zone` does not heat."""
+    """Map from commanded to heating current, of which `balance.zone` does not heat."""
     reading: Affine = UNCHANGED
-    """-ln R of the loops to that of the film."""
+    """Map from -ln R of the loops to that of the film."""
     deflection: Affine = UNCHANGED
     delay_s: float = 0.0
     deadband_mA: float = 0.0
@@ -67,11 +67,11 @@ class Vo2Dynamics:
     held: float = 0.0
     """Share of changes within `hold_mA` that is ignored."""
     ageing: float = 0.0
-    """1/s"""
+    """Ageing rate [1/s]."""
     ageing_bend: float = 0.0
-    """1/s^2"""
+    """Quadratic ageing [1/s^2]."""
     leak: float = 0.0
-    """ohm/mA"""
+    """Crosstalk of the heater's current [ohm/mA]."""
     leak_known: float = 1.0
     sensor_lag_s: float = 0.0
     participation: float = 0.0
@@ -87,7 +87,7 @@ class Vo2Dynamics:
 
     @property
     def substep_s(self) -> float:
-        """What resolves the heating and all that follows it."""
+        """Substep [s] that resolves the heating and all that follows it."""
         times = [self.balance.time_constant_s, self.balance.lag_s, self.sensor_lag_s]
         times += [self.balance.second_time_constant_s] if self.balance.share != 0.0 else []
         times += [0.5 / self.frequency_hz] if self.participation != 0.0 else []
@@ -95,7 +95,7 @@ class Vo2Dynamics:
 
 
 def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
-    """Of a model's file. Raises InputError where a mechanism or a number of it is not known."""
+    """Return the dynamics of a model. Raises InputError where a mechanism or a number of it is unknown."""
     simulation = vo2_simulation(model, {}, "the model")
     found = {one.name: one.value for one in simulation.parameters}
     acting = {
@@ -146,7 +146,7 @@ def dynamics_of(model: Vo2Model) -> Vo2Dynamics:
 
 
 def loop_dynamics(model: Vo2Model) -> Vo2Dynamics:
-    """Of what tuning and feedforward take of a model: `dynamics_of` without what is not trusted. Raises InputError."""
+    """Return the dynamics that tuning and feedforward use: `dynamics_of` without untrusted mechanisms."""
     kept = tuple(one for one in model.mechanisms if one.id not in NOT_TRUSTED)
     dropped = tuple(one.id for one in model.mechanisms if one.id in NOT_TRUSTED)
     found = dynamics_of(replace(model, mechanisms=kept))

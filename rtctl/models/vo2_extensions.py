@@ -1,7 +1,7 @@
-"""What extends an identified VO2 model in its file: corrections of its signals, and mechanisms by their ids.
+"""Extensions of an identified VO2 model in its file: corrections of its signals, and mechanisms by their ids.
 
-Corrections are parameters below [model.parameters] that only a re-fit writes; what they mean is told in
-`rtctl.simulations.vo2.nominal`.
+Corrections are parameters below [model.parameters] that only a refit writes; `rtctl.simulations.vo2.nominal` defines
+them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CORRECTION_UNITS = {
 
 
 def corrections_of(parameters: Mapping[str, Any]) -> dict[str, Value]:
-    """Those that the file has. Raises InputError that names the key."""
+    """Return the corrections in the file. Raises InputError that names the key."""
     found = {}
     for name, unit in CORRECTION_UNITS.items():
         if name not in parameters:
@@ -41,7 +41,7 @@ def corrections_of(parameters: Mapping[str, Any]) -> dict[str, Value]:
 
 
 def mechanisms_of(model: Mapping[str, Any]) -> tuple[MechanismTable, ...]:
-    """[[model.mechanisms]]; which ids there are is the simulation's. Raises InputError that names the key."""
+    """Return [[model.mechanisms]]; the simulation defines which ids exist. Raises InputError that names the key."""
     tables = model.get("mechanisms", [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         raise InputError('key "model.mechanisms" must be a list of tables: write [[model.mechanisms]]')
@@ -56,7 +56,7 @@ def mechanisms_of(model: Mapping[str, Any]) -> tuple[MechanismTable, ...]:
 def extension_tables(
     corrections: Mapping[str, Value], mechanisms: tuple[MechanismTable, ...]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Parameters and mechanisms as TOML tables; empty of a nominal model."""
+    """Return parameters and mechanisms as TOML tables; empty for a nominal model."""
     parameters = {
         name: value.model_dump(exclude_none=True, exclude_defaults=True)
         for name, value in corrections.items()

@@ -1,4 +1,4 @@
-"""Where a model can be controlled: the currents between which more current means more deflection.
+"""Working range of a model: the currents between which more current means more deflection.
 
 Thermal expansion bends the beam against the transition, so deflection falls again with current beyond both ends of
 the transition: there a PI of fixed sign would push the wrong way and stay. The working range runs from the minimum of
@@ -24,7 +24,7 @@ class WorkingRange(NamedTuple):
 
 
 def working_range(deflection: PreisachModel, current: Span, points: int = 400) -> WorkingRange:
-    """Read it off the major loop of v -> deflection. Raises ValueError where the model does not rise at all."""
+    """Return the range from the major loop of v -> deflection. Raises ValueError where the model never rises."""
     v = np.linspace(current.low, current.high, points)
     loop = deflection.simulate(np.concatenate(([0.0], v, v[::-1])))[1:]
     heating, cooling = loop[:points], loop[points:][::-1]

@@ -1,1 +1,1 @@
-"""Motions under a periodic drive: where they settle, of which period, how they part from their neighbours."""
+"""Motions under a periodic drive: where they settle, their period, and how neighbours diverge."""

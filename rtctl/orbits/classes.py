@@ -1,9 +1,9 @@
-"""Which kind of motion it is: in one well, through both, chaotic, or chaotic for a while.
+"""Classification of motions: in one well, through both, chaotic, or chaotic for a while.
 
-The bistable beam's paper tells by turning points after 100 s: all of one sign, in one well; fewer than 20 different
-ones after rounding to 0.1 mm, through both; else chaotic. That is kept, as `by_rule`. Beside it stand what the motion
-does in the end (the stroboscopic map's period) and whether neighbours part while it has not settled (Lyapunov): a
-motion that parts from its neighbours at the look and settles later is transient chaos, for which the rule says chaos.
+The bistable beam's paper classifies by turning points after 100 s: all of one sign, in one well; fewer than 20
+different ones after rounding to 0.1 mm, through both; else chaotic. `by_rule` keeps that. Beside it stand the final
+period of the motion (stroboscopic map) and whether neighbours diverge before it has settled (Lyapunov): a motion whose
+neighbours diverge at the look and that settles later is transient chaos, which the rule calls chaos.
 """
 
 from __future__ import annotations
@@ -22,53 +22,53 @@ from rtctl.orbits.turning_points import ROUNDED_TO, different, turning_points_of
 FEWER_THAN = 20
 EXPONENT_PERIODS = 200
 CHAOS_LEAST = 0.1
-"""Least exponent [1/s] of chaos: over 200 periods a regular motion of the beam's damping stays below it."""
+"""Least exponent [1/s] of chaos: over 200 periods a regular motion with the beam's damping stays below it."""
 LOOK_PERIODS = 128
-"""Over which turning points of an unsettled motion are counted."""
+"""Drive periods over which turning points of an unsettled motion are counted."""
 
 
 class Kind(StrEnum):
-    """Of motion."""
+    """Kind of a motion."""
 
     INTRAWELL = "intrawell"
     INTERWELL = "interwell"
     CHAOTIC = "chaotic"
     TRANSIENT_CHAOS = "transient_chaos"
     UNSETTLED = "unsettled"
-    """Neither repeats nor parts from its neighbours in the time that it was given."""
+    """The motion neither repeats nor diverges from its neighbours in the given time."""
     UNBOUNDED = "unbounded"
 
 
 class Patience(NamedTuple):
-    """How long motions are followed."""
+    """Times for which motions are followed."""
 
     look_s: float
-    """When the rule is applied and an exponent measured of what has not settled: the paper's 100 s."""
+    """Time [s] when the rule is applied and the exponent of unsettled motions is measured: the paper's 100 s."""
     most_s: float
-    """In all."""
+    """Longest time [s] that a motion is followed."""
     rounded_to: float = ROUNDED_TO
 
 
 class Orbits(NamedTuple):
-    """What became of each lane."""
+    """Result of the classification of each lane."""
 
     kind: list[Kind]
     by_rule: list[Kind]
-    """By the paper's rule at the look."""
+    """Kind by the paper's rule at the look."""
     period: IntArray
-    """In periods of the drive; 0: none found, -1: without bound."""
+    """Period in drive periods; 0: none found, -1: unbounded."""
     settled_s: FloatArray
-    """NaN: not."""
+    """Time [s] after which the motion had settled; NaN if it did not."""
     exponent: FloatArray
-    """At the look of what had not settled [1/s]; NaN of the rest."""
+    """Lyapunov exponent [1/s] at the look of what had not settled; NaN for the rest."""
     state: FloatArray
-    """(lanes, 2) at a crest of the drive at the end."""
+    """Final state (lanes, 2) at a crest of the drive."""
     points: list[FloatArray]
-    """Turning points: of the orbit, or of so many periods of what does not settle."""
+    """Turning points of the orbit, or of `LOOK_PERIODS` periods of an unsettled motion."""
 
 
 def classify(drive: Drive, lanes: Lanes, start: FloatArray, patience: Patience) -> Orbits:
-    """Follow every lane from `start` (lanes, 2) and say what it is."""
+    """Follow every lane from `start` (lanes, 2) and classify it."""
     look = np.ceil(patience.look_s * lanes.frequency_hz).astype(np.int64)
     most = np.ceil(patience.most_s * lanes.frequency_hz).astype(np.int64)
     early = settle(drive, lanes, start, look)
@@ -95,7 +95,7 @@ def classify(drive: Drive, lanes: Lanes, start: FloatArray, patience: Patience) 
 
 
 def rule(points: FloatArray, rounded_to: float = ROUNDED_TO) -> Kind:
-    """The paper's."""
+    """Classify turning points by the paper's rule."""
     if not len(points) or not np.isfinite(points).all():
         return Kind.UNBOUNDED if len(points) else Kind.UNSETTLED
     if (points > 0.0).all() or (points < 0.0).all():
@@ -114,12 +114,12 @@ def _kind(period: int, exponent: float, points: FloatArray) -> Kind:
 
 
 def regular(points: FloatArray) -> Kind:
-    """Of a motion that repeats: in one well, or through both."""
+    """Classify a motion that repeats: in one well, or through both."""
     return Kind.INTRAWELL if (points > 0.0).all() or (points < 0.0).all() else Kind.INTERWELL
 
 
 def _points(drive: Drive, lanes: Lanes, state: FloatArray, period: IntArray) -> list[FloatArray]:
-    """Turning points of one orbit each, or of `LOOK_PERIODS`."""
+    """Return turning points of one orbit each, or of `LOOK_PERIODS`."""
     found: list[FloatArray] = [np.empty(0)] * lanes.number
     for length in np.unique(period).tolist():
         if length < 0:

@@ -1,4 +1,4 @@
-"""What a motion under harmonic drive consists of: a model's lanes, their states, their marching."""
+"""Motion under harmonic drive: a model's lanes, their states and their integration."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from rtctl.border.simulation import FreeParameter
 
 
 class Motion(Protocol):
-    """Rows (rows, lanes) of a march, the first its start."""
+    """Rows (rows, lanes) of an integration, the first its start."""
 
     @property
     def displacement(self) -> FloatArray:
-        """(rows, lanes)"""
+        """Displacement (rows, lanes)."""
         ...
 
     @property
     def velocity(self) -> FloatArray:
-        """(rows, lanes)"""
+        """Velocity (rows, lanes)."""
         ...
 
 
 class Forced(Protocol):
-    """A model that is driven by A cos(2 pi f t)."""
+    """A model driven by A cos(2 pi f t)."""
 
     @property
     def parameters(self) -> tuple[FreeParameter, ...]:
-        """Nominal ones, then the mechanisms'."""
+        """Parameters: the nominal ones, then the mechanisms'."""
         ...
 
     def march(
@@ -40,29 +40,39 @@ class Forced(Protocol):
         steps_per_period: int,
         rows_per_period: int = 1,
     ) -> Motion:
-        """So many periods of each lane's drive from `state` (lanes, 2) at its crest."""
+        """Integrate `periods` drive periods of each lane from `state` (lanes, 2) at the drive's crest.
+
+        Args:
+            values: (lanes, parameters) parameter values.
+            frequency_hz: (lanes,) drive frequencies [Hz].
+            amplitude: (lanes,) drive amplitudes.
+            state: (lanes, 2) displacement and velocity.
+            periods: Number of drive periods.
+            steps_per_period: Integrator steps per drive period.
+            rows_per_period: Rows that are kept per drive period.
+        """
         ...
 
     def fastest_hz(self, values: FloatArray, reach: float, drive: float) -> float:
-        """Of the models' poles for motions up to `reach` under drives up to `drive`."""
+        """Return the highest pole frequency [Hz] for motions up to `reach` under drives up to `drive`."""
         ...
 
 
 class Lanes(NamedTuple):
-    """Oscillators side by side, each with parameters and a drive of its own."""
+    """Oscillators side by side, each with its own parameters and drive."""
 
     values: FloatArray
-    """(lanes, parameters)"""
+    """Parameter values (lanes, parameters)."""
     frequency_hz: FloatArray
     amplitude: FloatArray
 
     @property
     def number(self) -> int:
-        """Of lanes."""
+        """Number of lanes."""
         return len(self.frequency_hz)
 
     def of(self, chosen: IntArray) -> Lanes:
-        """These lanes alone."""
+        """Return the chosen lanes."""
         return Lanes(self.values[chosen], self.frequency_hz[chosen], self.amplitude[chosen])
 
 
@@ -73,7 +83,7 @@ class Drive(NamedTuple):
     steps_per_period: int
 
     def march(self, lanes: Lanes, state: FloatArray, periods: int, rows_per_period: int = 1) -> Motion:
-        """So many periods of `lanes` from `state` (lanes, 2)."""
+        """Integrate `periods` drive periods of `lanes` from `state` (lanes, 2)."""
         return self.model.march(
             lanes.values, lanes.frequency_hz, lanes.amplitude, state, periods, self.steps_per_period, rows_per_period
         )  # fmt: skip

@@ -1,8 +1,8 @@
-"""The largest Lyapunov exponent by a neighbour that is drawn back once a period of the drive.
+"""Largest Lyapunov exponent by a neighbour that is renormalised once a drive period.
 
-Two motions begin 1e-7 of their size apart; each period log(distance / first distance) is what they parted by, and the
-neighbour is set back along the line between them (G. Benettin et al., Meccanica 15 (1980) 9). Of the largest exponent
-only: the sum of both is minus the damping.
+Two motions start 1e-7 of their size apart; each period log(distance / first distance) is their divergence, and the
+neighbour is set back along the line between them (G. Benettin et al., Meccanica 15 (1980) 9). Only the largest
+exponent is computed: the sum of both is minus the damping.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from rtctl.orbits.forced import Drive, Lanes
 
 APART = 1e-7
 ALIGNING_PERIODS = 20
-"""Before anything counts: the line between the two turns into the direction that grows most."""
+"""Periods before the average starts: the line between the two turns into the direction of largest growth."""
 
 
 def lyapunov(drive: Drive, lanes: Lanes, state: FloatArray, periods: int) -> tuple[FloatArray, FloatArray]:
-    """Exponent (lanes,) [1/s] over `periods` from `state` (lanes, 2), and the state at their end.
+    """Return the exponent (lanes,) [1/s] over `periods` from `state` (lanes, 2), and the state at their end.
 
     Distances are of displacement and of velocity over the drive's angular frequency.
     """

@@ -1,11 +1,11 @@
 """Follow motions until they repeat: an adaptive transient and the period by the stroboscopic map.
 
 A motion has settled on period p once x(n) and x(n - p) differ by less than a tolerance throughout a whole block of
-periods, p the least that does. Who has not settled goes on, whoever has waits no longer: a fixed transient of 100 s is
+periods, p the least that does. Lanes that have not settled continue, the others stop: a fixed transient of 100 s is
 too short for a tenth of the bistable beam's starts and a hundred times too long for most.
 
-A slow decay repeats nearly, too: at damping d a difference of D over p periods is what is left of
-D / (1 - exp(-d p T / 2)), so the tolerance is far below what anything is judged by afterwards.
+A slow decay nearly repeats, too: at damping d a difference of D over p periods means that
+D / (1 - exp(-d p T / 2)) is still to decay, so the tolerance is far below any later criterion.
 """
 
 from __future__ import annotations
@@ -19,31 +19,33 @@ from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.orbits.forced import Drive, Lanes
 
 TOLERANCE = 1e-6
-"""Of the motion's size."""
+"""Tolerance relative to the size of the motion."""
 LONGEST_PERIOD = 16
 CLEARLY = 1e3
-"""Times the difference over p periods is that over any fewer: a free oscillation that decays and nearly fits p periods
-of the drive would pass for a subharmonic otherwise."""
+"""Least ratio of the difference over fewer periods to that over p periods.
+
+Without it a free oscillation that decays and nearly fits p drive periods would pass for a subharmonic.
+"""
 BLOCK_PERIODS = 64
 ABSURD = 1e100
-"""A displacement that only a model without bound reaches, in any unit."""
+"""A displacement that only an unbounded model reaches, in any unit."""
 
 
 class Settled(NamedTuple):
-    """Where motions have got to, lane by lane."""
+    """Progress of the motions, lane by lane."""
 
     state: FloatArray
-    """(lanes, 2) at a crest of the drive; NaN of a motion without bound."""
+    """State (lanes, 2) at a crest of the drive; NaN for an unbounded motion."""
     period: IntArray
-    """In periods of the drive; 0: not settled, -1: without bound."""
+    """Period in drive periods; 0: not settled, -1: unbounded."""
     after_periods: IntArray
-    """Marched when that was seen."""
+    """Number of periods after which that was seen."""
 
 
 def settle(
     drive: Drive, lanes: Lanes, start: FloatArray, most_periods: IntArray, *, tolerance: float = TOLERANCE
 ) -> Settled:
-    """Each of `lanes` from `start` (lanes, 2) until it repeats, for `most_periods` (lanes,) at most."""
+    """Follow each of `lanes` from `start` (lanes, 2) until it repeats, for at most `most_periods` (lanes,)."""
     state = start.copy()
     period = np.zeros(lanes.number, np.int64)
     after = np.zeros(lanes.number, np.int64)
@@ -64,7 +66,14 @@ def settle(
 
 
 def repeats(z: FloatArray, w: FloatArray, tolerance: float, clearly: float = CLEARLY) -> IntArray:
-    """The least period (lanes,) of stroboscopic points z and w (points, lanes), in one unit; 0 where there is none."""
+    """Return the least period (lanes,) of stroboscopic points; 0 where there is none.
+
+    Args:
+        z: (points, lanes) displacement.
+        w: (points, lanes) scaled velocity, in the unit of z.
+        tolerance: Largest difference of a repetition.
+        clearly: Least ratio to the differences over shorter periods.
+    """
     found = np.zeros(z.shape[1], np.int64)
     with np.errstate(invalid="ignore"):
         size = np.maximum(np.abs(z), np.abs(w)).max(axis=0)

@@ -1,4 +1,4 @@
-"""Where a motion turns: displacements at which its velocity passes zero, and how many different ones there are."""
+"""Turning points of a motion: displacements at which its velocity passes zero, and how many differ."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ from rtctl.orbits.forced import Drive, Lanes
 
 ROWS_PER_PERIOD = 32
 ROUNDED_TO = 0.1
-"""In the paper's unit, mm."""
+"""Rounding in the paper's unit, mm."""
 
 
 def turning_points(z: FloatArray, v: FloatArray, step_s: FloatArray) -> list[FloatArray]:
-    """Of each lane of z and v (rows, lanes), rows `step_s` (lanes,) apart, in order of time.
+    """Return the turning points of each lane in order of time.
 
     Between two rows the motion is Hermite's cubic: the error is of the fourth order in the step.
+
+    Args:
+        z: (rows, lanes) displacement.
+        v: (rows, lanes) velocity.
+        step_s: (lanes,) time between rows [s].
     """
     row, lane = np.nonzero(v[:-1] * v[1:] < 0.0)
     order = np.lexsort((row, lane))
@@ -33,7 +38,7 @@ def turning_points(z: FloatArray, v: FloatArray, step_s: FloatArray) -> list[Flo
 
 
 def _crossing(z0: FloatArray, z1: FloatArray, m0: FloatArray, m1: FloatArray) -> FloatArray:
-    """Where in 0 to 1 the slope of Hermite's cubic is zero: two of Newton's steps from the chord's."""
+    """Return where in 0 to 1 the slope of Hermite's cubic is zero: two Newton steps from the chord's zero."""
     s = m0 / (m0 - m1)
     a, b = 6.0 * (z0 - z1) + 3.0 * (m0 + m1), 6.0 * (z1 - z0) - 4.0 * m0 - 2.0 * m1
     for _ in range(2):
@@ -45,7 +50,7 @@ def _crossing(z0: FloatArray, z1: FloatArray, m0: FloatArray, m1: FloatArray) ->
 
 
 def turning_points_of(drive: Drive, lanes: Lanes, state: FloatArray, periods: int) -> list[FloatArray]:
-    """Of each of `lanes` over `periods` from `state` (lanes, 2)."""
+    """Return the turning points of each of `lanes` over `periods` from `state` (lanes, 2)."""
     if not lanes.number:
         return []
     motion = drive.march(lanes, state, periods, ROWS_PER_PERIOD)
@@ -53,5 +58,5 @@ def turning_points_of(drive: Drive, lanes: Lanes, state: FloatArray, periods: in
 
 
 def different(points: FloatArray, rounded_to: float = ROUNDED_TO) -> int:
-    """How many different turning points there are after rounding."""
+    """Return the number of different turning points after rounding."""
     return len(np.unique(np.rint(points / rounded_to)))

@@ -1,8 +1,13 @@
-"""Files that are whole or absent: written beside their place under another name, then renamed."""
+"""Files that are whole or absent: written beside their place under another name, then renamed.
+
+The contents reach the disk before the rename does, and the rename before the function returns, so that also a power
+failure leaves the old file or the new one. Reference: POSIX.1-2017 rename, fsync.
+"""
 
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,14 +15,27 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` (folder made if absent): renamed at the end, removed on an error.
+    """Give a temporary path beside `path` to write to; at the end rename it, on an error remove it.
 
-    The rename is atomic on one file system: who reads `path` sees the old file or the whole new one.
+    The folder is made if it is absent. Each call has a temporary name of its own, so that two writers of one path do
+    not mix their files. The rename is atomic: a reader of `path` sees the old file or the whole new one.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
+    stem = os.fsdecode(os.fsencode(path.name)[:200])  # a name has room for 255 bytes
+    partial = path.with_name(f".{stem}.{secrets.token_hex(4)}.partial")
     try:
         yield partial
+        _sync(partial)
         os.replace(partial, path)
+        _sync(path.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Wait until the file or folder at `path` is on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,4 +1,4 @@
-"""A self-contained HTML page: its look, and the few elements that a report is made of. No network, light and dark."""
+"""A self-contained HTML page, light and dark, without network: its style and the elements of a report."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def page(title: str, parts: Sequence[str]) -> str:
 
 
 def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """Return a table; cells are HTML, columns in `numbers` are aligned right."""
+    """Return a table of cells in HTML; columns in `numbers` are aligned right."""
 
     def line(cells: Sequence[str], tag: str) -> str:
         return (
@@ -66,7 +66,14 @@ def table(headers: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequen
 
 
 def figure(source: str, alternative: str, caption: str, number: int) -> str:
-    """Return a picture inside the page, with what to see in it."""
+    """Return a picture inside the page with its caption.
+
+    Args:
+        source: data address of the picture.
+        alternative: text for those who cannot see it.
+        caption: what to see in it, in HTML.
+        number: number of the figure.
+    """
     return (
         f'<figure><img alt="{escape(alternative)}" src="{source}">'
         f"<figcaption><b>Figure {number}.</b> {caption}</figcaption></figure>"
@@ -74,12 +81,12 @@ def figure(source: str, alternative: str, caption: str, number: int) -> str:
 
 
 def tile(value: str, what: str) -> str:
-    """Return a tile with one number that matters."""
+    """Return a tile with one number and what it is."""
     return f'<div class="tile"><b>{value}</b><span>{what}</span></div>'
 
 
 def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a value and its interval with as many digits as the interval's width says."""
+    """Return a value and the ends of its interval, with as many digits as the width of the interval supports."""
     width = abs(high - low)
     if not (width > 0.0 and width < float("inf")):
         return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a request to stop: what is done by then is kept."""
+"""Ctrl-C, SIGTERM and SIGHUP as a request to stop: what is done by then is kept."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from types import FrameType
 
 @contextmanager
 def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether a stop was requested by Ctrl-C or SIGTERM; a second one is immediate.
+    """Let Ctrl-C, SIGTERM and SIGHUP ask for an end after the step under way, and call `cancel`.
 
-    The first one also calls `cancel`.
-    Signals reach the main thread only: elsewhere the function always says False.
+    Yields a function that says whether a stop was requested. A second Ctrl-C or SIGTERM is immediate. A terminal that
+    is closed sends SIGHUP, often twice; under `nohup` it stays ignored. Signals reach the main thread only:
+    elsewhere the function always says False.
     """
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
@@ -23,12 +24,15 @@ def stop_on_interrupt(cancel: Callable[[], None] = lambda: None) -> Iterator[Cal
 
     def request(number: int, frame: FrameType | None) -> None:
         nonlocal requested
-        if requested:
+        if requested and number != signal.SIGHUP:
             raise KeyboardInterrupt
         requested = True
         cancel()
 
-    before = {number: signal.signal(number, request) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, request) for number in numbers}
     try:
         yield lambda: requested
     finally:

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.quantities import convert
-from rtctl.border.records import VO2, Channel, DeviceProfile
+from rtctl.border.records import Channel, DeviceProfile
 from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown, written
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
 from rtctl.plots.elements.lines import ABOVE, draw_line
@@ -43,18 +42,19 @@ def plot_run(
     *,
     title: str,
     closed_loop: bool,
-    range_um: float,
-    profile: DeviceProfile = VO2,
+    output_range: float,
+    profile: DeviceProfile,
 ) -> None:
     """Write the figure of a run as a PNG file.
 
     `signals` has (n,) arrays under the names of the profile's channels, and setpoint, estimate and
     estimate_standard_error in the unit of its reference; NaN where there is none (no external instrument, no
-    setpoint in an open-loop run). Percents refer to `range_um` [um].
+    setpoint in an open-loop run). Percents refer to
+    `output_range` in that unit.
     Raises ValueError where a signal is missing or has another length than `time_s` [s].
     """
     figure = run_figure(
-        time_s, signals, title=title, closed_loop=closed_loop, range_um=range_um, profile=profile
+        time_s, signals, title=title, closed_loop=closed_loop, output_range=output_range, profile=profile
     )
     save_png(figure, path)
 
@@ -65,15 +65,15 @@ def run_figure(
     *,
     title: str,
     closed_loop: bool,
-    range_um: float,
-    profile: DeviceProfile = VO2,
+    output_range: float,
+    profile: DeviceProfile,
 ) -> Figure:
     """The figure that `plot_run` writes."""
     time, column = np.asarray(time_s, np.float64), _columns(time_s, signals, profile)
     if not closed_loop:
         column["setpoint"] = np.full(len(time), np.nan)
     window = _last_cycles(column["setpoint"])
-    width = convert(range_um, "um", profile.reference.unit)
+    width = output_range
     panels = _panels(column, profile)
     with house_style():
         figure = new_figure(11.5, (8.4 if window is None else 9.6) + 1.1 * (len(panels) - 2))

@@ -1,4 +1,4 @@
-"""Recording of a run: a row a step, into memory or into a mapped file that outlives the process; Parquet at the end.
+"""Recording of a run: one row per sample, in memory or in a mapped file that outlives it; Parquet at the end.
 
 `signals.parquet` holds no machine time, so a lockstep run repeated gives the same bytes; lateness, round trip
 and compute time go to `timing.parquet`.

@@ -1,4 +1,4 @@
-"""The file of a recording under way: a header, then rows of fixed size that count up; readable at any moment.
+"""The file of a recording under way: a header, then numbered rows of fixed size; readable at any moment.
 
     0      magic "RTCTLREC", uint32 length of the header, the header as JSON (columns, units, metadata)
     begin  rows: the columns as float64, then the row's number as uint64, from 1 on; little-endian
@@ -27,29 +27,29 @@ _PREFIX = struct.Struct("<8sI")
 
 
 class Header(NamedTuple):
-    """What a file of rows says of itself."""
+    """The header of a file of rows."""
 
     columns: list[tuple[str, str]]
-    """Names and units."""
+    """Names and units of the columns."""
     metadata: dict[str, str]
     begin: int
     """Offset of the first row [bytes]."""
 
 
 def stride_of(columns: int) -> int:
-    """Bytes of a row."""
+    """Return the size of a row [bytes]."""
     return 8 * (columns + 1)
 
 
 def header_bytes(columns: list[tuple[str, str]], metadata: Mapping[str, str]) -> bytes:
-    """The header, padded to whole pages."""
+    """Return the header, padded to whole pages."""
     text = json.dumps({"columns": columns, "metadata": dict(metadata)}).encode()
     used = _PREFIX.pack(MAGIC, len(text)) + text
     return used.ljust(-(-len(used) // PAGE) * PAGE, b"\0")
 
 
 def read_header(path: Path) -> Header:
-    """Of a recording. Raises InputError on a file that is none."""
+    """Read the header of a recording. Raises InputError if the file is none."""
     with path.open("rb") as file:
         prefix = file.read(_PREFIX.size)
         magic, length = _PREFIX.unpack(prefix) if len(prefix) == _PREFIX.size else (b"", 0)
@@ -62,10 +62,10 @@ def read_header(path: Path) -> Header:
 
 
 class Rows:
-    """The whole rows of a recording, mapped; `table` reads a column at a time."""
+    """The complete rows of a recording, mapped; `table` reads a column at a time."""
 
     def __init__(self, path: Path) -> None:
-        """Raises InputError on a file that is no recording."""
+        """Map the file at `path`. Raises InputError if it is no recording."""
         self.header = read_header(path)
         names = [name for name, _ in self.header.columns]
         layout = np.dtype([*((name, "<f8") for name in names), ("row number", "<u8")])
@@ -81,12 +81,12 @@ class Rows:
         return self.count
 
     def table(self) -> ColumnsOnDemand:
-        """Columns by name; each is read when it is asked for and kept by nobody."""
+        """Return the columns by name; each is read when it is asked for, and not kept."""
         return ColumnsOnDemand(self._rows[: self.count], [name for name, _ in self.header.columns])
 
 
 class ColumnsOnDemand(Mapping[str, FloatArray]):
-    """Columns (rows,) of rows in a file, without having them all in memory."""
+    """Columns (rows,) of a file of rows, without having them all in memory."""
 
     def __init__(self, rows: NDArray[np.void], names: list[str]) -> None:
         self._rows = rows
@@ -104,14 +104,14 @@ class ColumnsOnDemand(Mapping[str, FloatArray]):
         return len(self._names)
 
     def parts(self, rows: int) -> Iterator[dict[str, FloatArray]]:
-        """All columns of at most `rows` rows at a time; one empty part where there is nothing."""
+        """Yield all columns of at most `rows` rows at a time; one empty part if there is no row."""
         for begin in range(0, max(len(self._rows), 1), rows):
             part = self._rows[begin : begin + rows]
             yield {name: np.ascontiguousarray(part[name]) for name in self._names}
 
 
 def _whole(numbers: NDArray[np.uint64]) -> int:
-    """How many rows are numbered 1, 2, 3 ... from the beginning: rows are written in order, so by bisection."""
+    """Return how many rows are numbered 1, 2, 3 ... from the start: they are written in order, so by bisection."""
     low, high = 0, len(numbers)
     while low < high:
         middle = (low + high) // 2

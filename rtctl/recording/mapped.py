@@ -29,11 +29,11 @@ WINDOW_ROWS = 4096
 _POPULATE_WRITE = 23  # MADV_POPULATE_WRITE, Linux 5.14
 
 Window = tuple[int, mmap.mmap]
-"""Which one, and its memory."""
+"""The number of a window, and its memory."""
 
 
 class Keeper:
-    """A thread that does what the loop must not wait for; start it before the loop asks for real time."""
+    """A thread for what the loop must not wait for; started before the loop asks for real time."""
 
     def __init__(self) -> None:
         self._wanted: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
@@ -53,10 +53,10 @@ class Keeper:
 
 
 class MappedRecorder:
-    """The loop's `SignalRecorder` into `path`; readable by `Rows` at any moment, also after a kill."""
+    """A `SignalRecorder` into `path`, readable by `Rows` at any moment, also after a kill."""
 
     def __init__(self, path: Path, columns: Columns, metadata: Mapping[str, str], keeper: Keeper) -> None:
-        """Raises InputError where another run is recording into `path`; an old file is replaced."""
+        """Replace an old file at `path`. Raises InputError if another run is recording into it."""
         names = [name for name, _ in columns]
         if len(set(names)) != len(names) or not names:
             raise ValueError(f"column names must differ, got {names}")
@@ -80,7 +80,7 @@ class MappedRecorder:
         self._next: Window | None = self._made(1)
 
     def append(self, row: tuple[float, ...]) -> None:
-        """One row, in the order of the columns. Raises ValueError on another number of values."""
+        """Append one row, in the order of the columns. Raises ValueError on another number of values."""
         offset = self._offset
         if offset == self._window_bytes:
             self._turn()
@@ -94,9 +94,10 @@ class MappedRecorder:
         self._offset = offset + self._stride
 
     def ahead(self, most: int) -> FloatArray:
-        """Room (rows, columns + 1) for at most so many of the next rows, to be written in place; then `advance`.
+        """Return room (rows, columns + 1) for the next rows, to be written in place; then call `advance`.
 
         Behind its columns a row has its number, as uint64; write it last. Let go of the room before the next call.
+        `most` rows are returned at most.
         """
         if self._offset == self._window_bytes:
             self._turn()
@@ -106,7 +107,7 @@ class MappedRecorder:
         return room.reshape(rows, width)
 
     def advance(self, rows: int) -> None:
-        """So many rows of `ahead` are written."""
+        """Take so many rows of `ahead` as written."""
         self._count += rows
         self._offset += rows * self._stride
 
@@ -124,7 +125,7 @@ class MappedRecorder:
         return Rows(self.path)
 
     def _turn(self) -> None:
-        """To the next window; the keeper lets go of the old one and makes the one after."""
+        """Turn to the next window; the keeper lets go of the old one and makes the one after."""
         number, old = self._number + 1, self._window
         ready, self._next = self._next, None
         if ready is None or ready[0] != number:
@@ -155,7 +156,7 @@ class MappedRecorder:
 
 
 def _touch(window: mmap.mmap) -> None:
-    """Have every page present and writable; without the interpreter's lock, unlike mmap's own methods."""
+    """Make every page present and writable, without the interpreter's lock, unlike mmap's own methods."""
     view = (ctypes.c_char * len(window)).from_buffer(window)
     ctypes.CDLL(None).madvise(
         ctypes.c_void_p(ctypes.addressof(view)), ctypes.c_size_t(len(window)), _POPULATE_WRITE
@@ -163,7 +164,7 @@ def _touch(window: mmap.mmap) -> None:
 
 
 def _locked_file(path: Path) -> int:
-    """The file, empty, held by this process alone."""
+    """Open the file, empty, and lock it for this process."""
     path.parent.mkdir(parents=True, exist_ok=True)
     number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     try:

@@ -16,7 +16,14 @@ ROWS_OF_A_GROUP = 1 << 20
 def write_parquet(
     path: Path, table: Mapping[str, FloatArray], units: Mapping[str, str], metadata: Mapping[str, str]
 ) -> None:
-    """Columns with units as field metadata, whole or not at all; the same bytes for the same content."""
+    """Write columns as Parquet, whole or not at all; the same bytes for the same content.
+
+    Args:
+        path: the file.
+        table: columns (n,) by name.
+        units: unit of each column, for the field's metadata.
+        metadata: for the schema.
+    """
     write_parquet_parts(path, list(table), [table], units, metadata)
 
 
@@ -27,7 +34,15 @@ def write_parquet_parts(
     units: Mapping[str, str],
     metadata: Mapping[str, str],
 ) -> None:
-    """The same for a table that comes in parts and need not fit into memory; a part is one row group or more."""
+    """Write a table that comes in parts and need not fit into memory; see `write_parquet`.
+
+    Args:
+        path: the file.
+        names: names of the columns.
+        parts: columns (n,) by name, part by part; a part is one row group or more.
+        units: unit of each column, for the field's metadata.
+        metadata: for the schema.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 

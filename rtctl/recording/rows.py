@@ -12,17 +12,17 @@ from rtctl.border.arrays import FloatArray
 from rtctl.recording.parquet import write_parquet
 
 Columns = Sequence[tuple[str, str]]
-"""Names and units, in the order of a row."""
+"""Names and units of the columns, in the order of a row."""
 
 CHUNK_ROWS = 4096
 
 
 class Recorder:
-    """Collects rows of numbers as float64; the loop's `SignalRecorder`.
+    """A `SignalRecorder` that collects rows of numbers as float64.
 
-    A row is packed into a chunk that is allocated whole: half a microsecond, every time the same. A list of
-    tuples appends in a fifth of that, but takes five times the memory, is walked by the garbage collector and
-    is converted in bursts of milliseconds, which would show as jitter.
+    A row is packed into a chunk that is allocated whole: half a microsecond, every time the same. A list of tuples
+    appends in a fifth of that, but takes five times the memory, is walked by the garbage collector and is converted in
+    bursts of milliseconds, which would show as jitter.
     """
 
     def __init__(self, columns: Columns) -> None:
@@ -38,7 +38,7 @@ class Recorder:
         self._offset = 0
 
     def append(self, row: tuple[float, ...]) -> None:
-        """One row, in the order of the columns. Raises ValueError on another number of values."""
+        """Append one row, in the order of the columns. Raises ValueError on another number of values."""
         if self._offset == self._end:
             self._full.append(self._chunk)
             self._chunk = bytearray(self._end)
@@ -50,7 +50,7 @@ class Recorder:
         self._offset += self._stride  # last: an interrupted append leaves no half row
 
     def ahead(self, most: int) -> FloatArray:
-        """Room (rows, columns) for at most so many of the next rows, to be written in place; then `advance`."""
+        """Return room (rows, columns) for at most so many next rows, written in place; then call `advance`."""
         if self._offset == self._end:
             self._full.append(self._chunk)
             self._chunk = bytearray(self._end)
@@ -61,19 +61,19 @@ class Recorder:
         return room.reshape(rows, width)
 
     def advance(self, rows: int) -> None:
-        """So many rows of `ahead` are written."""
+        """Take so many rows of `ahead` as written."""
         self._offset += rows * self._stride
 
     def __len__(self) -> int:
         return len(self._full) * CHUNK_ROWS + self._offset // self._stride
 
     def table(self) -> dict[str, FloatArray]:
-        """Columns (rows,) by name."""
+        """Return the columns (rows,) by name."""
         parts = [np.frombuffer(chunk) for chunk in self._full]
         parts.append(np.frombuffer(self._chunk, count=self._offset // 8))
         values = np.concatenate(parts).reshape(len(self), len(self.columns))
         return {name: np.ascontiguousarray(values[:, k]) for k, (name, _) in enumerate(self.columns)}
 
     def write(self, path: Path, metadata: Mapping[str, str]) -> None:
-        """All rows until now as Parquet, whole or not at all; `metadata` goes into the schema."""
+        """Write all rows so far as Parquet, whole or not at all; `metadata` goes into the schema."""
         write_parquet(path, self.table(), dict(self.columns), metadata)

@@ -80,6 +80,11 @@ def import_plugin(path: Path) -> ModuleType:
     return module
 
 
+def forget_plugin(path: Path) -> None:
+    """Drop the module of a plugin file, so that it is imported anew."""
+    sys.modules.pop(f"{_MODULE_PREFIX}{path.stem}", None)
+
+
 def announce_plugin(path: Path) -> None:
     """Add `path` to the plugins that worker processes of this program import."""
     known = os.environ.get(PLUGINS, "").split(os.pathsep)

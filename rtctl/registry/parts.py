@@ -15,6 +15,7 @@ from rtctl.registry.checks import check_class
 from rtctl.registry.loading import (
     announce_plugin,
     announced_plugins,
+    forget_plugin,
     import_object,
     import_plugin,
     resolved,
@@ -57,7 +58,7 @@ class _Registry:
     def __init__(self) -> None:
         self.own: dict[tuple[Part, str], Entry] = {}
         self.origin: str | None = None  # of what is being imported
-        self.looked_at_entry_points = False
+        self.looked_at: set[Part] = set()  # groups of entry points
         self.imported_plugins: set[Path] = set()
 
 
@@ -124,7 +125,7 @@ def entries(part: Part, plant: str | None = None) -> tuple[Entry, ...]:
         Entry(part=part, name=name, value=one.target, plants=one.plants, summary=one.summary)
         for name, one in TABLES[part].items()
     ]
-    own = [entry for (kind, _), entry in _own_parts().items() if kind == part]
+    own = [entry for (kind, _), entry in _own_parts(part).items() if kind == part]
     return tuple(entry for entry in (*ours, *own) if entry.fits(plant))
 
 
@@ -173,10 +174,15 @@ def load_plugin(path: str | Path) -> None:
 @contextmanager
 def forgetting() -> Iterator[None]:
     """Forget what is registered inside the block at its end (for tests and notebooks)."""
-    before = dict(_registry.own)
+    before, plugins = dict(_registry.own), set(_registry.imported_plugins)
+    _registry.looked_at.clear()
     try:
         yield
     finally:
+        _registry.looked_at.clear()
+        for path in _registry.imported_plugins - plugins:
+            forget_plugin(path)
+        _registry.imported_plugins = plugins
         for key in _registry.own.keys() - before.keys():
             entry = _registry.own[key]
             if entry.part == "mechanism":
@@ -202,7 +208,7 @@ def mechanisms_of(kind: str) -> dict[str, Any]:
     Raises:
         InputError: there is no such kind, or it has no mechanisms.
     """
-    _own_parts()  # those of entry points enter the catalogue when they are looked at
+    _own_parts("mechanism")  # those of entry points enter the catalogue when they are looked at
     catalogue = _catalogue_of(kind)
     if catalogue is None:
         with_some = [name for name, one in plant_kinds().items() if one.model and one.model.mechanisms]
@@ -212,14 +218,18 @@ def mechanisms_of(kind: str) -> dict[str, Any]:
     return dict(catalogue)
 
 
-def _own_parts() -> dict[tuple[Part, str], Entry]:
-    """Return the user's parts, those of announced plugins and of entry points included."""
+def _own_parts(part: Part) -> dict[tuple[Part, str], Entry]:
+    """Return the user's parts, those of announced plugins and of the entry points of this sort included."""
     for path in announced_plugins():
         if path not in _registry.imported_plugins:
             _import_plugin(path)
-    if not _registry.looked_at_entry_points:
-        _registry.looked_at_entry_points = True
-        _add_entry_points()
+    if part not in _registry.looked_at:
+        _registry.looked_at.add(part)  # before: what is imported now may look again
+        try:
+            _add_entry_points(part)
+        except InputError:
+            _registry.looked_at.discard(part)
+            raise
     return _registry.own
 
 
@@ -236,19 +246,20 @@ def _import_plugin(path: Path) -> None:
         _registry.origin = before
 
 
-def _add_entry_points() -> None:
-    """Add what installed distributions offer; controllers, estimators, drivers and plants are imported when used."""
-    for part in PARTS:
-        for point in entry_points(group=f"rtctl.{part}s"):
-            origin = point.dist.name if point.dist is not None else point.module
-            _refuse_taken(part, point.name, point.value)
-            entry = Entry(part=part, name=point.name, value=point.value, origin=origin)
-            if part == "mechanism":
-                value = _checked(part, point.name, load(entry))
-                entry = _with_mechanism_kinds(
-                    Entry(part=part, name=point.name, value=value, origin=origin, summary=_first_line(value))
-                )
-            _registry.own[part, point.name] = entry
+def _add_entry_points(part: Part) -> None:
+    """Add what installed distributions offer of one sort; all but mechanisms are imported when they are used."""
+    for point in entry_points(group=f"rtctl.{part}s"):
+        origin = point.dist.name if point.dist is not None else point.module
+        if (part, point.name) in _registry.own and _registry.own[part, point.name].origin == origin:
+            continue
+        _refuse_taken(part, point.name, point.value)
+        entry = Entry(part=part, name=point.name, value=point.value, origin=origin)
+        if part == "mechanism":
+            value = load(entry)
+            entry = _with_mechanism_kinds(
+                Entry(part=part, name=point.name, value=value, origin=origin, summary=_first_line(value))
+            )
+        _registry.own[part, point.name] = entry
 
 
 def _refuse_taken(part: Part, name: str, value: Any) -> None:

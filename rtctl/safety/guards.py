@@ -1,12 +1,13 @@
-"""What no healthy device says and no sound controller asks, seen over time; each finding has a name of its own.
+"""Guards over time: what no healthy device reads in sequence, and more power than the device may take.
 
-`Plausibility` judges a reading by itself; `ReadingGuard` against those before it: rate, a value that is stuck while the
-command moves, a counter that jumps, a device clock that stands, jumps or runs off. `EnergyGuard` watches the power that
-commands put into the device,
+`ReadingGuard` holds each reading to the ones before it: its rate of change, a value that stays while the command moves,
+a sample counter that jumps, a device clock that stands, jumps or drifts. `EnergyGuard` watches the mean square of each
+command,
 
     m[k] = u^2 + (m[k-1] - u^2) exp(-h / window),   sqrt(m) <= rms
 
-the root mean square of the command over a sliding window, and finds out before the command is sent.
+and finds out before the command is sent. The loop in Python and its compiled blocks call the same kernels; these
+say only whether a reading passes, and leave their memory as it was if not, so that Python can explain why.
 """
 
 from __future__ import annotations
@@ -14,81 +15,177 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.errors import DriverError, Fault
+from rtctl.border.kernels import background_kernel, kernel
 from rtctl.border.records import Measurement
 from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import HALF_UINT32, UINT32, Finding
 
-_UINT32, _HALF = 0xFFFFFFFF, 0x80000000
 ANCHOR_US = 1e6
-"""How long host and device clock are compared from one point: a clock that runs off is found within that."""
+"""How long host and device clock are compared from one point [us]: a clock that drifts is found within that."""
 LARGEST_RATE_ERROR = 0.05
-"""Of a device's clock; a quartz is off by a ten-thousandth."""
+"""Largest relative rate error of a device's clock; that of a quartz is 1e-4."""
 LEAST_TIME_TOLERANCE_US = 20_000.0
+LOCKSTEP_TOLERANCE_US = 2
+"""How far a sample period of device time may be off in lockstep [us]: it is rounded to microseconds."""
 COUNTS_PER_US = 1
-"""No instrument here measures more than once a microsecond, so a counter that has moved on by more has jumped."""
+"""Largest sampling rate [samples/us]: no instrument here is faster, so a counter that is has jumped."""
 
-Finding = tuple[Fault, str]
+GUARD = np.dtype(
+    [
+        # rules, as in `ReadingRules`
+        ("frozen_after", np.int64),
+        ("frozen_travel", np.float64),
+        ("timed", np.int64),
+        ("lockstep_us", np.int64),  # -1: not in lockstep
+        ("time_tolerance_us", np.float64),
+        # memory
+        ("equal", np.int64),  # equal readings in a row
+        ("lowest", np.float64),  # level meanwhile
+        ("highest", np.float64),
+        ("counts", np.int64),  # by which a command in lockstep advances the counter; -1: not known yet
+        ("anchored", np.int64),
+        ("anchor_us", np.int64),  # device time
+        ("anchor_begun_ns", np.int64),  # host time before and after that exchange
+        ("anchor_answered_ns", np.int64),
+    ]
+)
+"""Rules and memory of a guard as the kernels read them; a compiled block has the same fields in its own record."""
+
+Guarded = NDArray[Any]
+"""(1,) of `GUARD`, or of a record that has its fields."""
+Record = Any
+"""A row of it inside a kernel: numba knows its type, mypy does not."""
+
+
+@kernel
+def changes_too_fast(value: float, previous: float, rate_per_s: float, elapsed_s: float) -> bool:
+    """Return whether a reading changed by more than `rate_per_s` [its unit/s] in `elapsed_s` [s]."""
+    return abs(value - previous) > rate_per_s * elapsed_s
+
+
+@background_kernel
+def _keeps_lockstep(s: Record, counts: int, advance_us: int) -> bool:
+    """Return whether one command took one sample period of device time, and as many counts as ever."""
+    if abs(advance_us - s.lockstep_us) > LOCKSTEP_TOLERANCE_US or (s.counts >= 0 and counts != s.counts):
+        return False
+    s.counts = counts
+    return True
+
+
+@background_kernel
+def _keeps_time(
+    s: Record, counts: int, advance_us: int, time_us: int, begun_ns: int, answered_ns: int
+) -> bool:
+    """Return whether the device's time lies between the request and its answer, on the host's clock."""
+    if not 0 < advance_us < HALF_UINT32 or counts > COUNTS_PER_US * advance_us:
+        return False
+    if s.anchored != 0:
+        device_us = (time_us - s.anchor_us) & UINT32
+        least_us = 1e-3 * (begun_ns - s.anchor_answered_ns)
+        most_us = 1e-3 * (answered_ns - s.anchor_begun_ns)
+        if device_us < least_us * (1.0 - LARGEST_RATE_ERROR) - s.time_tolerance_us:
+            return False
+        if device_us > most_us * (1.0 + LARGEST_RATE_ERROR) + s.time_tolerance_us:
+            return False
+        if least_us <= ANCHOR_US:
+            return True
+    s.anchored = 1
+    s.anchor_us, s.anchor_begun_ns, s.anchor_answered_ns = time_us, begun_ns, answered_ns
+    return True
+
+
+# 8 parameters because a call from Python into a kernel costs least with plain numbers
+@background_kernel
+def follows(  # noqa: PLR0913
+    guarded: Guarded,
+    is_equal: bool,
+    level: float,
+    counts: int,
+    advance_us: int,
+    time_us: int,
+    begun_ns: int,
+    answered_ns: int,
+) -> bool:
+    """Return whether a reading follows on those before it; its rate is judged apart (`changes_too_fast`).
+
+    Args:
+        guarded: rules and memory; the memory advances if the reading follows, and stays as it is if not.
+        is_equal: whether the reading equals the one before, to the bit.
+        level: the first command that it answers [its unit].
+        counts: how far the sample counter advanced, modulo 2^32.
+        advance_us: how far the device's time advanced, modulo 2^32 [us].
+        time_us: the device's time [us].
+        begun_ns: host time of the request [ns].
+        answered_ns: host time of the answer [ns].
+    """
+    s = guarded[0]
+    equal, lowest, highest = 0, s.lowest, s.highest
+    if is_equal and s.frozen_after > 0:
+        equal = s.equal + 1
+        lowest = level if equal == 1 else min(s.lowest, level)
+        highest = level if equal == 1 else max(s.highest, level)
+        if equal >= s.frozen_after and highest - lowest >= s.frozen_travel:
+            return False
+    if s.timed != 0:
+        if s.lockstep_us >= 0:
+            if not _keeps_lockstep(s, counts, advance_us):
+                return False
+        elif not _keeps_time(s, counts, advance_us, time_us, begun_ns, answered_ns):
+            return False
+    s.equal, s.lowest, s.highest = equal, lowest, highest
+    return True
+
+
+@kernel
+def mean_square_after(mean_square: float, level: float, period_s: float, window_s: float) -> float:
+    """Return the mean square of a command after `level` was held for `period_s` [s]: the module's equation."""
+    square = level * level
+    return square + (mean_square - square) * math.exp(-period_s / window_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadingRules:
-    """What is believed of readings over time; infinite or 0 where nothing is known."""
+    """Limits of readings over time; infinite or 0 where nothing is known."""
 
     names: tuple[str, ...]
     """Channel names with units."""
     rates: tuple[float, ...]
-    """Largest change of each reading a second, in its unit."""
+    """Largest change of each reading per second [its unit/s]."""
     frozen_after: int = 0
-    """Equal readings in a row, to the bit, that are a stuck sensor if the command moved meanwhile; 0: any number."""
+    """Equal readings in a row, to the bit, after which a sensor is stuck if the command moved; 0: never."""
     frozen_travel: float = math.inf
-    """How far the first command must have moved meanwhile, in its unit."""
+    """How far the first command must have moved meanwhile [its unit]."""
     lockstep_us: int | None = None
-    """Sample period of the device where each command advances it by one."""
+    """Sample period of a device that each command advances by one sample [us]; None: the device runs freely."""
     time_tolerance_us: float = LEAST_TIME_TOLERANCE_US
-    """How old a device's time may be when it answers: a sample of its own."""
+    """How old a device's time may be when it answers [us]: the sample of a device with a clock of its own is older."""
     timed: bool = True
-    """Whether counter and time are looked at."""
-
-
-class GuardMemory(NamedTuple):
-    """What a `ReadingGuard` has seen."""
-
-    counts: int | None
-    """By which a command in lockstep advanced the counter."""
-    equal: int
-    lowest: float
-    highest: float
-    """Levels since the readings have been equal, so many of them."""
-    anchor: tuple[int, int, int] | None
-    """Device time [us], host before and after [ns]."""
+    """Whether sample counter and device time are judged."""
 
 
 class ReadingGuard:
-    """Judges each reading against those before it. `start` forgets them."""
+    """Judges each reading against the ones before it; `start` forgets these."""
 
     def __init__(self, rules: ReadingRules) -> None:
-        self.rules = self._rules = rules
+        self.rules = rules
         self._rated = any(math.isfinite(rate) for rate in rules.rates)
-        self._counts: int | None = None
-        self._equal = 0
-        self._lowest = self._highest = 0.0
-        self._anchor: tuple[int, int, int] | None = None  # device time [us], host before and after [ns]
+        self.memory: Guarded = np.zeros(1, dtype=GUARD)
+        """Rules and memory, shared with a compiled block."""
+        self.memory["frozen_after"], self.memory["frozen_travel"] = rules.frozen_after, rules.frozen_travel
+        self.memory["lockstep_us"] = -1 if rules.lockstep_us is None else rules.lockstep_us
+        self.memory["time_tolerance_us"], self.memory["timed"] = rules.time_tolerance_us, rules.timed
+        self.start()
 
     def start(self) -> None:
-        """No reading is known: of a run, and after a fault."""
-        self._counts = None
-        self._equal = 0
-        self._anchor = None
-
-    def memory(self) -> GuardMemory:
-        """For a compiled block of steps."""
-        return GuardMemory(self._counts, self._equal, self._lowest, self._highest, self._anchor)
-
-    def resume(self, memory: GuardMemory) -> None:
-        """Go on from there."""
-        self._counts, self._equal, self._lowest, self._highest, self._anchor = memory
+        """Forget all readings: at the start of a run, and after a fault."""
+        self.memory["counts"] = -1
+        self.memory["equal"] = self.memory["anchored"] = 0
 
     def judge(
         self,
@@ -99,117 +196,108 @@ class ReadingGuard:
         begun_ns: int,
         answered_ns: int,
     ) -> Finding | None:
-        """The fault of `new`, asked for at `begun_ns` and here at `answered_ns` (host time), or None.
+        """Return the fault of a reading and its explanation, or None.
 
-        `level` is the first command that it answers, `elapsed_s` the time since `previous`.
+        Args:
+            new: the reading.
+            previous: the reading before it.
+            level: the first command that `new` answers [its unit].
+            elapsed_s: time since `previous` [s].
+            begun_ns: host time of the request [ns].
+            answered_ns: host time of the answer [ns].
         """
-        rules = self._rules
-        if new.sensed == previous.sensed:
-            if rules.frozen_after and (found := self._stuck(new, level)):
-                return found
-        else:
-            self._equal = 0
-            if self._rated and (found := self._too_fast(new, previous, elapsed_s)):
-                return found
-        return self._out_of_time(new, previous, begun_ns, answered_ns) if rules.timed else None
-
-    def _out_of_time(
-        self, new: Measurement, previous: Measurement, begun_ns: int, answered_ns: int
-    ) -> Finding | None:
-        lockstep_us = self._rules.lockstep_us
-        advance = (new.time_us - previous.time_us) & _UINT32
-        counts = (new.counter - previous.counter) & _UINT32
-        if lockstep_us is not None:
-            if counts != self._counts or abs(advance - lockstep_us) > 2:
-                return self._out_of_step(counts, advance, lockstep_us)
+        is_equal = new.sensed == previous.sensed
+        if self._rated and not is_equal:
+            for value, before, rate in zip(new.sensed, previous.sensed, self.rules.rates, strict=True):
+                if changes_too_fast(value, before, rate, elapsed_s):
+                    return self._explain_rate(new, previous, elapsed_s)
+        counts = (new.counter - previous.counter) & UINT32
+        advance_us = (new.time_us - previous.time_us) & UINT32
+        if follows(self.memory, is_equal, level, counts, advance_us, new.time_us, begun_ns, answered_ns):
             return None
-        if not 0 < advance < _HALF:
-            return Fault.DEVICE_TIME, _stands(previous.time_us, new.time_us)
-        if counts > COUNTS_PER_US * advance:
-            return Fault.COUNTER_JUMP, (
-                f"the sample counter went on by {counts} in {advance} us of device time: it has jumped"
+        if is_equal and (finding := self._explain_stuck(new, level)) is not None:
+            return finding
+        if self.rules.lockstep_us is not None:
+            return self._explain_lockstep(counts, advance_us, self.rules.lockstep_us)
+        if not 0 < advance_us < HALF_UINT32:
+            return Fault.DEVICE_TIME, (
+                f"the device's time went from {previous.time_us} to {new.time_us} us with a new sample: its clock "
+                "stands or was set back"
             )
-        return self._running_off(new.time_us, begun_ns, answered_ns)
+        if counts > COUNTS_PER_US * advance_us:
+            return Fault.COUNTER_JUMP, (
+                f"the sample counter went on by {counts} in {advance_us} us of device time: it has jumped"
+            )
+        return self._explain_drift(new.time_us, begun_ns, answered_ns)
 
-    def _stuck(self, new: Measurement, level: float) -> Finding | None:
-        if self._equal == 0:
-            self._lowest = self._highest = level
-        self._equal += 1
-        self._lowest, self._highest = min(self._lowest, level), max(self._highest, level)
-        travel = self._highest - self._lowest
-        if self._equal < self._rules.frozen_after or travel < self._rules.frozen_travel:
+    def _explain_rate(self, new: Measurement, previous: Measurement, elapsed_s: float) -> Finding:
+        names, rates = self.rules.names, self.rules.rates
+        changes = zip(names, new.sensed, previous.sensed, rates, strict=True)
+        name, value, before, rate = next(
+            change for change in changes if changes_too_fast(change[1], change[2], change[3], elapsed_s)
+        )
+        return Fault.RATE, (
+            f"{name} went from {before:.6g} to {value:.6g} in {1e3 * elapsed_s:.4g} ms, faster than the "
+            f"plausible {rate:.4g} a second (limits.sensed_rate)"
+        )
+
+    def _explain_stuck(self, new: Measurement, level: float) -> Finding | None:
+        s, rules = self.memory[0], self.rules
+        equal = int(s["equal"]) + 1
+        lowest = level if equal == 1 else min(float(s["lowest"]), level)
+        highest = level if equal == 1 else max(float(s["highest"]), level)
+        if not rules.frozen_after or equal < rules.frozen_after or highest - lowest < rules.frozen_travel:
             return None
         return Fault.FROZEN_VALUE, (
-            f"{self._rules.names[0]} has read {new.sensed[0]!r} {self._equal + 1} times in a row while the command "
-            f"moved by {travel:.4g}: the sensor is stuck (safety.frozen_after)"
+            f"{rules.names[0]} has read {new.sensed[0]!r} {equal + 1} times in a row while the command "
+            f"moved by {highest - lowest:.4g}: the sensor is stuck (safety.frozen_after)"
         )
 
-    def _too_fast(self, new: Measurement, previous: Measurement, elapsed_s: float) -> Finding | None:
-        for name, value, before, rate in zip(
-            self._rules.names, new.sensed, previous.sensed, self._rules.rates, strict=True
-        ):
-            if abs(value - before) > rate * elapsed_s:
-                return Fault.RATE, (
-                    f"{name} went from {before:.6g} to {value:.6g} in {1e3 * elapsed_s:.4g} ms, faster than the "
-                    f"plausible {rate:.4g} a second (limits.sensed_rate)"
-                )
-        return None
-
-    def _out_of_step(self, counts: int, advance: int, period_us: int) -> Finding | None:
-        if abs(advance - period_us) > 2:
+    def _explain_lockstep(self, counts: int, advance_us: int, period_us: int) -> Finding:
+        if abs(advance_us - period_us) > LOCKSTEP_TOLERANCE_US:
             return Fault.DEVICE_TIME, (
-                f"one command in lockstep advanced the device's time by {advance} us, its sample period is {period_us} "
-                "us"
+                f"one command in lockstep advanced the device's time by {advance_us} us, its sample period is "
+                f"{period_us} us"
             )
-        expected, self._counts = self._counts, counts
-        if expected is None:
-            return None
         return Fault.COUNTER_JUMP, (
-            f"the sample counter went on by {counts}, until now each command advanced it by {expected}: samples are "
-            "missing, or another client drives this device"
+            f"the sample counter went on by {counts}, until now each command advanced it by "
+            f"{int(self.memory[0]['counts'])}: samples are missing, or another client drives this device"
         )
 
-    def _running_off(self, time_us: int, begun_ns: int, answered_ns: int) -> Finding | None:
-        """The device's time lies between the request and its answer, whatever the wire and the host did."""
-        if self._anchor is None:
-            self._anchor = (time_us, begun_ns, answered_ns)
-            return None
-        anchor_us, anchor_begun_ns, anchor_answered_ns = self._anchor
-        device_us = (time_us - anchor_us) & _UINT32
-        least_us = 1e-3 * (begun_ns - anchor_answered_ns)
-        most_us = 1e-3 * (answered_ns - anchor_begun_ns)
-        slack_us = self._rules.time_tolerance_us
-        if not least_us * (1.0 - LARGEST_RATE_ERROR) - slack_us <= device_us:
-            return Fault.DEVICE_TIME, _ran(device_us, least_us, "slow")
-        if device_us > most_us * (1.0 + LARGEST_RATE_ERROR) + slack_us:
-            return Fault.DEVICE_TIME, _ran(device_us, most_us, "fast")
-        if least_us > ANCHOR_US:
-            self._anchor = (time_us, begun_ns, answered_ns)
-        return None
+    def _explain_drift(self, time_us: int, begun_ns: int, answered_ns: int) -> Finding:
+        s = self.memory[0]
+        device_us = (time_us - int(s["anchor_us"])) & UINT32
+        least_us = 1e-3 * (begun_ns - int(s["anchor_answered_ns"]))
+        most_us = 1e-3 * (answered_ns - int(s["anchor_begun_ns"]))
+        is_slow = device_us < least_us
+        host_us, direction = (least_us, "slow") if is_slow else (most_us, "fast")
+        return Fault.DEVICE_TIME, (
+            f"the device's clock runs {direction}: {1e-3 * device_us:.4g} ms of its time in {1e-3 * host_us:.4g} ms of "
+            "this machine's"
+        )
 
 
 class EnergyGuard:
-    """Watches the mean square of each command; `start` begins at the applied levels."""
+    """Watches the mean square of each command that has a limit; `start` sets it to that of the applied levels."""
 
     def __init__(self, limits: Sequence[CommandLimits], names: Sequence[str]) -> None:
-        """`names`: of the commands, with their units."""
+        """Watch the commands with these limits; `names`: theirs, with units."""
         self._watched = [
             (index, limit.rms * limit.rms, limit.rms_window_s, names[index])
             for index, limit in enumerate(limits)
             if math.isfinite(limit.rms)
         ]
         self.mean_squares = [0.0] * len(self._watched)
-        """Of the commands that have a limit, in their order."""
+        """Mean square of each command that has a limit, in their order [its unit^2]."""
 
     def start(self, levels: Sequence[float]) -> None:
-        """The levels have been applied for long."""
+        """Take `levels` as applied for long."""
         self.mean_squares = [levels[index] ** 2 for index, *_ in self._watched]
 
     def refuse_too_much(self, levels: Sequence[float], period_s: float) -> None:
-        """Raise DriverError before a command is sent that would put in too much over its window."""
+        """Raise DriverError if `levels`, held for `period_s` [s], exceed a limit; else account for them."""
         for k, (index, most, window_s, name) in enumerate(self._watched):
-            square = levels[index] * levels[index]
-            mean = square + (self.mean_squares[k] - square) * math.exp(-period_s / window_s)
+            mean = mean_square_after(self.mean_squares[k], levels[index], period_s, window_s)
             if mean > most:
                 raise DriverError(
                     Fault.ENERGY_LIMIT,
@@ -217,14 +305,3 @@ class EnergyGuard:
                     f"{math.sqrt(mean):.4g}, at most {math.sqrt(most):.4g} is allowed (limits.rms)",
                 )
             self.mean_squares[k] = mean
-
-
-def _stands(before_us: int, now_us: int) -> str:
-    return f"the device's time went from {before_us} to {now_us} us with a new sample: its clock stands or was set back"
-
-
-def _ran(device_us: float, host_us: float, how: str) -> str:
-    device_ms, host_ms = 1e-3 * device_us, 1e-3 * host_us
-    return (
-        f"the device's clock runs {how}: {device_ms:.4g} ms of its time in {host_ms:.4g} ms of this machine's"
-    )

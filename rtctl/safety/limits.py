@@ -1,4 +1,7 @@
-"""What may reach the device and what may be believed of it; it trusts neither controller nor wire."""
+"""Limits of each command: its range, its slew rate, its root mean square.
+
+They hold whatever the controller asks for; the loop applies them to every command before it is sent.
+"""
 
 from __future__ import annotations
 
@@ -6,25 +9,47 @@ import math
 from dataclasses import dataclass
 
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.records import DeviceStatus, Measurement
+from rtctl.border.kernels import kernel
 
-_UINT32, _HALF = 0xFFFFFFFF, 0x80000000
-_HEALTHY = int(DeviceStatus.ENABLED)  # a plain int: to compare with an enum costs a tenth of a microsecond
+
+@kernel
+def limit_command(level: float, previous: float, reach: float, low: float, high: float) -> float:
+    """Return `level` within slew and range; the range comes last, so it always holds.
+
+    Args:
+        level: the level that the controller asks for; finite. All arguments are in the unit of the command.
+        previous: the level that was commanded before.
+        reach: the largest change from `previous`.
+        low: lower end of the range.
+        high: upper end of the range.
+    """
+    if level > previous + reach:
+        level = previous + reach
+    elif level < previous - reach:
+        level = previous - reach
+    if level < low:
+        return low
+    return high if level > high else level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandLimits:
-    """Bounds of one command channel, in its unit."""
+    """The limits of one command, in its unit."""
 
     low: float
+    """Lower end of the range."""
     high: float
+    """Upper end of the range."""
     safe: float
+    """The level at which the device is at rest."""
     slew_per_s: float = math.inf
+    """Largest change per second."""
     rms: float = math.inf
     """Largest root mean square of the command over `rms_window_s` (`rtctl.safety.guards.EnergyGuard`)."""
     rms_window_s: float = 1.0
+    """Time constant of the mean square [s]."""
     stop: bool = False
-    """What is asked beyond bounds or slew ends the run instead of being held back."""
+    """Whether a level outside the limits ends the run instead of being limited."""
 
     def __post_init__(self) -> None:
         if not self.low < self.high:
@@ -43,9 +68,15 @@ class CommandLimits:
             raise ValueError(f"limits: rms_window = {self.rms_window_s:g} s must be > 0 s")
 
     def clip(self, level: float, previous: float, elapsed_s: float) -> float:
-        """`level` within bounds and slew; the bounds come first.
+        """Return `level` within range and slew.
 
-        Raises DriverError on one that is not finite, and where `stop` is set on any that would have to be changed.
+        Args:
+            level: the level that the controller asks for [unit of the command].
+            previous: the level that was commanded before [unit of the command].
+            elapsed_s: time since then [s].
+
+        Raises:
+            DriverError: `level` is not finite, or outside the limits while `stop` is set.
         """
         if not math.isfinite(level):
             raise DriverError(
@@ -55,15 +86,10 @@ class CommandLimits:
         reach = self.slew_per_s * elapsed_s
         if self.stop:
             self._refuse(level, previous, reach)
-        if level > previous + reach:  # comparisons: min and max cost three times as much, every step
-            level = previous + reach
-        elif level < previous - reach:
-            level = previous - reach
-        if level < self.low:
-            return self.low
-        return self.high if level > self.high else level
+        return limit_command(level, previous, reach, self.low, self.high)
 
     def _refuse(self, level: float, previous: float, reach: float) -> None:
+        """Raise DriverError for a level outside range or slew."""
         if not self.low <= level <= self.high:
             raise DriverError(
                 Fault.LEVEL_LIMIT,
@@ -75,52 +101,3 @@ class CommandLimits:
                 f"the controller asked for a step from {previous:.6g} to {level:.6g}, more than the {reach:.4g} that "
                 "limits.slew allows at once, and limits.stop is set",
             )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plausibility:
-    """What a believable reading looks like: finite, in range, fresh, from a healthy device."""
-
-    sensed_low: tuple[float, ...]
-    sensed_high: tuple[float, ...]
-    names: tuple[str, ...]
-    """Channel names with units, for messages: `"resistance [ohm]"`."""
-
-    def judge(self, new: Measurement, previous: Measurement) -> tuple[Fault, str] | None:
-        """The fault of a reading and its sentence, or None."""
-        status = new.status
-        if status != _HEALTHY and (found := _status_fault(status)):
-            return found
-        for value, low, high in zip(new.sensed, self.sensed_low, self.sensed_high, strict=True):
-            if not low <= value <= high:
-                return self._implausible(new.sensed)
-        if not 0 < (new.counter - previous.counter) & _UINT32 < _HALF:  # it wraps at 2^32
-            return (
-                Fault.FROZEN_COUNTER,
-                f"the sample counter went from {previous.counter} to {new.counter}: no new measurement, or a device "
-                "that has restarted",
-            )
-        return None
-
-    def _implausible(self, sensed: tuple[float, ...]) -> tuple[Fault, str] | None:
-        for name, value, low, high in zip(self.names, sensed, self.sensed_low, self.sensed_high, strict=True):
-            if not math.isfinite(value):
-                return Fault.NOT_FINITE, f"{name} read {value}, which is not a number to control on"
-            if not low <= value <= high:
-                return (
-                    Fault.OUT_OF_RANGE,
-                    f"{name} read {value:.6g}, outside the plausible {low:.6g} to {high:.6g}",
-                )
-        return None
-
-
-def _status_fault(status: int) -> tuple[Fault, str] | None:
-    if status & DeviceStatus.WATCHDOG_TRIPPED:
-        return Fault.WATCHDOG_TRIPPED, "the device's watchdog tripped; write enable 0, then 1, to re-arm"
-    if status & DeviceStatus.SENSOR_FAULT:
-        return Fault.SENSOR_FAULT, "the device reports a sensor fault (status bit 3)"
-    if status & DeviceStatus.REFUSED:
-        return Fault.COMMAND_REFUSED, "the device refused the command (status bit 4)"
-    if not status & DeviceStatus.ENABLED:
-        return Fault.NOT_ENABLED, "the device is no longer enabled (status bit 0)"
-    return None  # clamped: recorded, not a fault

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
+from rtctl.border.quantities import read_toml
 
 
 def find_scenario(name: str) -> Path:
@@ -16,6 +17,12 @@ def find_scenario(name: str) -> Path:
     if not path.suffix and name in bundled:
         return bundled[name]
     raise InputError(f"{name}: no such scenario file{nearest(path.stem, bundled)}")
+
+
+def bundled_titles() -> dict[str, str]:
+    """Return the titles of the bundled scenarios by name."""
+    files = sorted(bundled_scenarios().glob("*.toml"))
+    return {file.stem: str(read_toml(file).get("scenario", {}).get("title", "")) for file in files}
 
 
 def bundled_scenarios() -> Path:

@@ -1,7 +1,7 @@
-"""Excitations through a driver into a dataset: so identification works on whatever is at the end of the wire.
+"""Acquisition: play excitations through a driver and write what it measures as a dataset.
 
-The loop plays them; here its rows become rows of a dataset. In lockstep a reading is from the end of the period of
-its own command, so the outputs move down by one row; live it is from before the command, as a dataset has it.
+The rows of the loop become rows of a dataset. In lockstep a reading is from the end of the period of its own command,
+so the outputs move down by one row; live it is from before the command, as a dataset has it.
 """
 
 from __future__ import annotations
@@ -32,11 +32,21 @@ def acquire(
     report: Callable[[str], None],
     make_room: Callable[[], None] = lambda: None,
 ) -> Path:
-    """Play every excitation, write the dataset, return its manifest's path. Raises RunError on a fault.
-
-    `make_room` is called once there is something to write: what `folder` holds would be overwritten.
+    """Play every excitation, write the dataset and return the path of its manifest.
 
     Records that were complete before a fault are written all the same, and the message says so.
+
+    Args:
+        scenario: the checked scenario, with at least one `[[excitation]]`.
+        driver: the driver of the device, closed.
+        folder: where the dataset goes.
+        stop_requested: returns True once the run is to end.
+        report: takes a line of progress before each excitation.
+        make_room: called once there is something to write, since what `folder` holds will be overwritten.
+
+    Raises:
+        InputError: there is nothing to play, or the plant has no dataset.
+        RunError: a fault ended a record.
     """
     if not scenario.excitation:
         raise InputError("the scenario has no [[excitation]] table: nothing to play")
@@ -83,19 +93,19 @@ def acquire(
 
 
 def _rest(scenario: Scenario) -> float:
-    """The level before a record: a current's lowest, a signed drive's safe one."""
+    """Return the level before a record: the lowest of a current, the safe one of a signed drive."""
     return scenario.limits.safe_level if scenario.profile.commands[0].signed else scenario.limits.low
 
 
 def _channels(scenario: Scenario) -> list[Channel]:
-    """Of the profile, those that a dataset of this kind of plant has: an oscillator's has no second instrument."""
+    """Return the channels of the profile that a dataset of this kind of plant has."""
     profile, known = scenario.profile, plant_kind(scenario.scenario.plant).signals
     channels = (*profile.commands, *profile.sensed, profile.reference)
     return [channel for channel in channels if channel.name in known]
 
 
 def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> str:
-    """Why a record must not be kept: it would hold commanded levels that were never applied. Empty: none."""
+    """Return why a record must not be kept: commanded levels were never applied; "" if all were."""
     clamped = (signals["device_status"].astype(np.int64) & int(DeviceStatus.CLAMPED)) != 0
     if not clamped.any():
         return ""
@@ -129,7 +139,7 @@ def _record(signals: Mapping[str, FloatArray], scenario: Scenario, index: int, k
 def _fill_missed(
     index: FloatArray, held: Mapping[str, FloatArray], measured: Mapping[str, FloatArray]
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Periods that a live run missed: the device went on holding its commands, the readings are interpolated."""
+    """Fill periods that a live run missed: commands were held, readings are interpolated."""
     whole = np.arange(int(index[-1]) + 1, dtype=np.float64)
     if len(whole) == len(index):
         return dict(held), dict(measured)

@@ -29,7 +29,7 @@ LARGEST_DATAGRAM = 4096
 ANSWER_WITHIN_S = 2.0
 GAIN_UNITS = {"controller.kp": "mA/um", "controller.ki": "mA/(um*s)"}
 PLAN = "plan"
-"""Set-point that gives the control back to the scenario's `[reference]`."""
+"""Value of the setpoint that goes back to the scenario's `[reference]`."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The main job from end to end, on a simulated device in a process of its own behind a virtual serial line."""
+"""Demonstration: acquire, identify, run, on a simulated device in another process behind a virtual serial line."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def demonstrate(
 
 @contextmanager
 def served_device(device: str, seed: int, report: Report) -> Iterator[str]:
-    """A simulated device served by another process; yields the path of its serial port."""
+    """Serve a simulated device in another process; yield the path of its serial port."""
     with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
         port = Path(folder) / "vo2"
         command = [
@@ -89,7 +89,7 @@ def served_device(device: str, seed: int, report: Report) -> Iterator[str]:
 
 
 def _wait_until_ready(process: subprocess.Popen[str]) -> None:
-    """Block on the server's first line. Raises RunError if it ends without one."""
+    """Wait for the server's first line. Raises RunError if it ends without one."""
     started = time.monotonic()
     line = process.stdout.readline() if process.stdout is not None else ""
     if not line.startswith("ready"):

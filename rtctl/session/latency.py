@@ -1,8 +1,8 @@
-"""What period a machine and a wire hold: the shipped loop, recording on, at shorter and shorter periods.
+"""Latency: the shortest period that a machine and a wire hold.
 
-The loop plays the safe level through the driver; there is no estimator and no controller, whose compute time `rtctl
-run` tells. A period holds where at most one in a thousand was missed and all but one in a hundred steps (lateness,
-round trip and compute together) were done within four fifths of it.
+The loop runs, recording on, at shorter and shorter periods and plays the safe level through the driver. There is no
+estimator and no controller; `rtctl run` reports their compute time. A period holds if at most one in a thousand was
+missed and all but one in a hundred steps (lateness, round trip and compute together) took less than four fifths of it.
 """
 
 from __future__ import annotations
@@ -43,23 +43,23 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rung:
-    """One driver at one period."""
+    """The measurement of one driver at one period."""
 
     period_s: float
     timing: StepTiming
     fault: Fault | None
     message: str
     requests: Sequence[Request]
-    """What was asked of the machine."""
+    """What came of each real-time request."""
 
     @property
     def periods(self) -> int:
-        """Steps taken and missed."""
+        """The number of periods, taken or missed."""
         return self.timing.steps + self.timing.overruns
 
     @property
     def busy_us(self) -> float:
-        """99th percentiles of lateness, round trip and compute time, one after the other [us]."""
+        """The 99th percentiles of lateness, round trip and compute time, added up [us]."""
         timing = self.timing
         parts = (timing.lateness, timing.round_trip, timing.compute)
         return 1e-3 * sum(part.quantile_ns(0.99) for part in parts)
@@ -75,7 +75,7 @@ class Rung:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ladder:
-    """One driver at all periods that were tried, from long to short."""
+    """The measurements of one driver at all periods that were tried, from long to short."""
 
     kind: str
     where: str
@@ -100,10 +100,20 @@ def measure(
     stop_requested: Callable[[], bool],
     report: Report,
 ) -> Ladder:
-    """Climb the ladder of periods on one driver, until two in a row do not hold.
+    """Measure one driver at shorter and shorter periods, until two in a row do not hold.
 
-    `tables`: `driver` and `clock` of a scenario. A simulated device is served by another process where the driver is
-    not told where one is. Raises RtctlError.
+    A simulated device is served by another process if the driver's table does not say where one is.
+
+    Args:
+        kind: kind of the driver.
+        tables: `driver` and `clock` of a scenario.
+        periods_s: the periods [s].
+        duration_s: how long each is measured [s].
+        stop_requested: returns True once the measurement is to end.
+        report: takes a line of progress after each period.
+
+    Raises:
+        RtctlError: no device answers, or it fails.
     """
     clock = tables.get("clock", {})
     with served_device(kind, tables.get("driver", {}), clock.get("priority")) as (driver_table, where):
@@ -119,7 +129,7 @@ def measure(
 
 
 def latency_scenario(driver: dict[str, Any], clock: dict[str, Any], period_s: float) -> Scenario:
-    """Play the safe level, live. Raises InputError."""
+    """Return a scenario that plays the safe level, live. Raises InputError."""
     tables = {
         "scenario": {"title": "latency", "period": f"{period_s!r} s"},
         "driver": driver,
@@ -131,6 +141,7 @@ def latency_scenario(driver: dict[str, Any], clock: dict[str, Any], period_s: fl
 
 
 def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callable[[], bool]) -> Rung:
+    """Run the loop for `duration_s` [s] at the period of `scenario`. Raises RtctlError."""
     period_s = scenario.scenario.period_s
     steps = max(round(duration_s / period_s), LEAST_STEPS)
     levels = np.full(steps, scenario.limits.safe_level)
@@ -152,7 +163,7 @@ def measure_period(scenario: Scenario, duration_s: float, stop_requested: Callab
 
 
 def known_kinds() -> list[str]:
-    """Drivers that can be measured here."""
+    """Return the kinds of drivers that can be measured here."""
     return [kind for kind in names("driver") if kind == "inprocess" or kind in SERVED]
 
 
@@ -160,9 +171,9 @@ def known_kinds() -> list[str]:
 def served_device(
     kind: str, table: dict[str, Any], priority: int | None
 ) -> Iterator[tuple[dict[str, Any], str]]:
-    """The driver's table with the address of a device, and where that is, for a person.
+    """Yield the driver's table with the address of a device, and where that is, in words.
 
-    A device has a processor of its own; a simulated one gets the loop's `priority` instead, as far as permitted.
+    A real device has a processor of its own; a simulated one gets the loop's `priority` instead, as far as permitted.
     """
     if kind == "inprocess":
         yield {"kind": kind, **table}, "in this process"
@@ -190,7 +201,7 @@ def served_device(
 
 
 def cyclictest(period_s: float, duration_s: float, priority: int | None) -> Histogram | None:
-    """The kernel developers' own measure of wake-up lateness, at the same period and priority; None: not there."""
+    """Measure wake-up lateness by `cyclictest` at the same period and priority; None if it is not installed."""
     program = shutil.which("cyclictest")
     if program is None:
         return None

@@ -1,4 +1,4 @@
-"""What `rtctl latency` says: a table, text histograms, JSON, and which period this machine and wire hold."""
+"""The report of `rtctl latency`: a table, text histograms, JSON, and the period that this machine and wire hold."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ BAR = 48
 
 
 def verdict(ladder: Ladder) -> str:
-    """One sentence: the period that is held, by what margin, and what limits the next one."""
+    """Return a sentence: the period that is held, by what margin, and what limits the next one."""
     held = ladder.held
     who = f"{ladder.kind} ({ladder.where})"
     if held is None:
@@ -27,7 +27,7 @@ def verdict(ladder: Ladder) -> str:
 
 
 def conclusion(ladders: Sequence[Ladder]) -> str:
-    """The sentence at the end: the period to choose."""
+    """Return the last sentence: the period to choose."""
     held = [(ladder, ladder.held) for ladder in ladders]
     parts = [
         f"{_period(rung.period_s)} over {ladder.kind}" if rung else f"no period tried over {ladder.kind}"
@@ -49,23 +49,23 @@ def _why(rung: Rung) -> str:
 
 
 def rows(ladder: Ladder) -> list[list[str]]:
-    """A row a period: missed, lateness, round trip, compute [us]."""
-    found = []
+    """Return one row per period: missed, lateness, round trip, compute [us]."""
+    table = []
     for rung in ladder.rungs:
         timing = rung.timing
-        found.append([
+        table.append([
             ladder.kind, _period(rung.period_s), f"{timing.overruns} / {rung.periods}",
             *(_quantiles(part) for part in (timing.lateness, timing.round_trip, timing.compute)),
             "yes" if rung.holds else "no",
         ])  # fmt: skip
-    return found
+    return table
 
 
 HEADERS = ["driver", "period", "missed", "late p50 / p99 / p99.9", "round trip", "compute", "holds"]
 
 
 def text_histogram(title: str, histogram: Histogram) -> Iterator[str]:
-    """Bars between 1, 2, 5, 10 ... us, lengths by the root of the counts, so that a tail of one can be seen."""
+    """Yield bars between 1, 2, 5, 10 ... us, as long as the root of the counts, so that a single one can be seen."""
     decades = histogram.decades_us()
     yield f"{title} [us], {histogram.count} steps"
     most = max(decades["count"], default=1.0)
@@ -75,7 +75,7 @@ def text_histogram(title: str, histogram: Histogram) -> Iterator[str]:
 
 
 def document(ladders: Sequence[Ladder], reference: Histogram | None) -> dict[str, Any]:
-    """The JSON of the whole measurement."""
+    """Return the whole measurement for JSON."""
     return {
         "conclusion": conclusion(ladders),
         "drivers": [
@@ -105,8 +105,8 @@ def _rung(rung: Rung) -> dict[str, Any]:
 
 
 def _quantiles(histogram: Histogram) -> str:
-    found = histogram.summary_us()
-    return f"{found['p50']:.1f} / {found['p99']:.1f} / {found['p99_9']:.1f}"
+    summary = histogram.summary_us()
+    return f"{summary['p50']:.1f} / {summary['p99']:.1f} / {summary['p99_9']:.1f}"
 
 
 def _period(period_s: float) -> str:

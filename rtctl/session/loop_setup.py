@@ -10,7 +10,7 @@ from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.controllers.playback import PlaybackController
 from rtctl.interfaces import Column, Controller, Estimator
-from rtctl.loop.compiled.support import prepare
+from rtctl.loop.compiled.support import compile_kernels, prepare
 from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.step import Step
 from rtctl.loop.supervisor import TIMING_COLUMNS, LoopOutcome, LoopParts, LoopPlan, run_loop
@@ -53,6 +53,7 @@ def open_driver(driver: Driver, scenario: Scenario) -> Measurement:
         InputError: nothing answers at the port or address.
         DriverError: the device answers with a fault.
     """
+    compile_kernels()
     if scenario.clock.unlocked and (scenario.reference is None or scenario.estimator.kind == "observer"):
         prepare(driver)
     lockstep = scenario.clock.mode == "lockstep"

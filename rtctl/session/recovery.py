@@ -1,4 +1,4 @@
-"""What a killed run has left, made into what a run leaves that has ended: Parquet, summary, picture."""
+"""Recovery of a killed run: its recordings made into Parquet, summary and picture."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ from rtctl.timing.step_timing import StepTiming
 
 
 def recover(folder: Path) -> dict[str, Any]:
-    """Write the files of the run in `folder`; its summary, verdict "fault", named "killed". Raises InputError."""
+    """Write the files of the killed run in `folder`; return its summary, with verdict "fault", named "killed".
+
+    Raises:
+        InputError: there is no recording, it is empty, or its model is missing.
+    """
     signals, timing = rows_left_by(folder)
     if len(signals) == 0:
         raise InputError(f"{folder}: the run was killed before its first sample; nothing to recover")
@@ -47,7 +51,7 @@ def recover(folder: Path) -> dict[str, Any]:
 
 
 def _timing(table: Mapping[str, FloatArray], *, steps: int, overruns: int) -> StepTiming:
-    """The histograms again, from the recorded times [us]; a kill may have come before those of the last of `steps`."""
+    """Return the histograms of the recorded times [us]; those of the last of `steps` may be missing after a kill."""
     timing = StepTiming()
     columns = [np.round(1e3 * table[name]).astype(np.int64).tolist() for name in table]
     for lateness_ns, round_trip_ns, compute_ns in zip(*columns, strict=True):

@@ -1,7 +1,8 @@
-"""A recorded measurement through estimator, controller and limits again: the same commands, to the bit, or where not.
+"""Replay of a recorded run through estimator, controller and limits.
 
-The recording gives what the loop could not know (readings, which periods it reached); the events give where it started
-and what was changed while it ran; all else is computed anew from the scenario and the model beside the recording.
+The commands come out the same to the bit, or the first difference is reported. The recording gives what the loop could
+not know (readings, which periods it reached); the events give where it started and what was changed while it ran; all
+else is computed anew from the scenario and the model beside the recording.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from rtctl.session.closed_loop import planned_step
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables
 
 ESTIMATE_COLUMNS = 4
-"""Value, surrogate, standard error, status."""
+"""Columns of an estimate: value, surrogate, standard error, status."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """The first row that came out otherwise."""
+    """The first row that a replay computes differently."""
 
     index: int
     column: str
@@ -40,17 +41,17 @@ class Difference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replay:
-    """What came of it."""
+    """The result of a replay."""
 
     rows: int
     first: Difference | None
     differing: Mapping[str, int]
-    """Rows that differ, by column, of those that differ anywhere."""
+    """Number of rows that differ in each column that differs anywhere."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """A run's folder, read."""
+    """The contents of a run's folder."""
 
     scenario: Scenario
     model: Any
@@ -59,7 +60,7 @@ class Recorded:
 
 
 def read_run(folder: Path) -> Recorded:
-    """A run that has ended, or one that was killed. Raises InputError."""
+    """Read a run that has ended or was killed. Raises InputError."""
     if is_interrupted(folder):
         rows, _ = rows_left_by(folder)
         signals, metadata, source = dict(rows.table()), rows.header.metadata, folder / "signals.rec"
@@ -77,7 +78,10 @@ def read_run(folder: Path) -> Recorded:
 
 
 def replay(run: Recorded) -> tuple[Replay, dict[str, FloatArray]]:
-    """The run again, and its computed columns. Raises InputError where the recording does not fit its scenario."""
+    """Compute a run again; return the comparison and the computed columns.
+
+    Raises InputError if it is another scenario's.
+    """
     step, setpoints, terms = planned_step(run.scenario, run.model)
     signals = run.signals
     names = _columns(run.scenario, signals, terms)
@@ -89,19 +93,19 @@ def replay(run: Recorded) -> tuple[Replay, dict[str, FloatArray]]:
 
 
 def _columns(scenario: Scenario, signals: Mapping[str, FloatArray], terms: Iterable[str]) -> list[str]:
-    """Of what is computed anew, in the order of the loop's rows."""
+    """Return the names of the columns that are computed again, in the order of the loop's rows."""
     names = list(signals)
     if names[:3] != ["index", "setpoint", "estimate"]:
         raise InputError(f"the recording begins with {', '.join(names[:3])}: not one of rtctl run")
     commands = [channel.name for channel in scenario.profile.commands]
-    found = ["setpoint", *names[2 : 2 + ESTIMATE_COLUMNS], *commands, *terms]
-    if missing := [name for name in found if name not in names]:
+    computed = ["setpoint", *names[2 : 2 + ESTIMATE_COLUMNS], *commands, *terms]
+    if missing := [name for name in computed if name not in names]:
         raise InputError(f"the recording has no column {', '.join(missing)}: the scenario is of another run")
-    return found
+    return computed
 
 
 def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[float, ...]]:
-    """What the loop appended, row by row, without what was measured."""
+    """Yield the rows that the loop appended, without what was measured."""
     scenario, signals = run.scenario, run.signals
     period_s, delay = scenario.scenario.period_s, scenario.reading_delay
     sensed = np.stack([signals[channel.name] for channel in scenario.profile.sensed], axis=1).tolist()
@@ -144,7 +148,7 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
 
 
 def _compared(signals: Mapping[str, FloatArray], replayed: Mapping[str, FloatArray]) -> Replay:
-    """Bit by bit; a NaN is equal to a NaN."""
+    """Compare recorded and replayed columns bit by bit; a NaN equals a NaN."""
     differing: dict[str, int] = {}
     first: Difference | None = None
     for name, values in replayed.items():
@@ -175,13 +179,13 @@ def _parquet(path: Path) -> tuple[dict[str, FloatArray], dict[str, str]]:
     return signals, metadata
 
 
-def summary_of(found: Replay, folder: Path) -> dict[str, Any]:
-    """For `--json`."""
-    first = found.first
+def summary_of(result: Replay, folder: Path) -> dict[str, Any]:
+    """Return the result for `--json`."""
+    first = result.first
     return {
         "run": str(folder),
-        "rows": found.rows,
+        "rows": result.rows,
         "identical": first is None,
         "first_difference": None if first is None else asdict(first),
-        "differing_rows": dict(found.differing),
+        "differing_rows": dict(result.differing),
     }

@@ -9,6 +9,7 @@ from typing import Any
 
 from rtctl.border.arrays import FloatArray
 from rtctl.evaluation.metrics import write_json
+from rtctl.evaluation.summary import range_of
 from rtctl.extras import can_draw
 from rtctl.plants.support import Tuning
 from rtctl.scenario.schema import Scenario
@@ -59,6 +60,6 @@ def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
         result.signals,
         title=scenario.scenario.title,
         closed_loop=scenario.reference is not None,
-        range_um=result.summary["range_um"],
+        output_range=range_of(result.summary, scenario.profile.reference.unit),
         profile=scenario.profile,
     )

@@ -32,35 +32,43 @@ EVENTS, MODEL = "events.jsonl", "model.toml"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """Where the loop of a run leaves its rows and events."""
+    """The recorders and events of a run."""
 
     signals: Recorder | MappedRecorder
     timings: Recorder | MappedRecorder
     events: Events
 
     def close(self) -> tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]]:
-        """The tables of signals and timing."""
+        """Close the recorders; return the tables of signals and timing."""
         return _table(self.signals), _table(self.timings)
 
 
 def in_memory(signals: Columns, timing: Columns) -> Recording:
-    """For runs of which nobody wants a file before they end."""
+    """Return a recording in memory, for runs that need no file before they end."""
     return Recording(signals=Recorder(signals), timings=Recorder(timing), events=Events())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunFolder:
-    """A folder that a run records into, from when its device has answered."""
+    """The folder of a run, which it records into once its device has answered."""
 
     path: Path
     metadata: Mapping[str, str]
-    """Travels with the recordings."""
+    """Metadata that the recordings carry."""
     model: Path | None
-    """The file that the run uses; kept beside the recording."""
+    """The model file that the run uses; copied beside the recording."""
     report: Callable[[str], None] = lambda text: None
 
     def record(self, signals: Columns, timing: Columns) -> Recording:
-        """Begin; the recording of a killed run is set aside. Raises InputError where a run is recording here."""
+        """Start recording; move the recording of a killed run into a folder of its own.
+
+        Args:
+            signals: names and units of the signals.
+            timing: names and units of the times.
+
+        Raises:
+            InputError: a run is recording here.
+        """
         folder = self.path
         folder.mkdir(parents=True, exist_ok=True)
         if (aside := _set_aside(folder)) is not None:
@@ -77,7 +85,7 @@ class RunFolder:
 
 
 def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
-    """What a recording says of its run: the scenario as it was run, overrides included."""
+    """Return a recording's metadata: the scenario as it was run, overrides included."""
     import tomli_w
 
     return {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
@@ -90,7 +98,15 @@ def write_tables(
     units: Mapping[str, str],
     metadata: Mapping[str, str],
 ) -> None:
-    """`signals.parquet` and `timing.parquet`, each whole or not at all; then the recordings under way can go."""
+    """Write `signals.parquet` and `timing.parquet`, each whole or not at all; then remove the recordings under way.
+
+    Args:
+        folder: the folder of the run.
+        signals: columns of signals (n,).
+        timing: columns of times (n,) [us].
+        units: unit of each signal.
+        metadata: goes into both files.
+    """
     _write(folder / "signals.parquet", signals, units, metadata)
     _write(folder / "timing.parquet", timing, dict.fromkeys(timing, "us"), metadata)
     (folder / SIGNALS).unlink(missing_ok=True)
@@ -98,7 +114,7 @@ def write_tables(
 
 
 def is_interrupted(folder: Path) -> bool:
-    """Whether a recording lies here that never became Parquet."""
+    """Return whether a recording lies here that never became Parquet."""
     return (folder / SIGNALS).is_file()
 
 
@@ -112,7 +128,7 @@ def refuse_running(folder: Path) -> None:
 
 
 def scenario_tables(metadata: Mapping[str, str], source: Path) -> dict[str, Any]:
-    """The scenario in a recording's metadata. Raises InputError."""
+    """Return the scenario in a recording's metadata. Raises InputError."""
     if "scenario" not in metadata:
         raise InputError(f"{source}: no scenario in its metadata: not recorded by rtctl run")
     return tomllib.loads(metadata["scenario"])
@@ -132,7 +148,7 @@ def _table(recorder: Recorder | MappedRecorder) -> Mapping[str, FloatArray]:
 
 
 def _set_aside(folder: Path) -> Path | None:
-    """What a killed run has left, moved into a folder of its own."""
+    """Move what a killed run has left into a folder of its own; return that folder, or None."""
     if not is_interrupted(folder):
         return None
     refuse_running(folder)
@@ -147,7 +163,7 @@ def _set_aside(folder: Path) -> Path | None:
 
 
 def rows_left_by(folder: Path) -> tuple[Rows, Rows]:
-    """Signals and timing of a run that was killed. Raises InputError where there are none, or it still runs."""
+    """Return signals and timing of a run that was killed. Raises InputError if there are none, or it still runs."""
     if not is_interrupted(folder):
         raise InputError(f"{folder}: no interrupted recording here ({SIGNALS} is missing)")
     refuse_running(folder)

@@ -1,4 +1,4 @@
-"""Open-loop excitations of the first command, in its unit, as one value a sample.
+"""Open-loop excitations of the first command, in its unit, as one value per sample.
 
 `damped_oscillation` is the paper's figure 4(a); `reversal_curves` visits the minor loops that a damped
 oscillation leaves out (first-order reversal curves); both are staircases whose holds end in steady state.
@@ -22,7 +22,7 @@ class _Excitation(Checked):
     hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
     use: Use = "fit"
     period_s: Annotated[Annotated[float, Quantity("s")] | None, Field(alias="period", gt=0.0)] = None
-    """Between samples of this record; None: the scenario's."""
+    """Sample period of this record [s]; None: the scenario's."""
 
     @field_validator("period_s")
     @classmethod
@@ -36,7 +36,7 @@ class _Excitation(Checked):
 
 
 class DampedOscillation(_Excitation):
-    """Triangular sweeps between low and high whose reversal points close in on the middle, `cycles` times."""
+    """Triangular sweeps between low and high whose reversal points close in on the middle in `cycles` cycles."""
 
     kind: Literal["damped_oscillation"] = "damped_oscillation"
     cycles: Annotated[int, Field(ge=1)] = 8
@@ -44,7 +44,7 @@ class DampedOscillation(_Excitation):
     centre: Annotated[Level, LevelOf("command")] = Level(66.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample, from `low`."""
+        """Return the level of each sample (n,), starting at `low`."""
         centre = self.centre.resolve(low, high)
         shrink = np.linspace(1.0, 0.0, self.cycles, endpoint=False)
         turns = [low]
@@ -54,7 +54,7 @@ class DampedOscillation(_Excitation):
 
 
 class ReversalCurves(_Excitation):
-    """First-order reversal curves of both branches: up to a point and back, then from the top down and back."""
+    """First-order reversal curves of both branches: up to a point and back, then down from the top and back."""
 
     kind: Literal["reversal_curves"] = "reversal_curves"
     curves: Annotated[int, Field(ge=2)] = 12
@@ -65,7 +65,7 @@ class ReversalCurves(_Excitation):
     step: Annotated[Level, LevelOf("command")] = Level(1.5, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample, from `low`."""
+        """Return the level of each sample (n,), starting at `low`."""
         first, last = (level.resolve(low, high) for level in self.span)
         turns = [low]
         for point in np.linspace(first, last, self.curves):
@@ -77,7 +77,7 @@ class ReversalCurves(_Excitation):
 
 
 class RandomStaircase(_Excitation):
-    """Independent uniform levels, each held: the paper's figure 12(a)."""
+    """A staircase of independent uniform levels, as in the paper's figure 12(a)."""
 
     kind: Literal["random_staircase"] = "random_staircase"
     levels: Annotated[int, Field(ge=1)]
@@ -86,21 +86,21 @@ class RandomStaircase(_Excitation):
     high: Annotated[Level, LevelOf("command")] = Level(100.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample."""
+        """Return the level of each sample (n,)."""
         draw = np.random.default_rng(self.seed).uniform
         values = draw(self.low.resolve(low, high), self.high.resolve(low, high), self.levels)
         return self.held(values, period_s)
 
 
 class LevelSequence(_Excitation):
-    """Given levels one after the other, the list repeated `times`."""
+    """A sequence of given levels, repeated `times` times."""
 
     kind: Literal["levels"] = "levels"
     levels: Annotated[tuple[Annotated[Level, LevelOf("command")], ...], Field(min_length=1)]
     times: Annotated[int, Field(ge=1)] = 1
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample."""
+        """Return the level of each sample (n,)."""
         values = [level.resolve(low, high) for level in self.levels]
         return self.held(np.tile(np.asarray(values), self.times), period_s)
 
@@ -115,7 +115,7 @@ class CurrentSine(_Excitation):
     amplitude: Annotated[Level, LevelOf("command")] = Level(50.0, True)
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample, starting at its minimum."""
+        """Return the level of each sample (n,), starting at the minimum."""
         time_s = period_s * np.arange(samples_in(self.hold_s, period_s, "excitation.duration"))
         swing = -np.cos(2.0 * np.pi * self.frequency_hz * time_s)
         value: FloatArray = self.offset.resolve(low, high) + self.amplitude.resolve_width(low, high) * swing
@@ -123,18 +123,18 @@ class CurrentSine(_Excitation):
 
 
 class _Vibration(_Excitation):
-    """Around an offset, over a band of frequencies, then at the offset for `ring_down`."""
+    """A vibration around an offset over a band of frequencies, then a rest at the offset for `ring_down`."""
 
     hold_s: Annotated[float, Quantity("s"), Field(alias="duration", gt=0.0, allow_inf_nan=False)]
     frequency_low_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency_low", gt=0.0)]
     frequency_high_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency_high", gt=0.0)]
     offset: Annotated[Level, LevelOf("command")] = Level(50.0, True)
     amplitude: Annotated[Level, LevelOf("command")] = Level(50.0, True)
-    """The largest excursion from the offset."""
+    """Largest excursion from the offset."""
     ring_down_s: Annotated[float, Quantity("s"), Field(alias="ring_down", ge=0.0)] = 0.0
 
     def times(self, period_s: float) -> FloatArray:
-        """Of the samples before the ring-down. Raises ValueError for a band that the samples do not carry."""
+        """Return the times (n,) [s] before the ring-down. Raises ValueError if the samples cannot carry the band."""
         if not self.frequency_low_hz < self.frequency_high_hz < 0.5 / period_s:
             raise ValueError(
                 f"frequency_low = {self.frequency_low_hz:g} Hz must be below frequency_high = "
@@ -144,19 +144,19 @@ class _Vibration(_Excitation):
         return period_s * np.arange(count, dtype=np.float64)
 
     def around(self, swing: FloatArray, low: float, high: float, period_s: float) -> FloatArray:
-        """`swing` (n,) within +-1 as levels, and the ring-down."""
+        """Return `swing` (n,), within +-1, as levels around the offset, and the ring-down."""
         offset, amplitude = self.offset.resolve(low, high), self.amplitude.resolve_width(low, high)
         rest = np.full(round(self.ring_down_s / period_s), offset)
         return np.concatenate((offset + amplitude * swing, rest))
 
 
 class FrequencySweep(_Vibration):
-    """A sine whose frequency goes from `frequency_low` to `frequency_high` evenly."""
+    """A sine whose frequency goes from `frequency_low` to `frequency_high` at a constant rate."""
 
     kind: Literal["frequency_sweep"] = "frequency_sweep"
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample."""
+        """Return the level of each sample (n,)."""
         time_s = self.times(period_s)
         rise = (self.frequency_high_hz - self.frequency_low_hz) / self.hold_s
         swing: FloatArray = np.sin(2.0 * np.pi * (self.frequency_low_hz + 0.5 * rise * time_s) * time_s)
@@ -164,13 +164,13 @@ class FrequencySweep(_Vibration):
 
 
 class RandomMultisine(_Vibration):
-    """Every line of the band with the same amplitude and a random phase: one period in `duration`."""
+    """A multisine: every line of the band with the same amplitude and a random phase; one period lasts `duration`."""
 
     kind: Literal["random_multisine"] = "random_multisine"
     seed: Annotated[int, Field(ge=0)]
 
     def build(self, low: float, high: float, period_s: float) -> FloatArray:
-        """Level a sample. Raises ValueError where no line of the period falls into the band."""
+        """Return the level of each sample (n,). Raises ValueError if no line of the period falls into the band."""
         count = len(self.times(period_s))
         frequency = np.fft.rfftfreq(count, period_s)
         inside = (frequency >= self.frequency_low_hz) & (frequency <= self.frequency_high_hz)
@@ -194,7 +194,7 @@ Excitation = Annotated[
 
 
 def sweep(turning_points: list[float], step: float) -> FloatArray:
-    """A staircase through the turning points in equal steps of at most `step`, each turning point met exactly."""
+    """Return a staircase through the turning points in equal steps of at most `step`, which meets each exactly."""
     if not step > 0.0:
         raise ValueError(f"excitation.step must be > 0, got {step!r}")
     parts = [np.asarray(turning_points[:1])]

@@ -1,4 +1,4 @@
-"""A level in a scenario: absolute with its unit, or in percent of a range that is known only later.
+"""Levels in a scenario: absolute with a unit, or in percent of a range that is known only later.
 
 Which unit a level has is the device's: the profile comes with the validation's context, a VO2 actuator's without.
 """
@@ -18,29 +18,32 @@ from rtctl.border.records import VO2, DeviceProfile
 
 
 def whole_microseconds(period_s: float) -> None:
-    """Raises ValueError for a period that a device, which counts in them, cannot have."""
+    """Return a period in whole microseconds.
+
+    Raises ValueError if it has a fraction of one, which no device can have.
+    """
     period_us = 1e6 * period_s
     if not (round(period_us) >= 1 and math.isclose(period_us, round(period_us), rel_tol=1e-9)):
         raise ValueError(f"period = {period_us:.10g} us must be whole microseconds: a device counts in them")
 
 
 class Level(NamedTuple):
-    """`value` in the channel's unit, or in percent of its range where `relative`."""
+    """A level in the channel's unit, or in percent of its range if `relative`."""
 
     value: float
     relative: bool
 
     def resolve(self, low: float, high: float) -> float:
-        """In the channel's unit; 0 % is `low`, 100 % is `high`."""
+        """Return the level in the channel's unit; 0 % is `low`, 100 % is `high`."""
         return low + (high - low) * self.value / 100.0 if self.relative else self.value
 
     def resolve_width(self, low: float, high: float) -> float:
-        """The same for a difference of levels (an amplitude)."""
+        """Return a difference of levels (an amplitude) in the channel's unit."""
         return (high - low) * self.value / 100.0 if self.relative else self.value
 
 
 def parse_level(raw: Any, unit: str) -> Level:
-    """`"30 um"` or `"50 %"` (of the range)."""
+    """Parse `"30 um"` or `"50 %"` (of the range)."""
     if isinstance(raw, Level):
         return raw
     if isinstance(raw, str) and raw.strip().endswith("%"):
@@ -58,7 +61,7 @@ def parse_level(raw: Any, unit: str) -> Level:
 
 
 def LevelOf(what: Literal["command", "output"]) -> BeforeValidator:
-    """Annotation of a level in the unit of the device's first command or of its controlled output."""
+    """Return the annotation of a level in the unit of the device's first command, or of its controlled output."""
 
     def parse(raw: Any, info: ValidationInfo) -> Level:
         profile: DeviceProfile = (info.context or {}).get("profile", VO2)
@@ -69,12 +72,12 @@ def LevelOf(what: Literal["command", "output"]) -> BeforeValidator:
 
 
 def hold(values: Sequence[float] | FloatArray, samples: int) -> FloatArray:
-    """Each value repeated for `samples` samples (a staircase)."""
+    """Return each value repeated for `samples` samples (a staircase)."""
     return np.repeat(np.asarray(values, dtype=np.float64), samples)
 
 
 def samples_in(duration_s: float, period_s: float, key: str) -> int:
-    """Whole samples in a duration. Raises ValueError if it is not at least one period."""
+    """Return the whole samples in a duration. Raises ValueError if it is not at least one period."""
     count = round(duration_s / period_s)
     if count < 1:
         raise ValueError(f"{key} = {duration_s:g} s is shorter than the loop's period {period_s:g} s")

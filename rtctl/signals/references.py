@@ -1,4 +1,4 @@
-"""References of the controlled output, in its unit: steps and sums of sines, as one value a sample."""
+"""References of the controlled output, in its unit: steps and sums of sines, as one value per sample."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from rtctl.signals.levels import Level, LevelOf, hold, samples_in
 
 
 class Steps(Checked):
-    """Levels one after the other, each held."""
+    """Levels held one after the other."""
 
     kind: Literal["steps"] = "steps"
     levels: Annotated[tuple[Annotated[Level, LevelOf("output")], ...], Field(min_length=1)]
     hold_s: Annotated[float, Quantity("s"), Field(alias="hold", gt=0.0, allow_inf_nan=False)]
 
     def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
-        """The reference at each time; the list starts over when it ends."""
+        """Return the reference at each time (n,); the list of levels starts over when it ends."""
         period_s = time_s[1] - time_s[0] if len(time_s) > 1 else self.hold_s
         values = [level.resolve(low, high) for level in self.levels]
         once = hold(values, samples_in(self.hold_s, period_s, "reference.hold"))
@@ -28,7 +28,7 @@ class Steps(Checked):
 
 
 class Sine(Checked):
-    """One component of a multisine."""
+    """A component of a multisine."""
 
     amplitude: Annotated[Level, LevelOf("output")]
     frequency_hz: Annotated[float, Quantity("Hz"), Field(alias="frequency", gt=0.0, allow_inf_nan=False)]
@@ -36,14 +36,14 @@ class Sine(Checked):
 
 
 class Multisine(Checked):
-    """offset + sum of amplitude sin(2 pi f t + phase)."""
+    """A multisine: offset + sum of amplitude sin(2 pi f t + phase)."""
 
     kind: Literal["multisine"] = "multisine"
     offset: Annotated[Level, LevelOf("output")]
     sines: Annotated[tuple[Sine, ...], Field(min_length=1)]
 
     def build(self, time_s: FloatArray, low: float, high: float) -> FloatArray:
-        """The reference at each time."""
+        """Return the reference at each time (n,)."""
         value = np.full(len(time_s), self.offset.resolve(low, high))
         for sine in self.sines:
             phase = 2.0 * np.pi * sine.frequency_hz * time_s + sine.phase_rad

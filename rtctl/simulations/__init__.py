@@ -1,1 +1,1 @@
-"""Identified models as simulations: what a fit and a diagnosis move, made of rtctl's own read-outs."""
+"""Identified models as simulations, for fits and diagnosis, built from rtctl's own read-outs."""

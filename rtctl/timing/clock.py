@@ -15,85 +15,117 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple, Protocol
 
+from rtctl.border.kernels import kernel
+
 SPIN_QUANTILE = 0.998
 SPIN_GAIN_NS = 6000.0
 FIRST_SPIN_NS = 60_000.0
 LARGEST_SPIN_SHARE = 0.2
-"""Of a period: the kernel stops a real-time task that computes for more than 95 % of a second."""
+"""Longest spin as a share of the period: Linux stops a real-time task that computes for over 95 % of a second."""
 MOST_BEHIND = 10
-"""Periods that `catch_up` makes up for; beyond, whole periods are skipped."""
+"""Periods that `catch_up` makes up for; older ones are skipped."""
+
+
+@kernel
+def due_tick(tick: int, now_ns: int, start_ns: int, period_ns: int, most_behind: int) -> int:
+    """Return the next deadline to wait for, counted in periods since the start.
+
+    Args:
+        tick: the last deadline that was waited for.
+        now_ns: time now [ns].
+        start_ns: time of deadline 0 [ns].
+        period_ns: sample period [ns].
+        most_behind: periods that are made up for; deadlines further back are skipped.
+    """
+    return max(tick + 1, (now_ns - start_ns) // period_ns - most_behind)
+
+
+@kernel
+def adapted_spin_ns(
+    spin_ns: float, late_ns: int, longer_ns: float, shorter_ns: float, most_ns: float
+) -> float:
+    """Return the length of the next spin: one step of the approximation in the module's head.
+
+    Args:
+        spin_ns: length of this spin [ns].
+        late_ns: how much longer than asked the sleep before it lasted [ns].
+        longer_ns: g q [ns].
+        shorter_ns: g (1 - q) [ns].
+        most_ns: longest spin [ns].
+    """
+    adapted_ns = spin_ns + longer_ns if late_ns > spin_ns else spin_ns - shorter_ns
+    return max(min(adapted_ns, most_ns), 0.0)
 
 
 class Tick(NamedTuple):
-    """One deadline that the loop has reached."""
+    """A deadline that the loop has reached."""
 
     step: int
-    """Whole periods since the start; jumps where deadlines were missed."""
+    """Whole periods since the start; it jumps if deadlines were missed."""
     lateness_s: float
     """How long after its deadline the loop woke up [s]; 0 on a simulated clock."""
 
 
 class Missed(StrEnum):
-    """What becomes of a period whose deadline has passed before the loop came to it."""
+    """What to do about a period whose deadline passed before the loop came to it."""
 
     SKIP = "skip"
     CATCH_UP = "catch_up"
 
 
 class Spin(Protocol):
-    """How long before a deadline the sleep ends."""
+    """A rule for how long before a deadline the sleep ends."""
 
     length_ns: float
 
     def woke(self, late_ns: int) -> None:
-        """A sleep lasted `late_ns` [ns] longer than it was asked to."""
+        """Learn from a sleep that lasted `late_ns` [ns] longer than asked."""
         ...
 
 
 class NoSpin:
-    """Sleep to the end."""
+    """No spin: the sleep ends at the deadline."""
 
     length_ns = 0.0
 
     def woke(self, late_ns: int) -> None:
-        """Nothing to learn."""
+        """Learn nothing."""
 
 
 class TrackedSpin:
-    """The wake-ups' lateness at a quantile, at most `most_ns` [ns]."""
+    """A spin as long as a quantile of the wake-ups' lateness, at most `most_ns` [ns]."""
 
     def __init__(self, most_ns: float, quantile: float = SPIN_QUANTILE) -> None:
-        self.length_ns = min(FIRST_SPIN_NS, most_ns)
-        self.most_ns = most_ns
+        self.most_ns = float(most_ns)  # a kernel is compiled for the types that it is called with
+        self.length_ns = min(FIRST_SPIN_NS, self.most_ns)
         self.longer_ns = SPIN_GAIN_NS * quantile
         self.shorter_ns = SPIN_GAIN_NS * (1.0 - quantile)
 
     def woke(self, late_ns: int) -> None:
-        """One step of the approximation."""
-        if late_ns > self.length_ns:
-            self.length_ns = min(self.length_ns + self.longer_ns, self.most_ns)
-        else:
-            self.length_ns = max(self.length_ns - self.shorter_ns, 0.0)
+        """Adapt the length; see `Spin`."""
+        self.length_ns = adapted_spin_ns(
+            self.length_ns, late_ns, self.longer_ns, self.shorter_ns, self.most_ns
+        )
 
 
 class SimulatedClock:
-    """Steps take their period by definition: the device advances when it is asked to, so nothing is ever late."""
+    """Clock of lockstep runs: each step takes its period by definition, so nothing is ever late."""
 
     def __init__(self) -> None:
         self.index = -1
 
     def start(self, period_s: float) -> None:
-        """Nothing to start: no machine time enters a lockstep run."""
+        """Start at step 0; no machine time enters a lockstep run."""
         self.index = -1
 
     def wait(self) -> Tick:
-        """The next step at once."""
+        """Return the next step at once."""
         self.index += 1
         return Tick(self.index, 0.0)
 
 
 class MonotonicClock:
-    """Deadlines at `start + index * period`; the phase is kept whatever is missed.
+    """Clock of live runs: deadlines at `start + index * period`, whose phase is kept whatever is missed.
 
     A relative limiter that re-bases on "now" would turn lateness into drift.
     """
@@ -106,7 +138,7 @@ class MonotonicClock:
         missed: Missed = Missed.SKIP,
         spin: Spin | None = None,
     ) -> None:
-        """`now_ns` [ns] and `sleep` [s]: the machine's, or a test's."""
+        """Take time from `now_ns` [ns] and sleep by `sleep` [s]: the machine's, or a test's."""
         self.spin: Spin = spin or NoSpin()
         self._now_ns = now_ns
         self._sleep = sleep  # Python's own sleeps until an absolute time of the monotonic clock
@@ -117,11 +149,11 @@ class MonotonicClock:
 
     @property
     def is_the_machines(self) -> bool:
-        """Whether no test has put a clock of its own here."""
+        """Whether time and sleep are the machine's, not a test's."""
         return self._now_ns is time.monotonic_ns and self._sleep is time.sleep
 
     def start(self, period_s: float) -> None:
-        """The first deadline is now."""
+        """Set the first deadline to now."""
         self.period_ns = round(period_s * 1e9)
         self.start_ns = self._now_ns()
         self.index = -1
@@ -130,9 +162,7 @@ class MonotonicClock:
         """Sleep, then spin, until the next deadline that the policy does not skip."""
         now_ns = self._now_ns
         begun_ns = now_ns()
-        self.index = index = max(
-            self.index + 1, (begun_ns - self.start_ns) // self.period_ns - self.most_behind
-        )
+        self.index = index = due_tick(self.index, begun_ns, self.start_ns, self.period_ns, self.most_behind)
         deadline_ns = self.start_ns + index * self.period_ns
         spin = self.spin
         wake_ns = deadline_ns - int(spin.length_ns)

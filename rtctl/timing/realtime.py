@@ -1,7 +1,7 @@
-"""What a process can ask of the machine to be woken in time; each request is applied if permitted, and told if not.
+"""Real-time requests of a process to the machine; each is applied if permitted, and reported.
 
 SCHED_FIFO, locked memory, a CPU of its own, no sleep states deeper than C0, timers without slack, no garbage
-collection: `sched(7)`, `mlockall(2)`, `PR_SET_TIMERSLACK` in `prctl(2)`, the kernel's pm_qos_interface.
+collection. References: `sched(7)`, `mlockall(2)`, `PR_SET_TIMERSLACK` in `prctl(2)`, the kernel's pm_qos_interface.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _LOCK_NOW_AND_LATER = 3  # MCL_CURRENT | MCL_FUTURE
 _SET_TIMERSLACK, _GET_TIMERSLACK = 29, 30
 _LATENCY_FILE = "/dev/cpu_dma_latency"
 SWITCH_INTERVAL_S = 2e-5
-"""How soon a Python thread that computes lets the loop's go on; Python's own 5 ms are five periods."""
+"""Time after which a computing Python thread yields to the loop's [s]; Python's own 5 ms are five periods."""
 NICE_OF_OTHERS = -20
-"""Of the process's other threads: one that holds Python's lock must not wait for other programs, or the loop does."""
+"""Niceness of the process's other threads: one that holds Python's lock must not wait for other programs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RealTime:
-    """What is asked for. `priority`: 1 to 99 of SCHED_FIFO; `cpu`: the number of a CPU."""
+    """What to request of the machine."""
 
     priority: int | None = None
     cpu: int | None = None
@@ -36,30 +36,30 @@ class RealTime:
 
 
 class Request(NamedTuple):
-    """One request and what came of it."""
+    """A request and what came of it."""
 
     name: str
     applied: bool
     note: str
-    """Why not; "" where it was applied."""
+    """Why it was not applied; "" if it was."""
 
     def describe(self) -> str:
-        """For a person."""
+        """Return a line of text."""
         return f"{self.name}: {'applied' if self.applied else f'NOT applied, {self.note}'}"
 
 
 @contextmanager
 def real_time(asked: RealTime) -> Iterator[list[Request]]:
-    """Apply to this thread and process, undo at the end. Start helper threads before: they would inherit."""
+    """Apply to this thread and process, and undo at the end. Start helper threads before: they would inherit it."""
     with ExitStack() as undo:
-        found: list[Request] = []
+        requests: list[Request] = []
         for name, apply in _requests(asked):
             try:
                 undo.callback(apply())
-                found.append(Request(name, True, ""))
+                requests.append(Request(name, True, ""))
             except (OSError, AttributeError, ValueError) as error:
-                found.append(Request(name, False, _reason(error)))
-        yield found
+                requests.append(Request(name, False, _reason(error)))
+        yield requests
 
 
 Undo = Callable[[], object]

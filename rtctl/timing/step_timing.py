@@ -1,24 +1,38 @@
-"""How the steps of a loop kept time: histograms of constant memory, and when missed periods are too many."""
+"""Timing of a loop's steps: histograms in constant memory, and the rule when missed periods are too many."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from rtctl.border.arrays import IntArray
 from rtctl.border.errors import DriverError, Fault
-from rtctl.timing.histogram import Histogram
+from rtctl.border.kernels import kernel
+from rtctl.timing.histogram import BUCKETS, Histogram, count_duration
 
 FORGIVEN_AFTER = 100
-"""Steps in time for which one missed period is forgiven."""
+"""Steps in time after which one missed period is forgiven."""
 GRACE_STEPS = 10
-"""Steps at the start whose missed periods are counted and not judged: caches are cold."""
+"""Steps at the start whose missed periods are counted but not judged: caches are cold."""
+
+
+@kernel
+def count_step(counts: IntArray, lateness_ns: int, round_trip_ns: int, compute_ns: int) -> None:
+    """Count one step in the three histograms of `counts` (3, BUCKETS + 1), in the order of the arguments [ns]."""
+    count_duration(counts, 0, lateness_ns)
+    count_duration(counts, 1, round_trip_ns)
+    count_duration(counts, 2, compute_ns)
 
 
 class StepTiming:
-    """Lateness, round trip and compute time of every step, missed periods and the largest run of them."""
+    """Lateness, round trip and compute time of every step, and the missed periods."""
 
     def __init__(self, stop_after: int | None = None) -> None:
-        """`stop_after`: missed periods, those forgiven left out, that end the run; None: they never do."""
-        self.lateness, self.round_trip, self.compute = Histogram(), Histogram(), Histogram()
+        """End the run after `stop_after` missed periods, less those forgiven; None: never."""
+        self.counts = np.zeros((3, BUCKETS + 1), dtype=np.int64)
+        """Counts of the three histograms, for `count_step`."""
+        self.lateness, self.round_trip, self.compute = (Histogram(self.counts[k : k + 1]) for k in range(3))
         self.steps = 0
         self.overruns = 0
         self._stop_after = stop_after
@@ -31,14 +45,12 @@ class StepTiming:
         return self._stop_after is not None
 
     def step(self, lateness_ns: int, round_trip_ns: int, compute_ns: int) -> None:
-        """A step is done."""
+        """Count one step; durations [ns]."""
         self.steps += 1
-        self.lateness.record(lateness_ns)
-        self.round_trip.record(round_trip_ns)
-        self.compute.record(compute_ns)
+        count_step(self.counts, lateness_ns, round_trip_ns, compute_ns)
 
     def missed(self, periods: int) -> None:
-        """`periods` deadlines went by before this step. Raises DriverError where they are too many."""
+        """Count `periods` deadlines that passed before this step. Raise DriverError if they are too many."""
         self.overruns += periods
         if self._stop_after is None or self.steps < GRACE_STEPS:
             return
@@ -57,7 +69,7 @@ class StepTiming:
             )
 
     def summary(self, period_s: float) -> dict[str, Any]:
-        """`timing` of a run's summary [us]; the histograms as counts between 1, 2, 5, 10 ... us."""
+        """Return `timing` of a run's summary [us]; the histograms as counts between 1, 2, 5, 10 ... us."""
         return {
             "period_s": period_s,
             "steps": self.steps,

@@ -87,14 +87,14 @@ def identified(folder: Path) -> None:
     write_model(model, folder / "model.toml")
 
 
-def diagnosed(folder: Path, work: float = BudgetThresholds().search) -> Diagnosis:
-    """As `rtctl diagnose` does, on one core."""
+def diagnosed(folder: Path, work: float = BudgetThresholds().search, **options: Any) -> Diagnosis:
+    """Diagnose as `rtctl diagnose` does, on one core."""
     manifest, path = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(path, open_dataset(manifest))
     return diagnose(
         read_dataset(manifest), subject_of(simulation.kind).read_model(path), simulation,
         mechanism_ids(simulation.kind),
-        DiagnosisOptions(threads=1, work=work),
+        DiagnosisOptions(threads=1, work=work, **options),
     )  # fmt: skip
 
 

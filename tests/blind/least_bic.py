@@ -18,7 +18,7 @@ from rtctl.diagnosis.residual.projection import leftover
 from rtctl.diagnosis.residual.residual_rows import own_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Diagnosis
-from rtctl.diagnosis.search.model_selection import unknowns
+from rtctl.diagnosis.search.model_selection import count_unknowns
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
 OF_A_SIZE = 3
@@ -56,7 +56,7 @@ def bic(data: Problem, hypothesis: Hypothesis) -> float:
     noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
     count = sum(one.shape[1] for one in left)
     likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
-    return likelihood + unknowns(hypothesis) * float(np.log(count))
+    return likelihood + count_unknowns(hypothesis) * float(np.log(count))
 
 
 def further_ones(at: TestedHypothesis) -> list[tuple[str, float]]:

@@ -15,9 +15,9 @@ from case import diagnosed, identified, run_case
 from generator import generate
 
 from rtctl.diagnosis.problem.fit import fit_hypothesis
-from rtctl.diagnosis.search import catalogue_search as causes
+from rtctl.diagnosis.search.backward_elimination import drop_causes_within_allowance
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
-from rtctl.diagnosis.search.stepwise import _less_what_is_allowed
+from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.wiring import mechanism_ids
 
 SMALL: dict[str, Any] = {
@@ -46,13 +46,11 @@ def test_nothing_is_claimed_of_a_sound_device() -> None:
     assert run_case(200_610, kind="null", **SMALL)["judgement"] == "right"
 
 
-def test_a_cause_that_removes_less_than_is_allowed_is_not_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)  # that comes after what is asked here
+def test_a_cause_that_removes_less_than_is_allowed_is_not_told(tmp_path: Path) -> None:
+    uncorrected = Thresholds(search=SearchThresholds(worth_correcting=np.inf))
     generate(200_600, tmp_path, kind="single", effects=("sensor.ageing",), **SMALL)
     identified(tmp_path)
-    found = diagnosed(tmp_path)
+    found = diagnosed(tmp_path, thresholds=uncorrected)
     data, chosen = replace(found.problem, executor=None), found.search.chosen
     assert chosen.hypothesis.mechanisms == ("sensor.ageing",)
     both = ("sensor.ageing", "hysteresis.shape")
@@ -65,6 +63,6 @@ def test_a_cause_that_removes_less_than_is_allowed_is_not_told(
         rankings=(*found.search.rankings, (RankedHypothesis(larger, 0.0),)),
     )
     ids = mechanism_ids("vo2")
-    assert _less_what_is_allowed(data, of_both, ids).chosen.hypothesis.mechanisms == both[:1]
+    assert drop_causes_within_allowance(data, of_both, ids).chosen.hypothesis.mechanisms == both[:1]
     strict = replace(data, allowed={name: 1e-12 * square for name, square in data.allowed.items()})
-    assert _less_what_is_allowed(strict, of_both, ids).chosen.hypothesis.mechanisms == both
+    assert drop_causes_within_allowance(strict, of_both, ids).chosen.hypothesis.mechanisms == both

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.controllers.pi import NoFeedforward, PiController, PiGains, beyond, pi_step
+from rtctl.controllers.pi import NoFeedforward, PiController, PiGains, beyond_deadband, pi_step
 from rtctl.controllers.playback import PlaybackController
 from rtctl.interfaces import Estimate
 
@@ -133,10 +133,10 @@ def test_an_allowed_command_leaves_the_integral_alone():
 @claim
 @given(error=st.floats(-10.0, 10.0), band=st.floats(0.0, 5.0), nudge=st.floats(1e-9, 1e-3))
 def test_the_deadband_is_continuous_odd_and_lets_the_rest_through(error, band, nudge):
-    found = beyond(error, band)
-    assert beyond(-error, band) == -found
+    found = beyond_deadband(error, band)
+    assert beyond_deadband(-error, band) == -found
     assert abs(found) == max(abs(error) - band, 0.0)
-    assert abs(beyond(error + nudge, band) - found) <= nudge * (1.0 + 1e-6) + 1e-12
+    assert abs(beyond_deadband(error + nudge, band) - found) <= nudge * (1.0 + 1e-6) + 1e-12
 
 
 def test_within_the_deadband_the_command_stands():
@@ -151,11 +151,15 @@ def test_within_the_deadband_the_command_stands():
 
 
 def test_no_deadband_lets_everything_through():
-    assert (beyond(0.3, 0.0), beyond(-0.3, 0.0), beyond(0.0, 0.0)) == (0.3, -0.3, 0.0)
+    assert (beyond_deadband(0.3, 0.0), beyond_deadband(-0.3, 0.0), beyond_deadband(0.0, 0.0)) == (
+        0.3,
+        -0.3,
+        0.0,
+    )
 
 
 def test_one_step_is_the_equation():
-    assert pi_step(5.0, 2.0, 0.5, 0.1, 3.0) == pytest.approx((0.2, 8.0))
+    assert pi_step(5.0, 2.0, 0.5, 0.1, 3.0, 0.0) == pytest.approx((2.0, 0.2, 8.0))
 
 
 @pytest.mark.parametrize(("kp", "ki"), [(-1e-9, 1.0), (0.1, 0.0), (0.1, -1.0), (math.nan, 1.0), (0.1, math.nan),

@@ -9,7 +9,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.checks import split
-from rtctl.diagnosis.search.backward_elimination import _making_up, eliminate_negligible, refit_without_each
+from rtctl.diagnosis.search.backward_elimination import _compensate, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 from rtctl.plants.subjects import subject_of
@@ -56,9 +56,9 @@ def test_what_stays_makes_up_for_what_goes_before_it_is_fitted(problem: Problem)
         iterations=0,
     )
     assert both is not None
-    values = _making_up(problem, both, ("drive.delay",))
+    values = _compensate(problem, both, ("drive.delay",))
     assert values["drive.delay.delay"] == pytest.approx(
         3e-3, rel=0.05
     )  # the lag's millisecond, to first order
     assert "drive.lag.time_constant" not in values
-    assert _making_up(problem, both, both.mechanisms) == {}
+    assert _compensate(problem, both, both.mechanisms) == {}

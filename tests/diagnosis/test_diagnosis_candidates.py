@@ -15,22 +15,21 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
-    AT_ONCE,
-    FURTHEST,
-    MOST_PAIRS,
-    _given_way,
-    _longest,
+    _limit_step,
+    _make_room,
     interleave,
     propose_candidates,
     propose_pairs,
 )
 from rtctl.diagnosis.search.successive_halving import Candidate, halve_successively
+from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 SAMPLES = 500
+LIMITS = SearchThresholds()
 
 
 def way_of(apart: float, step: float = 2.0) -> np.ndarray:
@@ -43,7 +42,7 @@ def way_of(apart: float, step: float = 2.0) -> np.ndarray:
     )  # fmt: skip
     projected = project([rows], [NoiseModel(np.empty(0), 1.0)])
     parent: Any = SimpleNamespace(projected=projected, hypothesis=SimpleNamespace(shared=np.zeros(2)))
-    return _given_way(parent, [0], np.array([step]))
+    return _make_room(parent, [0], np.array([step]), LIMITS)
 
 
 def test_they_take_back_what_it_adds_along_them() -> None:
@@ -57,11 +56,13 @@ def test_they_stay_where_it_has_a_sign_of_its_own_or_none_at_all(apart: float) -
 
 def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear_about_it() -> None:
     parent: Any = SimpleNamespace(hypothesis=SimpleNamespace(shared=np.array([4.0, 0.1])))
-    assert _longest(parent, np.array([-16.0, 0.0])) == pytest.approx(FURTHEST * 4.0 / 16.0)
-    assert _longest(parent, np.array([0.0, 2.0])) == pytest.approx(
-        FURTHEST * 1.0 / 2.0
+    assert _limit_step(parent, np.array([-16.0, 0.0]), LIMITS) == pytest.approx(
+        LIMITS.own_step_limit * 4.0 / 16.0
+    )
+    assert _limit_step(parent, np.array([0.0, 2.0]), LIMITS) == pytest.approx(
+        LIMITS.own_step_limit * 1.0 / 2.0
     )  # of its typical size
-    assert _longest(parent, np.zeros(2)) > 1.0
+    assert _limit_step(parent, np.zeros(2), LIMITS) > 1.0
 
 
 def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
@@ -92,12 +93,12 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
     problem, parent = examined(ids, late, cubic)
-    pairs = propose_pairs(parent)
-    assert len(pairs) == MOST_PAIRS
+    pairs = propose_pairs(parent, LIMITS)
+    assert len(pairs) == LIMITS.pairs_tried
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
     start = {one.name: one.value for one in pairs[0].simulation.parameters}
-    assert 0.1 * AT_ONCE < start["drive.lag.time_constant"] / 1e-3 < 3.0 * AT_ONCE
-    assert 0.1 * AT_ONCE < start["stiffness.cubic.coefficient"] / 150.0 < 3.0 * AT_ONCE
+    assert 0.1 * LIMITS.pair_factor < start["drive.lag.time_constant"] / 1e-3 < 3.0 * LIMITS.pair_factor
+    assert 0.1 * LIMITS.pair_factor < start["stiffness.cubic.coefficient"] / 150.0 < 3.0 * LIMITS.pair_factor
     best = halve_successively(problem, pairs, lambda text: None)[0]
     assert set(best.mechanisms) == {"drive.lag", "stiffness.cubic"}
     found = {one.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)}
@@ -118,10 +119,10 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
         },
     }
     problem, parent = examined(("mode.second",), attached)
-    begun = [dict(_shown(one)) for one in propose_candidates(parent) if one.form == "mass_ratio"]
+    begun = [dict(_shown(one)) for one in propose_candidates(parent, LIMITS) if one.form == "mass_ratio"]
     assert len({one["frequency"] for one in begun}) == tried
     assert all(one["mass_ratio"] > 0.0 for one in begun)
-    best = halve_successively(problem, propose_candidates(parent), lambda text: None)[0]
+    best = halve_successively(problem, propose_candidates(parent, LIMITS), lambda text: None)[0]
     found = {
         one.declared.name: value for one, value in zip(best.simulation.parameters, best.values, strict=True)
     }

@@ -8,6 +8,9 @@ from typing import Any
 import pytest
 
 from rtctl.diagnosis.search.challengers import list_unfinished
+from rtctl.diagnosis.thresholds import Thresholds
+
+PROBLEM: Any = SimpleNamespace(thresholds=Thresholds())
 
 
 def hypothesis(*mechanisms: str, cost: float = 1.0) -> Any:
@@ -24,12 +27,12 @@ def found(chosen: Any, *tried: list[Any], equivalent: tuple[Any, ...] = ()) -> A
 
 def test_single_causes_that_may_yet_end_as_low_stand_beside_the_best() -> None:
     delay, lag, hold = hypothesis("delay"), hypothesis("lag", cost=2.5), hypothesis("hold", cost=30.0)
-    assert list_unfinished(found(delay, [delay, lag, hold])) == (lag,)
-    assert list_unfinished(found(delay, [delay, lag, hold], equivalent=(lag,))) == (lag,)
+    assert list_unfinished(PROBLEM, found(delay, [delay, lag, hold])) == (lag,)
+    assert list_unfinished(PROBLEM, found(delay, [delay, lag, hold], equivalent=(lag,))) == (lag,)
 
 
 @pytest.mark.parametrize("pairs", [[], [hypothesis("delay", "cubic")]])
 def test_where_larger_sets_were_fitted_single_ones_had_ended(pairs: list[Any]) -> None:
     delay, lag = hypothesis("delay"), hypothesis("lag", cost=2.5)
     chosen = pairs[0] if pairs else delay
-    assert list_unfinished(found(chosen, [delay, lag], pairs)) == ()
+    assert list_unfinished(PROBLEM, found(chosen, [delay, lag], pairs)) == ()

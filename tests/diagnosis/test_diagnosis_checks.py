@@ -18,7 +18,8 @@ from rtctl.diagnosis.screening.checks import short, split
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import OSCILLATOR, VO2
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
+from rtctl.plants.vo2.diagnosis import VO2
 
 PLANT = device()
 

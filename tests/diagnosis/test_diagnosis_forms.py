@@ -78,14 +78,16 @@ def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) ->
     )
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    made = propose_candidates(run_residual_tests(nominal, problem, ("mode.second",)))
-    assert {runner.form for runner in made} == {"gain", "mass_ratio"}
-    for runner in made:
-        (other,) = {"gain", "mass_ratio"} - {runner.form}
-        values = {one.name: one.value for one in runner.simulation.parameters}
+    made = propose_candidates(
+        run_residual_tests(nominal, problem, ("mode.second",)), problem.thresholds.search
+    )
+    assert {candidate.form for candidate in made} == {"gain", "mass_ratio"}
+    for candidate in made:
+        (other,) = {"gain", "mass_ratio"} - {candidate.form}
+        values = {one.name: one.value for one in candidate.simulation.parameters}
         assert values[f"mode.second.{other}"] == 0.0
-        assert f"mode.second.{other}" in runner.still
-        assert f"mode.second.{runner.form}" not in runner.still
+        assert f"mode.second.{other}" in candidate.still
+        assert f"mode.second.{candidate.form}" not in candidate.still
 
 
 def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> None:

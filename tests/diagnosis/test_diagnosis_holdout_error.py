@@ -9,7 +9,7 @@ import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.search.holdout_error import compute_free_run_error, gain
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gain
 from rtctl.identification.fit_record import FitRecord
 
 
@@ -31,7 +31,7 @@ def test_a_wrong_first_reading_does_not_count_against_the_true_model() -> None:
 
 
 def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
-    found = gain(
+    found = measure_gain(
         device(), device(FRICTION), [record_of(5), record_of(6)], "displacement", "mm", NOISE_MM, 126.0
     )
     assert found is not None
@@ -41,7 +41,7 @@ def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
 
 
 def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infinite_error() -> None:
-    assert gain(device(), device(FRICTION), [], "displacement", "mm", NOISE_MM, 126.0) is None
+    assert measure_gain(device(), device(FRICTION), [], "displacement", "mm", NOISE_MM, 126.0) is None
     wild = device(
         {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
     )

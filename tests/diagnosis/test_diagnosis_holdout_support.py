@@ -14,11 +14,10 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import refit_without_each
+from rtctl.diagnosis.search.backward_elimination import drop_inactive_causes, refit_without_each
 from rtctl.diagnosis.search.holdout_support import drop_unsupported
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
-from rtctl.diagnosis.search.stepwise import _less_what_is_idle
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
@@ -109,7 +108,7 @@ def test_a_cause_alone_that_is_small_beside_the_noise_is_asked_as_well(
     tests = [record_of(seed, tested_mm, FRICTION_FREE) for seed in (7, 8, 9)]
     left, dropped = drop_unsupported(found, problem, tests, IDS, WorkBudget.of(60.0))
     assert dropped == (("sensor.offset",) if verdict == "adequate" else ())
-    assert classify_outcome(left, 0.9) == verdict
+    assert classify_outcome(left, 0.9, problem.thresholds.search) == verdict
 
 
 def test_without_test_records_nothing_is_dropped(searched: tuple[Problem, SearchResult]) -> None:
@@ -138,7 +137,7 @@ def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(
     assert made is not None
     both = run_residual_tests(made, problem, IDS)
     tried = (found.rankings[0], rank_hypotheses(problem, [made], both, plain=False))
-    left = _less_what_is_idle(problem, SearchResult(found.nominal, both, True, (), tried), IDS)
+    left = drop_inactive_causes(problem, SearchResult(found.nominal, both, True, (), tried), IDS)
     assert left.chosen.hypothesis.mechanisms == ("friction.coulomb",)
     assert left.chosen.tests == both.tests
-    assert _less_what_is_idle(problem, found, IDS) is found
+    assert drop_inactive_causes(problem, found, IDS) is found

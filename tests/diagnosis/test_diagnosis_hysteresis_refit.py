@@ -23,9 +23,10 @@ from rtctl.diagnosis.search.catalogue_search import (
     NOT_PUT_RIGHT,
     DiagnosisOptions,
     SearchRequest,
-    _Mended,
+    correct_after_search,
 )
 from rtctl.diagnosis.search.stepwise import significance_level
+from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -37,6 +38,8 @@ FEW_LEVELS = 17
 MORE_LEVELS = 27
 """So many that the gate lets pass what the loops are off by between them."""
 ZONE_MA = 8.0
+UNCORRECTED = Thresholds(search=SearchThresholds(worth_correcting=np.inf))
+"""Loops stay as they are behind a set that passes."""
 FEW = ("actuation.delay", "sensor.lag")
 """Names, so that a search is short."""
 
@@ -45,6 +48,12 @@ def answer(problem, model, report=lambda text: None, ids=None, **options):
     simulation = vo2_simulation(model, UNITS, "model.toml")
     chosen = DiagnosisOptions(threads=1, **options)
     return diagnose(problem, model, simulation, ids or mechanism_ids("vo2"), chosen, report)
+
+
+def with_limits(problem, **search):
+    """The problem with other thresholds of the search."""
+    limits = dataclasses.replace(problem.thresholds.search, **search)
+    return dataclasses.replace(problem, thresholds=dataclasses.replace(problem.thresholds, search=limits))
 
 
 def stopped_at(text, problem, model, **options):
@@ -110,14 +119,14 @@ def test_one_may_stop_before_the_loops_are_learned(stepped):
     assert finer_loops.ID not in [cause.id for cause in found.causes]
 
 
-def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped, monkeypatch):
+def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped):
     at_nominal = found.search._replace(chosen=found.search.nominal, hysteresis_refit=None, leave_one_out=())
     problem = dataclasses.replace(found.problem, executor=None)
-    ask = finer_loops.LoopRefitter(
-        found.search.hysteresis_refit.coarse, problem, found.tests, mechanism_ids("vo2"), 0.01
-    )
-    monkeypatch.setattr(finer_loops, "LEAST_GAIN", 100.0)
-    assert ask.behind(at_nominal) is at_nominal
+    refitter = finer_loops.LoopRefitter(
+        coarse=found.search.hysteresis_refit.coarse, problem=with_limits(problem, least_holdout_gain=100.0),
+        tests=found.tests, ids=mechanism_ids("vo2"), level=0.01,
+    )  # fmt: skip
+    assert refitter.refit_behind(at_nominal) is at_nominal
 
 
 @pytest.fixture(scope="module")
@@ -137,9 +146,8 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
 
 
-def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_levels, monkeypatch):
+def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_levels):
     """It would matter beside loops that are learned behind it, whose errors are smaller than what it is taken for."""
-    monkeypatch.setattr(finer_loops, "NEGLIGIBLE", 0.0)
     problem, model = few_levels
     found = answer(problem, model, ids=FEW)
     delayed, clean = found.search.hysteresis_refit.before, dataclasses.replace(found.problem, executor=None)
@@ -150,10 +158,11 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
     search = found.search._replace(
         chosen=run_residual_tests(both, clean, FEW), passes=False, hysteresis_refit=None, leave_one_out=()
     )
-    loops = finer_loops.LoopRefitter(
-        found.problem.subject.identified(model, problem), clean, found.tests, FEW, significance_level(0.05)
-    )
-    after = loops.behind(search)
+    refitter = finer_loops.LoopRefitter(
+        coarse=found.problem.subject.identified(model, problem), problem=with_limits(clean, negligible_cost=0.0),
+        tests=found.tests, ids=FEW, level=significance_level(clean, 0.05),
+    )  # fmt: skip
+    after = refitter.refit_behind(search)
     assert after.passes
     assert after.chosen.hypothesis.mechanisms == ("actuation.delay",)
 
@@ -180,12 +189,11 @@ def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
     assert report["current_offset"] == pytest.approx(0.0, abs=5e-4)
 
 
-def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(monkeypatch):
+def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too():
     problem = dataset(share=0.0, steps=MORE_LEVELS)
     case = late(problem), identified(problem)
     found = answer(*case, ids=FEW)
-    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
-    as_they_are = answer(*case, ids=FEW)
+    as_they_are = answer(*case, ids=FEW, thresholds=UNCORRECTED)
     for one in (found, as_they_are):
         assert one.verdict == "explained"
         assert [cause.id for cause in one.causes] == ["actuation.delay"]
@@ -195,23 +203,22 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too(mon
     assert found.gain.after < 0.6 * as_they_are.gain.after
 
 
-def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too(monkeypatch):
+def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too():
     problem = dataset(share=0.0, steps=MORE_LEVELS)
     case = late(problem), identified(problem)
-    monkeypatch.setattr(causes, "WORTH_PUTTING_RIGHT", np.inf)
-    found = answer(*case, ids=FEW)
-    monkeypatch.undo()
-    monkeypatch.setattr(finer_loops, "LEAST_GAIN", 5.0)  # more than loops gain, less than the delay does
-    ask = SearchRequest(
-        dataclasses.replace(found.problem, executor=None),
+    found = answer(*case, ids=FEW, thresholds=UNCORRECTED)
+    clean = dataclasses.replace(found.problem, executor=None, thresholds=Thresholds())
+    request = SearchRequest(
+        with_limits(clean, least_holdout_gain=5.0),  # more than loops gain, less than the delay does
         found.search.nominal.hypothesis, case[1], case[0], found.tests,
         FEW, DiagnosisOptions(), WorkBudget.of(60.0), lambda text: None,
     )  # fmt: skip
-    assert _Mended(ask, []).at_last(found.search).hysteresis_refit is not None
+    assert correct_after_search(request, found.search).hysteresis_refit is not None
     several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))
-    assert _Mended(ask, []).at_last(several) is several
+    assert correct_after_search(request, several) is several
     left = found.search._replace(passes=False)
-    assert ask.relearning(found.problem.subject.identified(case[1], case[0])).behind(left) is left
+    loops = found.problem.subject.identified(case[1], case[0])
+    assert request.loop_refitter(loops).refit_behind(left) is left
 
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):

@@ -17,7 +17,7 @@ from rtctl.diagnosis.residual.missing_force import residual_shape
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import OSCILLATOR
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 IDS = (
     "stiffness.cubic",

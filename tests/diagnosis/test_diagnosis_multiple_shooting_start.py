@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import resolved
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import OSCILLATOR
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 
 def data_of(

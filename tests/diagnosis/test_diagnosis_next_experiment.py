@@ -41,7 +41,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import OSCILLATOR
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 NOISE_MM = 0.1
 """What the readings are judged by; they are computed without it, so that evidence is its expectation."""

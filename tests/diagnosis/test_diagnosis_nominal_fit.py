@@ -16,7 +16,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import OSCILLATOR
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 SOFTENING = {"stiffness_cubic": (-430.0, "1/(mm^2*s^2)")}
 """Beyond 6.1 mm it pushes away."""

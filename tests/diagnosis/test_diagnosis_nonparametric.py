@@ -20,7 +20,6 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.nonparametric import (
-    SUSPECT,
     compute_memory_p_value,
     find_better_alternative,
     find_memory_alternative,
@@ -36,7 +35,7 @@ DEADBAND = "actuation.deadband"
 
 
 def cooling_slowly() -> Vo2Simulation:
-    made = simulation().extended(("unnamed.heat_balance",))
+    made = simulation().extended(("nonparametric.heat_balance",))
     own = [1.0 if one.declared.name == "cooling" else one.value for one in made.parameters]
     return made.with_values(np.array(own))
 
@@ -48,7 +47,9 @@ def named_by(
     nominal = fit_hypothesis(problem, simulation, ())
     assert nominal is not None
     named = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, (identity,))), lambda text: None
+        problem,
+        propose_candidates(run_residual_tests(nominal, problem, (identity,)), problem.thresholds.search),
+        lambda text: None,
     )[0]
     assert named.mechanisms == (identity,)
     assert named.cost < 0.8 * nominal.cost
@@ -91,7 +92,7 @@ def test_a_cause_stands_only_if_no_law_without_a_name_leaves_less(device: str, s
 @cache
 def braked(hidden: str) -> tuple[Problem, Hypothesis, Hypothesis]:
     """Two records of an oscillator with dry friction or with a damping by the root of speed, and both fits to them."""
-    made = unnamed("unnamed.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
+    made = unnamed("nonparametric.dissipation", half=200.0) if hidden == "root" else device(FRICTION)
     return named_by(of(made), device(), "friction.coulomb")
 
 
@@ -129,7 +130,7 @@ def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said
 def test_nor_is_a_stop_called_a_spring_that_hardens_and_the_law_that_leaves_least_is_told() -> None:
     place = 1.2 * float(np.std(of(device()).records[0].measured["displacement"]))
     problem, nominal, named = named_by(
-        of(unnamed("unnamed.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
+        of(unnamed("nonparametric.stop", above=8e3, below=8e3, place=place)), device(), "stiffness.cubic"
     )
     assert find_better_alternative(problem, nominal, named, WorkBudget.of()).startswith(
         "The restoring force has a kink"
@@ -154,7 +155,7 @@ def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise
             "time_constant": {"value": 8e-3, "unit": "s"},
         },
     }
-    made = unnamed("unnamed.relaxations", **RELAXING) if hidden == "many" else device(single)
+    made = unnamed("nonparametric.relaxations", **RELAXING) if hidden == "many" else device(single)
     problem, nominal, named = named_by(of(made), device(), "stiffness.viscoelastic")
     found = find_better_alternative(problem, nominal, named, WorkBudget.of())
     assert found.startswith(said) if said else not found
@@ -164,7 +165,7 @@ def late_by(radians: float, share: float) -> Problem:
     """Two records of the device with a force that follows it late, as much of its stiffness as `share`."""
     rate = float(np.sqrt(1.6e4))
     time = radians / rate / 48.0
-    return of(unnamed("unnamed.feedback", late=share * 1.6e4, time=time))
+    return of(unnamed("nonparametric.feedback", late=share * 1.6e4, time=time))
 
 
 def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
@@ -172,13 +173,14 @@ def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() ->
     problem = late_by(9.0, 0.03)
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
-    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < SUSPECT
+    suspect = problem.thresholds.search.memory_p
+    assert compute_memory_p_value(run_residual_tests(nominal, problem, ()), problem) < suspect
     assert find_memory_alternative(
         problem, nominal, run_residual_tests(nominal, problem, ()), WorkBudget.of()
     ).startswith("A force follows")
     friction, nominal, named = braked("dry")
     report: list[str] = []
-    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > SUSPECT
+    assert compute_memory_p_value(run_residual_tests(named, friction, ()), friction) > suspect
     assert not find_memory_alternative(
         friction, nominal, run_residual_tests(named, friction, ()), WorkBudget.of(), report.append
     )

@@ -17,7 +17,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import OSCILLATOR
+from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
 WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
 """At 7.3 mm either way; it rocks in one at 9 Hz."""

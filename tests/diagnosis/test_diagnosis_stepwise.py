@@ -1,4 +1,4 @@
-"""Which set goes first where none passes, and which smaller one is asked again behind one that does."""
+"""Which set is best where none passes, and which smaller one is tested again behind one that does."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.search.stepwise import _all_but_passing, _had_stopped_short
+from rtctl.diagnosis.search.backward_elimination import had_stopped_short
+from rtctl.diagnosis.search.stepwise import find_almost_passing
+from rtctl.diagnosis.thresholds import SearchThresholds
+
+LIMITS = SearchThresholds()
 
 
 @pytest.mark.parametrize(
@@ -20,9 +24,9 @@ from rtctl.diagnosis.search.stepwise import _all_but_passing, _had_stopped_short
     ids=["the second all but passes", "the first does as well", "none does"],
 )
 def test_where_none_passes(p_values: tuple[float, ...], first: int | None) -> None:
-    examined: list[Any] = [SimpleNamespace(p_value=value) for value in p_values]
-    found = _all_but_passing(examined)
-    assert found is (None if first is None else examined[first])
+    tested: list[Any] = [SimpleNamespace(p_value=value) for value in p_values]
+    best = find_almost_passing(tested, LIMITS.almost_passing_p)
+    assert best is (None if first is None else tested[first])
 
 
 @pytest.mark.parametrize(
@@ -31,9 +35,9 @@ def test_where_none_passes(p_values: tuple[float, ...], first: int | None) -> No
     ids=["much lower", "a little lower", "no lower"],
 )
 def test_a_smaller_set_is_asked_again_if_it_ends_lower(cost: float, asked: bool) -> None:
-    assert _had_stopped_short(cost, 1.0, 0.5) is asked
+    assert had_stopped_short(cost, 1.0, 0.5, LIMITS.improved_share) is asked
 
 
 @pytest.mark.parametrize(("cost", "asked"), [(0.99995, True), (1.0, False)], ids=["lower", "no lower"])
 def test_as_low_as_the_larger_set_a_little_will_do(cost: float, asked: bool) -> None:
-    assert _had_stopped_short(cost, 1.0, 0.9999) is asked
+    assert had_stopped_short(cost, 1.0, 0.9999, LIMITS.improved_share) is asked

@@ -21,16 +21,17 @@ from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.checks import split
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
-from rtctl.diagnosis.search.stepwise import _unstuck
+from rtctl.diagnosis.search.state import SearchSettings, SearchState
+from rtctl.diagnosis.search.stepwise import find_lower_nominal
 from rtctl.diagnosis.search.successive_halving import (
-    PROMISING,
     Candidate,
-    _in_another_form,
-    _in_contention,
-    _promising,
-    _to_the_end,
+    fit_in_rounds,
     halve_successively,
+    is_in_contention,
+    select_other_forms,
+    select_promising,
 )
+from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
@@ -38,6 +39,7 @@ from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 DRIFT = "thermal.ambient_drift"
+LIMITS = SearchThresholds()
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +68,17 @@ def runner(nominal: Hypothesis, coefficient: float) -> Candidate:
     )  # fmt: skip
 
 
+def lower_nominal(problem: Problem, nominal: Hypothesis, first: Hypothesis) -> Hypothesis | None:
+    """Of a search whose best single cause is `first`."""
+    tested = run_residual_tests(nominal, problem, ())
+    settings = SearchSettings(ids=(), level=0.01, budget=WorkBudget.of(np.inf))
+    state = SearchState(
+        settings=settings, given=problem, problem=problem, nominal=tested, best=tested, smaller=tested,
+        parents=(tested,), fits=(first,), size=1,
+    )  # fmt: skip
+    return find_lower_nominal(state)
+
+
 def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
     (near,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
@@ -90,7 +103,7 @@ def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
     _, nominal = fitted_case
 
     def goes_on(cost: float, promised: float) -> bool:
-        return _in_contention(replace(nominal, cost=cost, promised=promised), 1.0)
+        return is_in_contention(replace(nominal, cost=cost, promised=promised), 1.0, LIMITS)
 
     assert goes_on(1.4, 1.3)
     assert not goes_on(1.6, 1.1)
@@ -116,7 +129,9 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     found = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",))), lambda text: None
+        problem,
+        propose_candidates(run_residual_tests(nominal, problem, ("drive.lag",)), LIMITS),
+        lambda text: None,
     )[0]
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
@@ -133,10 +148,10 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[P
         (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
         for name, those in promises.items()
     }
-    going = _promising(begun, 0.9)
+    going = select_promising(begun, 0.9, LIMITS)
     assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
-    assert len(going) == PROMISING
-    assert not _promising(begun, 0.4)
+    assert len(going) == LIMITS.promising
+    assert not select_promising(begun, 0.4, LIMITS)
 
 
 def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
@@ -144,17 +159,17 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
 ) -> None:
     """The cheapest start leads the set, and the most promising one is another."""
     problem, nominal = fitted_case
-    monkeypatch.setattr("rtctl.diagnosis.search.successive_halving.SECOND", 0)
+    no_second_round = Thresholds(search=replace(LIMITS, second_round=0))
     entered: list[float] = []
 
-    def counted(problem: Problem, one: Hypothesis, laps: int) -> Hypothesis:
+    def counted(problem: Problem, one: Hypothesis) -> Hypothesis:
         entered.append(one.cost)
         return one
 
-    monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._further", counted)
-    field = _to_the_end(
-        problem, [runner(nominal, size) for size in (0.0, 0.3)], lambda text: None, WorkBudget.of(99.0)
-    )
+    monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._fit_further", counted)
+    starts = [runner(nominal, size) for size in (0.0, 0.3)]
+    problem = replace(problem, thresholds=no_second_round)
+    field = fit_in_rounds(problem, starts, lambda text: None, WorkBudget.of(99.0))
     assert len(entered) == 1
     assert len(field) == 1
 
@@ -165,11 +180,11 @@ def test_a_nominal_model_that_was_stuck_goes_where_the_best_cause_led(
     """Only if it begins there below where it had ended, and ends far below."""
     problem, nominal = fitted_case
     (first,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
-    assert _unstuck(problem, nominal, first) is None
+    assert lower_nominal(problem, nominal, first) is None
     detuned = [0.8 * one.value if one.name == "stiffness" else one.value for one in device().parameters]
     stuck = fit_hypothesis(problem, device().with_values(np.array(detuned)), (), nominal.starts, 0)
     assert stuck is not None
-    lower = _unstuck(problem, stuck, first)
+    lower = lower_nominal(problem, stuck, first)
     assert lower is not None
     assert lower.mechanisms == ()
     assert lower.cost == pytest.approx(nominal.cost, rel=1e-3)
@@ -180,10 +195,10 @@ def test_a_shorter_step_ends_between_the_parent_and_the_first(
 ) -> None:
     _, nominal = fitted_case
     whole = runner(nominal, 200.0)
-    part = whole.shorter(0.1)
+    part = whole.shortened(0.1)
     assert part.simulation.parameters[-1].value == pytest.approx(20.0)
     np.testing.assert_allclose(part.starts, nominal.starts)
-    assert whole.shorter(1.0).simulation.parameters == whole.simulation.parameters
+    assert whole.shortened(1.0).simulation.parameters == whole.simulation.parameters
 
 
 def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() -> None:
@@ -208,14 +223,8 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
     assert found is not None
     assert found.cost < 0.1 * nominal.cost
     stuck, ids = replace(nominal, mechanisms=("drive.lag",)), ("drive.delay", "drive.lag", "stiffness.cubic")
-    field = refit_challengers(
-        problem,
-        [run_residual_tests(nominal, problem, ids)],
-        [found, stuck],
-        ids,
-        lambda text: None,
-        WorkBudget.of(60.0),
-    )
+    settings = SearchSettings(ids=ids, level=0.01, budget=WorkBudget.of(60e8))
+    field = refit_challengers(problem, [run_residual_tests(nominal, problem, ids)], [found, stuck], settings)
     assert field[0].mechanisms == ("drive.lag",)
     assert field[0].cost < found.cost
 
@@ -249,7 +258,7 @@ def test_what_only_grows_with_time_is_looked_for_in_whole_records() -> None:
         DRIFT,
     )
     field = halve_successively(
-        problem, propose_candidates(run_residual_tests(nominal, problem, ids)), lambda text: None
+        problem, propose_candidates(run_residual_tests(nominal, problem, ids), LIMITS), lambda text: None
     )
     assert (DRIFT,) in [one.mechanisms for one in field]
 
@@ -266,5 +275,5 @@ def test_another_form_of_a_set_that_goes_to_the_end_goes_with_it(
     first, second = one("mode.second drive.delay", 1.0), one("mode.second sensor.lag", 1.1)
     driven, hopeless = one("mode.second drive.delay", 3.0), one("sensor.lag mode.second", 40.0)
     field = [first, second, one("damping.quadratic", 1.2), driven, hopeless]
-    found = _in_another_form(field, [first, second])
+    found = select_other_forms(field, [first, second], LIMITS)
     assert [each is driven for each in found] == [True]

@@ -9,6 +9,7 @@ import pytest
 
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import classify_outcome
+from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.diagnosis.verification.verdict import confirmed, doubtful
 
 
@@ -68,7 +69,7 @@ def test_a_part_is_explained_by_what_is_removed_or_by_half_of_it_where_the_gate_
     left: float, p_value: float, said: str
 ) -> None:
     search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False)
-    assert classify_outcome(search, 0.9) == said
+    assert classify_outcome(search, 0.9, SearchThresholds()) == said
 
 
 @pytest.mark.parametrize(

@@ -107,5 +107,7 @@ def test_the_table_is_the_registry() -> None:
 
 def test_the_files_that_the_page_points_to_exist() -> None:
     package = PAGE.parents[1] / "plant_sim" / "oscillator"
-    for name in re.findall(r"`(\w+\.py)`", TEXT):
-        assert (package / name).exists() or (package / "mechanisms" / name).exists(), name
+    for name in re.findall(r"`([\w/]+\.py)`", TEXT):
+        assert any(
+            (folder / name).exists() for folder in (PAGE.parents[1], package, package / "mechanisms")
+        ), name

@@ -30,7 +30,7 @@ def test_the_table_is_the_registry() -> None:
 
 def test_the_files_that_the_page_points_to_exist() -> None:
     package = PAGE.parents[1] / "rtctl" / "simulations" / "vo2"
-    named = re.findall(r"`(\w+\.py)`", TEXT)
+    named = re.findall(r"`([\w/]+\.py)`", TEXT)
     assert len(named) > 3
     for name in named:
         assert (package / name).exists() or (package / "mechanisms" / name).exists(), name

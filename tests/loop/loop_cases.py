@@ -11,7 +11,8 @@ from rtctl.controllers.playback import PlaybackController
 from rtctl.interfaces import Clock, Controller, Estimate, Estimator
 from rtctl.loop.supervisor import TIMING_COLUMNS, LoopParts, LoopPlan, signal_columns
 from rtctl.recording import Recorder
-from rtctl.safety.limits import CommandLimits, Plausibility
+from rtctl.safety.limits import CommandLimits
+from rtctl.safety.plausibility import Plausibility
 from rtctl.timing.clock import SimulatedClock
 
 SAFE = 1.0

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from loop_cases import FIRST, SAFE, ScriptedDriver, parts_of
 
@@ -40,12 +40,14 @@ def test_buckets_cover_every_duration_once_and_are_narrow() -> None:
     assert bounds[-1][1] >= 18 * 60 * 1e9
 
 
+@settings(deadline=None)  # the first example compiles
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=300), st.sampled_from([0.5, 0.9, 0.99, 0.999]))
 def test_a_quantile_is_that_of_numpy_to_a_hundredth(values: list[int], share: float) -> None:
     exact = float(np.quantile(values, share, method="inverted_cdf"))
     assert histogram_of(values).quantile_ns(share) == pytest.approx(exact, rel=1 / 100, abs=0.5)
 
 
+@settings(deadline=None)  # the first example compiles
 @given(st.lists(st.integers(-5, 2**50), min_size=1, max_size=100))
 def test_nothing_is_lost(values: list[int]) -> None:
     histogram = histogram_of(values)

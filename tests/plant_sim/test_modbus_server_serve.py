@@ -23,10 +23,12 @@ from rtctl.border.errors import InputError
 pytestmark = pytest.mark.wire
 
 SERVE = """
+import signal
 import sys
 from pathlib import Path
 from plant_sim.wire.serve import Wires, serve
 from recording_plant import RecordingPlant
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup, if the tests run under it, is inherited
 serve(RecordingPlant(), Wires(rtu_path=Path(sys.argv[1]), tcp="127.0.0.1:0"))
 """
 
@@ -48,7 +50,7 @@ def serving(path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
             process.kill()
 
 
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_serves_until_a_signal_and_leaves_nothing_behind(tmp_path: Path, end: signal.Signals) -> None:
     path = tmp_path / "port"
     with serving(path) as (process, ready):

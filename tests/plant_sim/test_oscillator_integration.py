@@ -11,8 +11,7 @@ from duffing_cases import CUBIC, GAIN, PERIOD_S, STIFFNESS, FloatArray, lane, mu
 from plant_sim.oscillator.equation.memory import combined
 from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import TERMS, nominal
-from plant_sim.oscillator.integration.binding import bind
-from plant_sim.oscillator.integration.rk4_memory import rk4_memory
+from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.steps import Plan
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.mechanisms import MECHANISMS
@@ -30,7 +29,9 @@ def free_mass(
     return found["displacement"][0], found["velocity"][0]
 
 
-@pytest.mark.parametrize("mechanisms", [(), ("stiffness.viscoelastic",)], ids=["rk4", "rk4_memory"])
+@pytest.mark.parametrize(
+    "mechanisms", [(), ("stiffness.viscoelastic",)], ids=["without states", "with states"]
+)
 def test_the_error_falls_with_the_fourth_power_of_the_step(mechanisms: tuple[str, ...]) -> None:
     bound = simulation(*mechanisms)
     shapes = {f"{name}.{key}": 0.3 * STIFFNESS if key == "stiffness" else 0.02
@@ -125,5 +126,5 @@ def test_kernels_of_two_memories_are_kept_on_disk_under_their_own_names() -> Non
         memory = MECHANISMS[identity].memory
         assert memory is not None
         law = combined(nominal, [(memory.law, len(TERMS), memory.states)])
-        names.append(bind(rk4_memory, acceleration=law).py_func.__name__)
+        names.append(bind_rk4(law, memory.states).py_func.__name__)
     assert len(set(names)) == 2

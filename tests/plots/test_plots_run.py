@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from plots_cases import run_signals
 
+from rtctl.border.records import VO2
 from rtctl.plots.elements.errors import shown_limit
 from rtctl.plots.run import plot_run, run_figure
 
@@ -34,7 +35,7 @@ def headline_of(figure: Figure) -> str:
 
 def test_short_runs_draw_every_sample_given() -> None:
     time_s, signals = run_signals(2000)
-    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, range_um=57.0)
+    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, output_range=57.0, profile=VO2)
     following, errors = panel(figure, "deflection [µm]"), panel(figure, "error [µm]")
     for label in ("setpoint", "deflection", "estimate"):
         assert np.array_equal(line(following, label), [time_s, signals[label]])
@@ -46,7 +47,7 @@ def test_short_runs_draw_every_sample_given() -> None:
 
 def test_every_axis_has_a_label_with_its_unit() -> None:
     time_s, signals = run_signals(2000)
-    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, range_um=57.0)
+    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, output_range=57.0, profile=VO2)
     against_time, planes = figure.subfigs[0].axes, figure.subfigs[1].axes
     labels = {axes.get_ylabel() for axes in against_time} | {against_time[-1].get_xlabel()}
     assert labels == LABELS
@@ -61,7 +62,9 @@ def test_the_headline_states_mean_and_maximum_in_um_and_percent() -> None:
     time_s, signals = run_signals(2000)
     signals["deflection"] = signals["setpoint"] + 1.14
     signals["estimate"] = signals["deflection"] - 0.57
-    text = headline_of(run_figure(time_s, signals, title="steps", closed_loop=True, range_um=57.0))
+    text = headline_of(
+        run_figure(time_s, signals, title="steps", closed_loop=True, output_range=57.0, profile=VO2)
+    )
     assert "steps: tracks to 2.00 % of range on average" in text
     assert "tracking error mean 1.14 µm (2.00 %), max 1.14 µm (2.00 %)" in text
     assert "self-sensing error mean 0.57 µm (1.00 %), max 0.57 µm (1.00 %)" in text
@@ -69,7 +72,7 @@ def test_the_headline_states_mean_and_maximum_in_um_and_percent() -> None:
 
 def test_an_open_loop_run_speaks_of_self_sensing_only() -> None:
     time_s, signals = run_signals(2000)
-    figure = run_figure(time_s, signals, title="staircase", closed_loop=False, range_um=57.0)
+    figure = run_figure(time_s, signals, title="staircase", closed_loop=False, output_range=57.0, profile=VO2)
     assert "self-senses to" in headline_of(figure)
     assert "tracking" not in headline_of(figure)
     assert not [
@@ -80,7 +83,7 @@ def test_an_open_loop_run_speaks_of_self_sensing_only() -> None:
 @pytest.mark.parametrize("frequency_hz", [0.1, 10.0])
 def test_a_run_of_a_minute_draws_a_bounded_number_of_points(frequency_hz: float, tmp_path: Path) -> None:
     time_s, signals = run_signals(60_000, frequency_hz)
-    figure = run_figure(time_s, signals, title="long", closed_loop=True, range_um=57.0)
+    figure = run_figure(time_s, signals, title="long", closed_loop=True, output_range=57.0, profile=VO2)
     drawn = [line for part in figure.subfigs for axes in part.axes for line in axes.lines]
     assert max(len(line.get_xdata()) for line in drawn) <= 12_000
     assert sum(len(line.get_xdata()) for line in drawn) < 90_000
@@ -89,7 +92,7 @@ def test_a_run_of_a_minute_draws_a_bounded_number_of_points(frequency_hz: float,
 
 def test_a_fast_reference_is_magnified_over_its_last_cycles() -> None:
     time_s, signals = run_signals(60_000, 10.0)
-    figure = run_figure(time_s, signals, title="fast", closed_loop=True, range_um=57.0)
+    figure = run_figure(time_s, signals, title="fast", closed_loop=True, output_range=57.0, profile=VO2)
     top = figure.subfigs[0].axes[0]
     shown = line(top, "deflection")
     assert shown[0][-1] == time_s[-1]
@@ -101,27 +104,51 @@ def test_without_an_instrument_the_figure_shows_estimate_and_says_so(tmp_path: P
     time_s, signals = run_signals(2000)
     signals["deflection"] = np.full(2000, np.nan)
     signals["estimate_standard_error"] = np.full(2000, np.inf)
-    figure = run_figure(time_s, signals, title="blind", closed_loop=True, range_um=57.0)
+    figure = run_figure(time_s, signals, title="blind", closed_loop=True, output_range=57.0, profile=VO2)
     assert "no external instrument" in headline_of(figure)
     drawn = line(panel(figure, "error [µm]"), "setpoint − estimate")
     assert np.array_equal(drawn[1], signals["setpoint"] - signals["estimate"])
-    plot_run(tmp_path / "blind.png", time_s, signals, title="blind", closed_loop=True, range_um=57.0)
+    plot_run(
+        tmp_path / "blind.png",
+        time_s,
+        signals,
+        title="blind",
+        closed_loop=True,
+        output_range=57.0,
+        profile=VO2,
+    )
 
 
 def test_a_run_cut_short_with_missing_readings_is_still_drawn(tmp_path: Path) -> None:
     time_s, signals = run_signals(300)
     for name in signals:
         signals[name][250:] = np.nan
-    plot_run(tmp_path / "fault.png", time_s, signals, title="fault", closed_loop=True, range_um=57.0)
+    plot_run(
+        tmp_path / "fault.png",
+        time_s,
+        signals,
+        title="fault",
+        closed_loop=True,
+        output_range=57.0,
+        profile=VO2,
+    )
     nothing = {name: np.full(300, np.nan) for name in signals}
-    plot_run(tmp_path / "nothing.png", time_s, nothing, title="nothing", closed_loop=True, range_um=57.0)
+    plot_run(
+        tmp_path / "nothing.png",
+        time_s,
+        nothing,
+        title="nothing",
+        closed_loop=True,
+        output_range=57.0,
+        profile=VO2,
+    )
     assert (tmp_path / "nothing.png").stat().st_size > 10_000
 
 
 def test_the_file_is_a_picture_wide_enough_for_a_readme(tmp_path: Path) -> None:
     time_s, signals = run_signals(2000)
     path = tmp_path / "made" / "run.png"
-    plot_run(path, time_s, signals, title="a sine", closed_loop=True, range_um=57.0)
+    plot_run(path, time_s, signals, title="a sine", closed_loop=True, output_range=57.0, profile=VO2)
     height, width, _ = imread(path).shape
     assert (width, height) == (1840, 1344)
     assert list(path.parent.iterdir()) == [path]
@@ -132,7 +159,10 @@ def test_the_error_axis_shows_noise_whole_and_cuts_the_jumps_of_steps_with_a_not
     assert shown_limit(noise, 2.0) == np.abs(noise).max()
     time_s, signals = run_signals(2000)
     signals["setpoint"][1000:1010] += 40.0
-    axes = panel(run_figure(time_s, signals, title="steps", closed_loop=True, range_um=57.0), "error [µm]")
+    axes = panel(
+        run_figure(time_s, signals, title="steps", closed_loop=True, output_range=57.0, profile=VO2),
+        "error [µm]",
+    )
     assert axes.get_ylim()[1] < 10.0
     assert "beyond this axis" in axes.texts[0].get_text()
 
@@ -141,8 +171,17 @@ def test_a_missing_signal_or_another_length_is_named() -> None:
     time_s, signals = run_signals(100)
     del signals["current"]
     with pytest.raises(ValueError, match="missing: current"):
-        run_figure(time_s, signals, title="", closed_loop=True, range_um=57.0)
+        run_figure(time_s, signals, title="", closed_loop=True, output_range=57.0, profile=VO2)
     with pytest.raises(ValueError, match=r"current \(7,\)"):
-        run_figure(time_s, signals | {"current": np.ones(7)}, title="", closed_loop=True, range_um=57.0)
+        run_figure(
+            time_s,
+            signals | {"current": np.ones(7)},
+            title="",
+            closed_loop=True,
+            output_range=57.0,
+            profile=VO2,
+        )
     with pytest.raises(ValueError, match="range that percents refer to must be > 0"):
-        run_figure(time_s, signals | {"current": time_s}, title="", closed_loop=True, range_um=0.0)
+        run_figure(
+            time_s, signals | {"current": time_s}, title="", closed_loop=True, output_range=0.0, profile=VO2
+        )

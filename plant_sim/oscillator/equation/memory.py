@@ -1,4 +1,4 @@
-"""States of a mechanism's own (a relaxing spring, a hysteretic force): how the integrator holds them.
+"""States of mechanisms (a relaxing spring, a hysteretic force), as the integrator holds them.
 
 A memory law is `(z, v, u, t, w, p, row, j) -> (acceleration, dw/dt)`: `w` the tuple of its states, `p[row + i, j]` its
 own parameter i in lane j. States are tuples, which the compiler keeps in registers; their number is a constant of the
@@ -20,7 +20,7 @@ tuple_setitem: Any = numba_tuple.tuple_setitem  # an intrinsic: mypy sees its wr
 
 @law
 def loaded(zeros: Any, w: Any, j: int) -> Any:
-    """The states of lane `j` of `w` (states, lanes) as a tuple as long as `zeros`."""
+    """Return the states of lane `j` of `w` (states, lanes) as a tuple as long as `zeros`."""
     result = zeros
     for s in range(len(zeros)):
         result = tuple_setitem(result, s, w[s, j])
@@ -29,7 +29,7 @@ def loaded(zeros: Any, w: Any, j: int) -> Any:
 
 @law
 def moved(w: Any, h: float, d: Any) -> Any:
-    """`w + h d`, element by element."""
+    """Return `w + h d`, element by element."""
     result = w
     for s in range(len(w)):
         result = tuple_setitem(result, s, w[s] + h * d[s])
@@ -38,7 +38,7 @@ def moved(w: Any, h: float, d: Any) -> Any:
 
 @law
 def store(w: Any, j: int, values: Any) -> None:
-    """Lane `j` of `w` (states, lanes) is `values`."""
+    """Set lane `j` of `w` (states, lanes) to `values`."""
     for s in range(len(values)):
         w[s, j] = values[s]
 
@@ -49,20 +49,20 @@ ROW = STATES_BEFORE = 0
 
 
 def with_memory(z: float, v: float, u: float, t: float, w: Any, p: Any, j: int) -> Any:
-    """z'' and the states' rates of the memoryless law `base` and the memory law `added`."""
+    """Return z'' and the states' rates of the memoryless law `base` and the memory law `added`."""
     force, rates = added(z, v, u, t, w, p, ROW, j)
     return base(z, v, u, t, p, j) + force, rates
 
 
 def with_more_memory(z: float, v: float, u: float, t: float, w: Any, p: Any, j: int) -> Any:
-    """The same where `base` has states already, the first `STATES_BEFORE`."""
+    """Return the same if `base` has states already, the first `STATES_BEFORE`."""
     before, rates_before = base(z, v, u, t, w[:STATES_BEFORE], p, j)
     force, rates = added(z, v, u, t, w[STATES_BEFORE:], p, ROW, j)
     return before + force, rates_before + rates
 
 
 def combined(memoryless: Any, laws: Sequence[tuple[Any, int, int]]) -> Any:
-    """One law of a memoryless one and memory laws, each with its first row in `p` and its number of states."""
+    """Return one law of a memoryless one and memory laws, each with its first row in `p` and its number of states."""
     total = memoryless
     states = 0
     for law_, row, count in laws:

@@ -28,8 +28,7 @@ from plant_sim.oscillator.equation.terms import (
 )
 from plant_sim.oscillator.integration.binding import bind
 from plant_sim.oscillator.integration.friction import note, resistance, settle
-from plant_sim.oscillator.integration.rk4 import rk4
-from plant_sim.oscillator.integration.rk4_memory import rk4_memory
+from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting
 from plant_sim.oscillator.integration.steps import Plan, plan
 from plant_sim.oscillator.mechanism import Driven, Memory, OscillatorMechanism
@@ -37,16 +36,19 @@ from plant_sim.oscillator.nominal import ROWS
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter
 
+COST_WITH_MEMORY = 2.5
+"""Time of a step that moves mechanisms' states along, over that of one that does not (measured: 96 to 40 ns)."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equation:
-    """`rows` (rows, lanes): the terms, then the constants of each memory."""
+    """An equation of motion; `rows` (rows, lanes) hold the terms, then the constants of each memory."""
 
     rows: FloatArray
     terms: frozenset[str]
     memories: tuple[Memory, ...]
     constants: tuple[int, ...] = ()
-    """Rows of each memory."""
+    """Number of rows of each memory."""
     own_rate: Callable[[float], float] = lambda speed: 0.0
     """Rate [1/s] that mechanisms add at speeds up to the given one."""
 
@@ -54,7 +56,7 @@ class Equation:
     def of(
         cls, parameters: Sequence[FreeParameter], active: Sequence[OscillatorMechanism], values: FloatArray
     ) -> Equation:
-        """From the values (lanes, parameters) and the mechanisms that act in them."""
+        """Build an equation from values (lanes, parameters) and the mechanisms that are active in them."""
         column = {parameter.name: k for k, parameter in enumerate(parameters)}
         table = np.zeros((len(TERMS), len(values)))
         for name, row in ROWS.items():
@@ -94,7 +96,7 @@ class Equation:
         )
 
     def rest(self) -> float:
-        """Distance of the farthest equilibrium without drive: 0, or that of the wells."""
+        """Return the distance of the farthest equilibrium without drive: 0, or that of the wells."""
         stiffness, cubic = self.rows[STIFFNESS], self.rows[CUBIC]
         bistable = (stiffness < 0.0) & (cubic > 0.0)
         return float(np.sqrt(-stiffness[bistable] / cubic[bistable]).max(initial=0.0))
@@ -102,9 +104,13 @@ class Equation:
     def rates(
         self, reach: float, drive: float = 0.0, duration_s: float = 0.0, swing: float = math.inf
     ) -> tuple[float, float]:
-        """Fastest angular frequency and damping [1/s] of motions up to `reach` under drives up to `drive`.
+        """Return the fastest angular frequency and damping [1/s].
 
-        swing: half of their range, if it is less.
+        Args:
+            reach: largest displacement of the motions.
+            drive: largest drive.
+            duration_s: time over which the stiffness drifts [s].
+            swing: half of the motions' range, if it is less than `reach`.
         """
         p, reach2 = np.abs(self.rows), reach * reach
         stiffness = p[STIFFNESS] + 2.0 * p[QUADRATIC] * reach + 3.0 * p[CUBIC] * reach2
@@ -115,7 +121,7 @@ class Equation:
         return math.hypot(rate, self.own_rate(speed)), float(damping.max())
 
     def share(self, reach: float) -> float:
-        """Of the nonlinear force in the linear one at `reach`; infinite where a splitting cannot take it apart."""
+        """Return the share of the nonlinear force in the linear one at `reach`; infinite if it cannot be split."""
         if self.memories or not self.terms <= KICKS or not (self.rows[STIFFNESS] > 0.0).all():
             return 0.0 if self._is_linear else math.inf
         p, reach2 = np.abs(self.rows), reach * reach
@@ -140,10 +146,19 @@ class Equation:
         duration_s: float = 0.0,
         swing: float = math.inf,
     ) -> Plan:
-        """How motions up to `reach` under drives up to `drive` are integrated between samples `period_s` apart.
+        """Return how to integrate motions between samples.
 
-        swing: see `rates`; hold: of the drive between its samples; "" where mechanisms make of it what no hold
-        describes, and RK4's short steps are needed. Raises ValueError where no sensible step resolves the model.
+        Args:
+            period_s: sample period [s].
+            reach: largest displacement of the motions.
+            hold: the drive's hold between its samples; "": mechanisms change it so that RK4's short steps are needed.
+            steps_per_period: RK4 steps in a period of the fastest pole; None: chosen.
+            drive: largest drive.
+            duration_s: time over which the stiffness drifts [s].
+            swing: half of the motions' range, if it is less than `reach`.
+
+        Raises:
+            ValueError: no sensible step resolves the model.
         """
         share = self.share(reach) if hold else math.inf
         rate, damping = self.rates(reach, drive, duration_s, swing)
@@ -157,7 +172,7 @@ class Equation:
         )
 
     def integrate(self, drive: Driven, how: Plan, start: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
+        """Return displacement and velocity (lanes, samples) from `start` (lanes, 2)."""
         lanes, samples = self.rows.shape[1], len(drive.nodes) // how.substeps + 1
         z, v = start[:, 0].copy(), start[:, 1].copy()
         out_z, out_v = np.empty((samples, lanes)), np.empty((samples, lanes))
@@ -170,12 +185,20 @@ class Equation:
         return np.ascontiguousarray(out_z.T), np.ascontiguousarray(out_v.T)
 
     @property
+    def step_cost(self) -> float:
+        """Work of one integration step, in steps without states of their own."""
+        return COST_WITH_MEMORY if self.memories else 1.0
+
+    @property
     def states(self) -> int:
-        """Of all memories."""
+        """Number of states of all memories."""
         return sum(memory.states for memory in self.memories)
 
     def own_start(self, z: FloatArray, v: FloatArray) -> FloatArray:
-        """States (states, lanes) of all memories where motions start from displacement z and velocity v (lanes,)."""
+        """Return the states (states, lanes) of all memories where motions start.
+
+        The start is displacement z and velocity v (lanes,).
+        """
         found = [
             np.zeros((memory.states, len(z)))
             if memory.start is None
@@ -194,35 +217,41 @@ class Equation:
         out_v: FloatArray,
         own: FloatArray | None = None,
     ) -> None:
-        """RK4 into `out_z` and `out_v` (samples, lanes).
+        """Integrate by RK4; z, v and the states are left at the end of the drive.
 
-        z, v (lanes,) and the memories' `own` (states, lanes), None: `own_start`, are left at the drive's end.
+        Args:
+            z: displacement (lanes,) at the start.
+            v: velocity (lanes,) at the start.
+            drive: the drive at the integrator's instants.
+            substeps: steps between two samples.
+            out_z: displacement (samples, lanes), out.
+            out_v: velocity (samples, lanes), out.
+            own: the memories' states (states, lanes); None: `own_start`.
         """
         layout = [
             (memory.law, memory.states, constants)
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
-        memory = [self.own_start(z, v) if own is None else own] if layout else []
-        integrator(z, v, *memory, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
+        states = self.own_start(z, v) if own is None else own
+        integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 
 
 @lru_cache(maxsize=256)
 def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
-    """The compiled integrator of an equation with these parts."""
+    """Return the compiled integrator of an equation with these parts."""
     memoryless = law_for(terms - {"friction"}, memory=bool(memories))
     rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
     if not memories:
-        return bind(rk4, acceleration=memoryless, **rubbing)
+        return bind_rk4(memoryless, 0, **rubbing)
     row, laws = len(TERMS), []
     for law, states, constants in memories:
         laws.append((law, row, states))
         row += constants
-    zeros = (0.0,) * sum(states for _, states, _ in memories)
-    return bind(rk4_memory, acceleration=combined(memoryless, laws), **rubbing, ZEROS=zeros)
+    return bind_rk4(combined(memoryless, laws), sum(states for _, states, _ in memories), **rubbing)
 
 
 @lru_cache
 def _splitting(kick: Any) -> Any:
-    """The compiled splitting with this nonlinear force."""
+    """Return the compiled splitting with this nonlinear force."""
     return bind(splitting, kick=kick)

@@ -27,13 +27,13 @@ NOMINAL = frozenset(TERMS[:4])
 
 @law
 def nominal(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """z'' of lane `j` of the nominal model; `p` (rows, lanes)."""
+    """Return z'' of lane `j` of the nominal model; `p` (rows, lanes)."""
     return p[GAIN, j] * u - p[DAMPING, j] * v - (p[STIFFNESS, j] + p[CUBIC, j] * (z * z)) * z
 
 
 @law
 def elastic(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """z'' with a restoring force of every order."""
+    """Return z'' with a restoring force of every order."""
     zz = z * z
     stiffness = p[STIFFNESS, j] + p[CUBIC, j] * zz + (p[QUADRATIC, j] * z + p[QUINTIC, j] * (zz * zz))
     return p[GAIN, j] * u - p[DAMPING, j] * v - stiffness * z
@@ -41,14 +41,14 @@ def elastic(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
 
 @law
 def modulated(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """z'' with a stiffness that the drive and time change."""
+    """Return z'' with a stiffness that the drive and time change."""
     stiffness = p[STIFFNESS, j] + p[CUBIC, j] * (z * z) + (p[PARAMETRIC, j] * u + p[DRIFT, j] * t)
     return p[GAIN, j] * u - p[DAMPING, j] * v - stiffness * z
 
 
 @law
 def damped(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """z'' with a damping that depends on amplitude and speed."""
+    """Return z'' with a damping that depends on amplitude and speed."""
     zz = z * z
     damping = p[DAMPING, j] + (p[DAMPING_2, j] * zz + p[DAMPING_ABS, j] * abs(v))
     return p[GAIN, j] * u - damping * v - (p[STIFFNESS, j] + p[CUBIC, j] * zz) * z
@@ -56,7 +56,7 @@ def damped(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
 
 @law
 def polynomial(z: float, v: float, u: float, t: float, p: Any, j: int) -> Any:
-    """z'' with every term."""
+    """Return z'' with every term."""
     zz = z * z
     stiffness = p[STIFFNESS, j] + p[CUBIC, j] * zz + (p[QUADRATIC, j] * z + p[QUINTIC, j] * (zz * zz))
     modulation = p[PARAMETRIC, j] * u + p[DRIFT, j] * t
@@ -74,9 +74,10 @@ _BESIDE_MEMORY = (_LAWS[1],)
 
 
 def law_for(terms: Set[str], *, memory: bool = False) -> Any:
-    """The cheapest law that has these terms (friction is none of them).
+    """Return the cheapest law that has these terms (friction is none of them).
 
-    Beside a `memory`, of few: its own work hides what a shorter law saves, and each combination is compiled.
+    Beside a `memory` there are few laws: the memory's work hides what a shorter one saves, and each combination has to
+    be compiled.
     """
     return next(
         (found for known, found in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial

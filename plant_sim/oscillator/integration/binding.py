@@ -19,19 +19,19 @@ from typing import Any
 import numba
 
 CONTRACT = {"contract"}
-"""The only liberty the compiler has: a*b + c as one rounded operation, as a C compiler takes by default."""
+"""The only freedom of the compiler: a*b + c as one rounded operation, as a C compiler takes by default."""
 
 LONGEST_NAME = 120
-"""It becomes a file's name in numba's cache."""
+"""Longest name of a bound kernel, which becomes that of a file in numba's cache."""
 
 
 def law(function: Callable[..., Any]) -> Any:
-    """`function` compiled for inlining into templates and other laws."""
+    """Return `function`, compiled for inlining into templates and other laws."""
     return numba.njit(error_model="numpy", fastmath=CONTRACT, forceinline=True, nogil=True)(function)
 
 
 def bind(template: Callable[..., Any], *, inline: bool = False, **laws: Any) -> Any:
-    """A copy of `template`, a plain Python function, with its globals named in `laws` replaced; compiled lazily.
+    """Return a copy of `template`, a plain Python function, with the globals named in `laws` replaced; compiled lazily.
 
     `inline`: it is itself a law that goes into another template.
     """
@@ -51,7 +51,7 @@ def bind(template: Callable[..., Any], *, inline: bool = False, **laws: Any) -> 
 
 
 def _name(bound: Any) -> str:
-    """Part of a bound kernel's name, and so of its cache's: what it was bound to."""
+    """Return the part of a bound kernel's name, and so of its cache's, that says what it was bound to."""
     function = getattr(bound, "py_func", bound)
     if not isinstance(function, FunctionType):
         return re.sub(r"\W+", "_", repr(bound)).strip("_")
@@ -59,7 +59,7 @@ def _name(bound: Any) -> str:
 
 
 def _stamp(functions: list[Any]) -> str:
-    """Of the sources that go into one compiled kernel: the modules of the functions and of what these call."""
+    """Return a stamp of the sources of a compiled kernel: the functions' modules and those of what they call."""
     seen: set[int] = set()
     files: set[str] = set()
     pending = [getattr(function, "py_func", function) for function in functions]

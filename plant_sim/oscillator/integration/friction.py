@@ -18,28 +18,28 @@ from plant_sim.oscillator.equation.terms import FRICTION
 from plant_sim.oscillator.integration.binding import law
 
 NOTED = 5
-"""Of a step and lane: displacement, velocity and acceleration at its start, acceleration at its end, friction in it."""
+"""Number of values noted for a step and lane: displacement, velocity, acceleration at its start and end, friction."""
 
 
 @law
 def no_resistance(v: float, a: float, p: Any, j: int) -> Any:
-    """Of a motion without dry friction."""
+    """Return 0: a motion without dry friction."""
     return 0.0
 
 
 @law
 def not_noted(noted: Any, j: int, z1: float, v1: float, a1: float, a4: float, held: float) -> None:
-    """Nothing has to be put right."""
+    """Note nothing: no step has to be corrected."""
 
 
 @law
 def as_it_is(z: Any, v: Any, noted: Any, h: float, p: Any) -> None:
-    """The end of the step stays."""
+    """Leave the end of the step as it is."""
 
 
 @law
 def resistance(v: float, a: float, p: Any, j: int) -> Any:
-    """Friction [{z}/s^2] during a step that starts at velocity `v`, where the other forces are `a`."""
+    """Return the friction [{z}/s^2] during a step that starts at velocity `v`, where the other forces are `a`."""
     level = p[FRICTION, j]
     against = level if v > 0.0 else -level
     return min(max(a, -level), level) if v == 0.0 else against

@@ -1,4 +1,4 @@
-"""The drive between its samples: what a manifest says of it, or what a mechanism makes of that.
+"""The drive between its samples, as a manifest or a mechanism says.
 
 An integrator needs the drive at the start, the middle and the end of each of its steps: `nodes` (steps, 3). Three and
 not two a step, because a held drive jumps at its samples. Before the first sample it is the first one, after the
@@ -23,14 +23,21 @@ _PADDING = 128
 
 
 def compiled(function: KernelT) -> KernelT:
-    """`function` as a kernel that other threads run beside."""
+    """Return `function` as a kernel during which other threads run."""
     return cast(KernelT, numba.njit(cache=True, nogil=True)(function))
 
 
 def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> FloatArray:
-    """Drive (steps, 3) between `samples` (n,), `substeps` steps an interval, `delay` intervals late.
+    """Return the drive (steps, 3) at the start, middle and end of each step.
 
-    Raises ValueError for an unknown hold.
+    Args:
+        samples: drive (n,) at the samples.
+        hold: how it goes on between them.
+        substeps: steps in an interval.
+        delay: how late the drive is, in intervals.
+
+    Raises:
+        ValueError: the hold is unknown.
     """
     if hold not in HOLDS:
         raise ValueError(f'hold must be one of {", ".join(HOLDS)}, got "{hold}"')
@@ -43,7 +50,7 @@ def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> 
 
 @compiled
 def _fill_linear(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
-    """Straight lines between the samples; all instants of an interval have the same place in every interval."""
+    """Fill straight lines between samples; all instants of an interval have the same place in every interval."""
     last = len(samples) - 1
     instants = 2 * substeps + 1
     whole = np.empty(instants, np.int64)
@@ -65,7 +72,7 @@ def _fill_linear(samples: FloatArray, substeps: int, delay: float, out: FloatArr
 
 @compiled
 def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray) -> None:
-    """Constants; where a delayed jump falls inside a step, the parabola with the same first three moments.
+    """Fill constants; where a delayed jump falls inside a step, the parabola with the same first three moments.
 
     Its mean alone would keep the impulse but not the place: 1e-5 of the motion at 15 steps an interval, and this 1e-8.
     """
@@ -89,7 +96,7 @@ def _fill_held(samples: FloatArray, substeps: int, delay: float, out: FloatArray
 
 
 def _band_limited(samples: FloatArray, substeps: int, delay: float) -> FloatArray:
-    """By a phase in the spectrum."""
+    """Return the drive of a band-limited record by a phase in its spectrum."""
     at = _sinc(samples)
     result = np.empty((len(samples) - 1, substeps, 3))
     for index in range(2 * substeps + 1):
@@ -102,7 +109,7 @@ def _band_limited(samples: FloatArray, substeps: int, delay: float) -> FloatArra
 
 
 def _sinc(samples: FloatArray) -> Callable[[float], FloatArray]:
-    """`at(offset)`: the drive (n,) so many intervals after each sample, by a phase in its spectrum.
+    """Return `at(offset)`: the drive (n,) so many intervals after each sample, by a phase in its spectrum.
 
     Exact for a drive without content from half the sample rate on.
     """

@@ -20,25 +20,25 @@ from plant_sim.oscillator.integration.holds import compiled
 from rtctl.border.arrays import FloatArray
 
 PARABOLA: FloatArray = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [2.0, -4.0, 2.0]])
-"""Coefficients of 1, s, s^2 from values at s = 0, 1/2, 1."""
+"""Matrix: coefficients of 1, s, s^2 from values at s = 0, 1/2, 1."""
 PARABOLA_OF_MOMENTS: FloatArray = np.array([[9.0, -36.0, 30.0], [-1.5, 15.0, -15.0], [3.0, -24.0, 30.0]])
-"""Values at s = 0, 1/2, 1 of the parabola with given integrals of x, s x, s^2 x from 0 to 1."""
+"""Matrix: values at s = 0, 1/2, 1 of the parabola with given integrals of x, s x, s^2 x from 0 to 1."""
 SERIES_BELOW = 4.0
 SERIES_TERMS = 40
-"""4^40 / 40! is 1e-24."""
+"""Terms of a series: 4^40 / 40! is 1e-24."""
 
 
 class Lag(NamedTuple):
-    """What a lag makes of s^k over a step (s from 0 to 1), from rest, for k = 0, 1, ...; one row each."""
+    """The response of a lag, from rest, to s^k over a step (s from 0 to 1), k = 0, 1, ...; one row each."""
 
     end: FloatArray
-    """(degree + 1,): at s = 1; 1 - end[0] is what remains of the state."""
+    """Response (degree + 1,) at s = 1; 1 - end[0] is what remains of the state."""
     moments: FloatArray
-    """(degree + 1, 3): integrals of x, s x and s^2 x."""
+    """Integrals (degree + 1, 3) of x, s x and s^2 x."""
 
 
 def lag(steps: float, degree: int) -> Lag:
-    """Of x' = steps (s^k - x), k up to `degree`; `steps`: a step's length in time constants, above 0."""
+    """Return the response of x' = steps (s^k - x), k up to `degree`; `steps`: a step in time constants, > 0."""
     if steps < SERIES_BELOW:
         m = range(1, SERIES_TERMS + 1)
         terms = np.array(
@@ -62,11 +62,10 @@ def lag(steps: float, degree: int) -> Lag:
 
 
 def lagging_nodes(nodes: FloatArray, steps: float, settled: float = 1.0) -> FloatArray:
-    """`nodes` (steps, 3) of a drive after a lag that begins at `settled` times the first; each parabola has the first
-    three moments.
+    """Return `nodes` (steps, 3) of a drive behind a lag that starts at `settled` times the first.
 
-    So the impulse of a step is right to the last bits even where the lag is over within it, which its values at three
-    instants would not give.
+    Each parabola has the first three moments of the lag's output. So the impulse of a step is right to the last bits
+    even where the lag is over within it, which its values at three instants would not give.
     """
     made = lag(steps, 2)
     of_nodes = PARABOLA_OF_MOMENTS @ made.moments.T @ PARABOLA
@@ -80,7 +79,7 @@ def lagging_nodes(nodes: FloatArray, steps: float, settled: float = 1.0) -> Floa
 def _follow(
     nodes: Any, begin: float, decay: float, push: Any, of_state: Any, of_nodes: Any, out: Any
 ) -> None:
-    """x of a lag from step to step, and the three values that stand for it within each."""
+    """Follow x of a lag from step to step, with the three values that represent it in each."""
     x = begin
     for i in range(nodes.shape[0]):
         u1, u2, u4 = nodes[i, 0], nodes[i, 1], nodes[i, 2]
@@ -91,7 +90,7 @@ def _follow(
 
 
 def mode_response(nodes: FloatArray, h: float, substeps: int, rate: float, ratio: float) -> FloatArray:
-    """(2, samples) q and q' of a mode from rest under `nodes` (steps of `h`, 3), at every `substeps`-th step."""
+    """Return q and q' (2, samples) of a mode from rest under `nodes` (steps of `h`, 3), at every `substeps`-th step."""
     angle = rate * h
     generator = np.zeros((5, 5))  # q, q' / rate, u and its derivatives, all over s = t / h
     generator[0, 1], generator[1, 0], generator[1, 1] = angle, -angle, -2.0 * ratio * angle
@@ -111,7 +110,7 @@ def mode_response(nodes: FloatArray, h: float, substeps: int, rate: float, ratio
 
 @compiled
 def _turn(step: Any, pushed: Any, out: Any) -> None:
-    """out (2, samples) from its first column on: out <- step out + pushed."""
+    """Advance `out` (2, samples) from its first column on: out <- step out + pushed."""
     x, y = out[0, 0], out[1, 0]
     for i in range(pushed.shape[0]):
         before = x

@@ -19,9 +19,9 @@ _lock = threading.Lock()
 
 
 def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
-    """Drive (steps, 3) at the integrator's instants; not to be written to.
+    """Return the drive (steps, 3) at the integrator's instants; not to be written to.
 
-    Of a blend its holds are kept: its weights are what a fit moves.
+    Of a blend its holds are kept: its weights are what a fit changes.
     """
     if drive.blend:
         declared = cached(stimulus, drive._replace(blend=()), substeps)
@@ -51,7 +51,7 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
 
 @compiled
 def _move_towards(made: FloatArray, weight: float, other: FloatArray, declared: FloatArray) -> None:
-    """made + weight (other - declared), in one pass through the memory."""
+    """Return made + weight (other - declared), in one pass through the memory."""
     for i in range(len(made)):
         for c in range(3):
             made[i, c] += weight * (other[i, c] - declared[i, c])

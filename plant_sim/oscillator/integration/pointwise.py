@@ -1,4 +1,4 @@
-"""A drive changed value by value: what it becomes depends on nothing but itself at that instant."""
+"""A drive changed value by value: each depends on nothing but the drive at that instant."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from plant_sim.oscillator.mechanism import Driven
 from rtctl.border.arrays import FloatArray
 
 BLOCK_STEPS = 4096
-"""Changed at once: 100 kB, so that what numpy holds on the way stays in the cache."""
+"""Values changed at once: 100 kB, so that numpy's intermediate results stay in the cache."""
 
 
 def pointwise(drive: Driven, function: Callable[[FloatArray], FloatArray]) -> Driven:
-    """`function` of the drive at every instant."""
+    """Return `function` of the drive at every instant."""
     changed = np.empty_like(drive.nodes)
     for first in range(0, len(changed), BLOCK_STEPS):
         rows = slice(first, first + BLOCK_STEPS)

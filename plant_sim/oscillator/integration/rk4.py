@@ -2,7 +2,8 @@
 
 Lanes are the innermost loop, so that the compiler works on eight at a time; one lane costs what a scalar kernel
 costs. The drive is given at the three instants of each step that the method needs, which lets it jump between steps.
-Dry friction, whose force jumps with the sign of the velocity, is `held` over a step and put right after it:
+States of the laws' own move along with displacement and velocity; `bind_rk4` leaves them out of a kernel without any.
+Dry friction, whose force jumps with the sign of the velocity, is `held` over a step and corrected after it:
 `plant_sim.oscillator.integration.friction`.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1, table 1.2.
@@ -14,21 +15,35 @@ from typing import Any
 
 import numpy as np
 
+from plant_sim.oscillator.equation.memory import loaded, moved, store
 from plant_sim.oscillator.equation.terms import nominal
+from plant_sim.oscillator.integration.binding import bind, law
 from plant_sim.oscillator.integration.friction import NOTED, as_it_is, no_resistance, not_noted
 
-acceleration: Any = nominal  # replaced by `bind`
-resistance: Any = no_resistance  # replaced by `bind`
-note: Any = not_noted  # replaced by `bind`
-settle: Any = as_it_is  # replaced by `bind`
+acceleration: Any = nominal  # replaced by `bind`, as all of these
+ZEROS: Any = (0.0,)  # as many as there are states
+load: Any = loaded
+move: Any = moved
+keep: Any = store
+resistance: Any = no_resistance
+note: Any = not_noted
+settle: Any = as_it_is
 
 
-def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:
+# 9 parameters because a compiled template takes its arrays one by one
+def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any, out_v: Any) -> None:  # noqa: PLR0913
     """March all lanes through the record; row 0 of the outputs is the start.
 
-    z, v (lanes,): start, left at the end of the record.
-    nodes (steps, 3): drive at the start, middle and end of each step of `h` [s]; `substeps` steps to a sample.
-    p (rows, lanes): coefficients. out_z, out_v (samples, lanes): at the samples.
+    Args:
+        z: displacement (lanes,) at the start, left at the end of the record.
+        v: velocity (lanes,), likewise.
+        w: the laws' own states (states, lanes), likewise.
+        nodes: drive (steps, 3) at the start, middle and end of each step.
+        h: step [s].
+        substeps: steps between two samples.
+        p: coefficients (rows, lanes).
+        out_z: displacement (samples, lanes) at the samples.
+        out_v: velocity (samples, lanes) at the samples.
     """
     lanes = z.shape[0]
     half, sixth = 0.5 * h, h / 6.0
@@ -40,19 +55,23 @@ def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any,
         u1, u2, u4 = nodes[i, 0], nodes[i, 1], nodes[i, 2]
         t = i * h
         for j in range(lanes):
-            z1, v1 = z[j], v[j]
-            a1 = acceleration(z1, v1, u1, t, p, j)
+            z1, v1, w1 = z[j], v[j], load(ZEROS, w, j)
+            a1, d1 = acceleration(z1, v1, u1, t, w1, p, j)
             held = resistance(v1, a1, p, j)
             a1 -= held
             z2, v2 = z1 + half * v1, v1 + half * a1
-            a2 = acceleration(z2, v2, u2, t + half, p, j) - held
+            a2, d2 = acceleration(z2, v2, u2, t + half, move(w1, half, d1), p, j)
+            a2 -= held
             z3, v3 = z1 + half * v2, v1 + half * a2
-            a3 = acceleration(z3, v3, u2, t + half, p, j) - held
+            a3, d3 = acceleration(z3, v3, u2, t + half, move(w1, half, d2), p, j)
+            a3 -= held
             z4, v4 = z1 + h * v3, v1 + h * a3
-            a4 = acceleration(z4, v4, u4, t + h, p, j) - held
+            a4, d4 = acceleration(z4, v4, u4, t + h, move(w1, h, d3), p, j)
+            a4 -= held
             z[j] = z1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
             v[j] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
             note(noted, j, z1, v1, a1, a4, held)
+            keep(w, j, move(w1, sixth, move(move(d1, 2.0, move(d2, 1.0, d3)), 1.0, d4)))
         settle(z, v, noted, h, p)
         until_sample -= 1
         if until_sample == 0:
@@ -60,3 +79,42 @@ def rk4(z: Any, v: Any, nodes: Any, h: float, substeps: int, p: Any, out_z: Any,
             for j in range(lanes):
                 out_z[row, j], out_v[row, j] = z[j], v[j]
             row += 1
+
+
+@law
+def _load_nothing(zeros: Any, w: Any, j: int) -> float:
+    return 0.0
+
+
+@law
+def _move_nothing(w: float, h: float, d: float) -> float:
+    return w
+
+
+@law
+def _keep_nothing(w: Any, j: int, values: float) -> None:
+    pass
+
+
+memoryless: Any = nominal  # replaced by `bind`
+
+
+def without_states(z: float, v: float, u: float, t: float, w: float, p: Any, j: int) -> Any:
+    """Return z'' of the law `memoryless`, and a rate of no state."""
+    return memoryless(z, v, u, t, p, j), 0.0
+
+
+def bind_rk4(acceleration_law: Any, states: int, **friction: Any) -> Any:
+    """Return `rk4`, compiled for an acceleration law.
+
+    Args:
+        acceleration_law: a memoryless law (`plant_sim.oscillator.equation.terms`), or, if there are states, one that
+            also returns their rates (`plant_sim.oscillator.equation.memory`).
+        states: number of states of the law's own.
+        friction: `resistance`, `note` and `settle` of an equation with dry friction.
+    """
+    if states:
+        return bind(rk4, acceleration=acceleration_law, **friction, ZEROS=(0.0,) * states)
+    law_alone = bind(without_states, inline=True, memoryless=acceleration_law)
+    nothing = {"load": _load_nothing, "move": _move_nothing, "keep": _keep_nothing}
+    return bind(rk4, acceleration=law_alone, **friction, **nothing)

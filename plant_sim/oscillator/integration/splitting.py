@@ -22,32 +22,32 @@ from plant_sim.oscillator.integration.binding import law
 from rtctl.border.arrays import FloatArray
 
 KICKS = frozenset({"gain", "damping", "stiffness", "cubic", "quadratic", "quintic"})
-"""Terms of the equation that a splitting knows: forces of position alone beside the linear ones."""
+"""Terms of the equation that a splitting can take: forces of position alone besides the linear ones."""
 _KICK = 10
-"""Row of the propagator from which on h cubic, h quadratic, h quintic stand."""
+"""First row of the propagator's h cubic, h quadratic, h quintic."""
 
 
 @law
 def no_kick(z: float, e: Any, j: int) -> float:
-    """Of a linear oscillator."""
+    """Return 0: a linear oscillator."""
     return 0.0
 
 
 @law
 def cubic_kick(z: float, e: Any, j: int) -> Any:
-    """h cubic z^3 of lane `j`."""
+    """Return h cubic z^3 of lane `j`."""
     return (e[_KICK, j] * z) * (z * z)
 
 
 @law
 def elastic_kick(z: float, e: Any, j: int) -> Any:
-    """h (quadratic z^2 + cubic z^3 + quintic z^5)."""
+    """Return h (quadratic z^2 + cubic z^3 + quintic z^5)."""
     zz = z * z
     return (e[_KICK + 1, j] + z * (e[_KICK, j] + e[_KICK + 2, j] * zz)) * zz
 
 
 def kick_for(terms: Set[str]) -> Any:
-    """The cheapest kick that has the nonlinear ones among `terms`."""
+    """Return the cheapest kick that has the nonlinear ones among `terms`."""
     if terms & {"quadratic", "quintic"}:
         return elastic_kick
     return cubic_kick if "cubic" in terms else no_kick
@@ -81,11 +81,12 @@ def splitting(z: Any, v: Any, nodes: Any, substeps: int, e: Any, out_z: Any, out
 
 
 def propagator(rows: FloatArray, h: float) -> FloatArray:
-    """(13, lanes): d(z, v)/d(z, v) row by row, z's and v's weights of the drive at start, middle and end, kicks.
+    """Return the propagator (13, lanes): d(z, v)/d(z, v) row by row, weights of the drive, kicks.
 
-    From the exponential of the linear part with a parabola's three coefficients as further states: no formula that
-    would have to be another one where the damping is critical or the stiffness zero. Velocity is scaled by the
-    frequency there, so that the matrix is no larger than the angle it turns by.
+    The weights are z's and v's of the drive at start, middle and end. From the exponential of the linear part with a
+    parabola's three coefficients as further states: no formula that would have to be another one where the damping is
+    critical or the stiffness zero. Velocity is scaled by the frequency there, so that the matrix is no larger than the
+    angle it turns by.
     """
     lanes = rows.shape[1]
     rate = np.maximum(np.sqrt(np.abs(rows[STIFFNESS])), 1e-3 / h)
@@ -103,11 +104,14 @@ def propagator(rows: FloatArray, h: float) -> FloatArray:
 
 
 _TAYLOR = np.array([[1.0, 0.0, 0.0], [-3.0, 4.0, -1.0], [4.0, -8.0, 4.0]])
-"""u, u', u'' at the start of a parabola from its values at start, middle and end."""
+"""Matrix: u, u', u'' at the start of a parabola from its values at start, middle and end."""
 
 
 def _exponential(matrices: FloatArray) -> FloatArray:
-    """Of each of `matrices` (n, k, k): Taylor's series below norm 1, then squared; all at once, unlike SciPy's."""
+    """Return the exponential of each of `matrices` (n, k, k).
+
+    Taylor's series below norm 1, then squared; all at once, unlike SciPy's.
+    """
     norm = float(np.abs(matrices).sum(axis=2).max(initial=0.0))
     squarings = max(0, math.ceil(math.log2(norm))) if norm > 0.0 else 0
     scaled = matrices / 2.0**squarings
@@ -120,4 +124,4 @@ def _exponential(matrices: FloatArray) -> FloatArray:
 
 
 _TERMS = 19
-"""1 / 20! is 4e-19."""
+"""Terms of a series: 1 / 20! is 4e-19."""

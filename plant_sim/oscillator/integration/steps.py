@@ -1,13 +1,13 @@
-"""How many integration steps a sample needs so that the integrator is not the error, and by which method.
+"""The number of integration steps in a sample at which the integrator is not the error, and the method.
 
-RK4 loses (w h)^6 / 72 of an oscillation's energy a step (Hairer, Norsett, Wanner II), so over 1,000 periods
-2 pi 1000 (w h)^5 / 72; 256 steps a period keep that below 1e-6.
+RK4 loses (w h)^6 / 72 of an oscillation's energy a step (Hairer, Norsett, Wanner II), so over 1,000 periods 2 pi 1000
+(w h)^5 / 72; 256 steps a period keep that below 1e-6.
 
 A splitting loses nothing: its energy swings by less than 0.4 share (w h)^2, where the share is that of the nonlinear
 force in the linear one at the farthest point (measured: 0.26 of a cubic, 0.33 of a quadratic, 0.25 of a quintic force,
-a twentieth more at 12 steps a period), and its frequency is off by less than 0.1 share^2 (w h)^2. So
-sqrt(0.4 share / 1e-6) steps a radian keep the energy within 1e-6, for however many periods. Below 12 steps a period
-kicks would fall in step with the motion (z^3 at 2 and 4 a period, z^5 at 6). A linear oscillator is not kicked.
+a twentieth more at 12 steps a period), and its frequency is off by less than 0.1 share^2 (w h)^2. So sqrt(0.4 share /
+1e-6) steps a radian keep the energy within 1e-6, for however many periods. Below 12 steps a period kicks would fall in
+step with the motion (z^3 at 2 and 4 a period, z^5 at 6). A linear oscillator is not kicked.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from typing import NamedTuple
 
 STEPS_PER_PERIOD = 256.0
 LARGEST_DAMPING_STEP = 0.5
-"""damping h: RK4 is stable to 2.78, and accurate to 1e-3 here."""
+"""Largest product of damping and step: RK4 is stable to 2.78, and accurate to 1e-3 here."""
 MOST_SUBSTEPS = 100_000
 MOST_STEPS = 40_000_000
-"""Of one record: 24 bytes each for the drive alone."""
+"""Most steps of one record: 24 bytes each for the drive alone."""
 ENERGY_SWING = 1e-6
 SWING_COEFFICIENT = 0.4
 LEAST_KICKS = 12.0
-"""A period."""
+"""Least kicks in a period."""
 SPLITTING_COST = 0.6
-"""Of a step of a splitting, in RK4's: measured 0.3 of one trajectory, 0.65 of many lanes."""
+"""Cost of a step of a splitting, in RK4's: measured 0.3 of one trajectory, 0.65 of many lanes."""
 SMOOTH_DRIVE_STEPS = 64.0
-"""Steps a period of the pole that make a parabola of a drive that is neither held nor linear, to 1e-5."""
+"""Steps in a period of the pole at which parabolas match a drive that is neither held nor linear, to 1e-5."""
 
 
 class Plan(NamedTuple):
-    """How a record is integrated."""
+    """How to integrate a record."""
 
     substeps: int
     splitting: bool
@@ -47,11 +47,18 @@ def plan(
     parabolic: bool,
     steps_per_period: float | None,
 ) -> Plan:
-    """The cheaper method and its steps between two samples `period_s` apart.
+    """Return the cheaper method and its steps between two samples.
 
-    rate: fastest angular frequency [1/s]; share: of the nonlinear force in the linear one, infinite where there is
-    more than a force of position; parabolic: the drive is a parabola between any two instants. A given
-    `steps_per_period` is of RK4. Raises ValueError where no sensible step resolves the model.
+    Args:
+        period_s: sample period [s].
+        rate: fastest angular frequency [1/s].
+        damping: largest damping [1/s].
+        share: share of the nonlinear force in the linear one, infinite if there is more than a force of position.
+        parabolic: whether the drive is a parabola between any two instants.
+        steps_per_period: RK4 steps in a period of the fastest pole; None: chosen.
+
+    Raises:
+        ValueError: no sensible step resolves the model.
     """
     by_rk4 = substeps(period_s, rate, damping, steps_per_period or STEPS_PER_PERIOD)
     if steps_per_period is None and share < math.inf:
@@ -72,7 +79,7 @@ def check_work(substeps: int, samples: int) -> None:
 
 
 def splitting_steps(share: float, *, parabolic: bool) -> float:
-    """Steps a period of the fastest pole that a splitting needs."""
+    """Return the steps in a period of the fastest pole that a splitting needs."""
     wanted = 0.0 if parabolic else SMOOTH_DRIVE_STEPS
     if share > 0.0:
         wanted = max(wanted, LEAST_KICKS, 2.0 * math.pi * math.sqrt(SWING_COEFFICIENT * share / ENERGY_SWING))
@@ -80,9 +87,16 @@ def splitting_steps(share: float, *, parabolic: bool) -> float:
 
 
 def substeps(period_s: float, rate: float, damping: float, steps_per_period: float = STEPS_PER_PERIOD) -> int:
-    """Steps between two samples `period_s` apart for the fastest pole of angular frequency `rate` [1/s].
+    """Return the steps between two samples for the fastest pole.
 
-    Raises ValueError where that is beyond reason: a parameter's unit is wrong, then.
+    Args:
+        period_s: sample period [s].
+        rate: angular frequency of the pole [rad/s].
+        damping: its damping [1/s].
+        steps_per_period: steps in a period of the pole.
+
+    Raises:
+        ValueError: the steps are beyond reason; a parameter's unit is wrong then.
     """
     wanted = period_s * max(rate * steps_per_period / (2.0 * math.pi), damping / LARGEST_DAMPING_STEP)
     if not wanted <= MOST_SUBSTEPS:

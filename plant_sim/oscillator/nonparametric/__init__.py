@@ -1,4 +1,4 @@
-"""Laws that have the form of a mechanism and no name: what they explain better than any cause has another cause."""
+"""Nonparametric laws in the form of a mechanism: data that they explain better than any cause have another cause."""
 
 from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.nonparametric import dissipation, feedback, relaxations, spring, stop

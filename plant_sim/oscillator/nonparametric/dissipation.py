@@ -1,4 +1,4 @@
-"""`unnamed.dissipation`: - sum of c_n |z'|^n sign z' for n = 1/4, 1/2, 2 and 3, a damping of any power."""
+"""`nonparametric.dissipation`: - sum of c_n |z'|^n sign z' for n = 1/4, 1/2, 2 and 3, a damping of any power."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, 
 POWERS = {"quarter": 0.25, "half": 0.5, "square": 2.0, "cube": 3.0}
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: the coefficients; w: no state is needed, and one there must be."""
+def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: the coefficients; w: one state, which a law must have and none needs."""
     speed = abs(v)
     root = math.sqrt(speed)
     force = p[row, j] * math.sqrt(root) + p[row + 1, j] * root
@@ -22,12 +23,12 @@ def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: 
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return tuple(p[name] for name in POWERS)
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.dissipation",
+    id="nonparametric.dissipation",
     statement="The damping force grows with another power of the speed than dry friction, a viscous or a fluid one.",
     parameters=tuple(
         coefficient(

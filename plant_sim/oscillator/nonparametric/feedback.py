@@ -1,4 +1,4 @@
-"""`unnamed.feedback`: - early y_12 - late y_24, where y_k is the displacement after k all-pass sections.
+"""`nonparametric.feedback`: - early y_12 - late y_24, where y_k is the displacement after k all-pass sections.
 
 Each section, x' = (y_(k-1) - x) / time and y_k = 2 x - y_(k-1), leaves amplitudes as they are and is late by up to a
 radian of the motion: two of the sums stand, near a resonance, for a force of any phase that comes late.
@@ -14,9 +14,10 @@ from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechani
 SECTIONS = 24
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: early, late [1/s^2], rate of a section [1/s]; w: x of each section."""
+def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rates; p: early, late [1/s^2], rate of a section [1/s]; w: x of each section."""
     rate = p[row + 2, j]
     y1 = 2.0 * w[0] - z
     y2 = 2.0 * w[1] - y1
@@ -52,12 +53,12 @@ def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return p["early"], p["late"], 1.0 / p["time"]
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.feedback",
+    id="nonparametric.feedback",
     statement="A force follows the motion late, as of a loop around the device.",
     parameters=(
         coefficient("early", "1/s^2", "of the force that is half as late", lambda s: s.rate**2, default=0.0),

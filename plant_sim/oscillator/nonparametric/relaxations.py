@@ -1,4 +1,4 @@
-"""`unnamed.relaxations`: - level sum of (r_k time)^order w_k, where w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
+"""`nonparametric.relaxations`: - level sum of (r_k time)^order w_k, where w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
 
 A spring that relaxes over decades of time, as a polymer's does: with an order between 0 and 1 nearly the fractional
 derivative of that order (Oldham and Spanier 1974); one relaxation alone is `stiffness.viscoelastic`.
@@ -16,9 +16,10 @@ APART = 4.0
 STEPS = (-2, -1, 0, 1, 2)
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def relaxing(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: weight of each element [1/s^2], rate of the slowest [1/s]; w: elastic part of each element's extension."""
+def relaxing(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rates; p: weight of each element [1/s^2], rate of the slowest [1/s]; w: elastic extensions."""
     rate = p[row + 5, j]
     force = p[row, j] * w[0] + p[row + 1, j] * w[1] + p[row + 2, j] * w[2]
     force += p[row + 3, j] * w[3] + p[row + 4, j] * w[4]
@@ -29,12 +30,12 @@ def relaxing(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return (*(p["level"] * APART ** (k * p["order"]) for k in STEPS), APART ** STEPS[0] / p["time"])
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.relaxations",
+    id="nonparametric.relaxations",
     statement="A part of the stiffness relaxes with many time constants, as of a polymer, not with one.",
     parameters=(
         coefficient("level", "1/s^2", "of the element in the middle", lambda s: s.rate**2),

@@ -1,4 +1,4 @@
-"""`unnamed.spring`: - sum of c_m z^m for m = 2 to 7, a restoring force of any shape."""
+"""`nonparametric.spring`: - sum of c_m z^m for m = 2 to 7, a restoring force of any shape."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, 
 POWERS = (2, 3, 4, 5, 6, 7)
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def bent(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: c_2 to c_7; w: no state is needed, and one there must be."""
+def bent(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: c_2 to c_7; w: one state, which a law must have and none needs."""
     high = p[row + 3, j] + z * (p[row + 4, j] + z * p[row + 5, j])
     return -(z * z) * (p[row, j] + z * (p[row + 1, j] + z * (p[row + 2, j] + z * high))), (0.0 * z,)
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return tuple(p[f"power_{m}"] for m in POWERS)
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.spring",
+    id="nonparametric.spring",
     statement="The restoring force is no polynomial of the third or fifth order, but of another shape.",
     parameters=tuple(
         coefficient(

@@ -1,4 +1,4 @@
-"""`unnamed.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
+"""`nonparametric.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from plant_sim.oscillator.integration.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def stopped(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: above, below [1/s^2], place; w: no state is needed, and one there must be."""
+def stopped(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: above, below [1/s^2], place; w: one state, which a law must have and none needs."""
     place = p[row + 2, j]
     force = 0.0 * z
     if z > place:
@@ -22,17 +23,17 @@ def stopped(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j:
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """In the law's order."""
+    """Return the constants in the law's order."""
     return p["above"], p["below"], p["place"]
 
 
 def fastest_rate(p: Values, speed: float) -> float:
-    """Against the stiffer side."""
+    """Return the rate against the stiffer side."""
     return math.sqrt(max(p["above"], p["below"], 0.0))
 
 
 MECHANISM = OscillatorMechanism(
-    id="unnamed.stop",
+    id="nonparametric.stop",
     statement="The restoring force has a kink, as of a stop or of play that is used up, {place} from the origin.",
     parameters=(
         coefficient("above", "1/s^2", "beyond the place", lambda s: s.rate**2, default=0.0),

@@ -15,6 +15,14 @@ def um_and_percent(um: float | None, percent: float | None) -> str:
     return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
 
 
+def error_text(errors: Mapping[str, Any], figure: str) -> str:
+    """Return a figure of a summary's errors, such as "mean_abs", in its unit and in percent."""
+    if f"{figure}_um" in errors:
+        return um_and_percent(errors[f"{figure}_um"], errors[f"{figure}_percent"])
+    value, percent = errors[figure], errors[f"{figure}_percent"]
+    return "–" if value is None else f"{value:.4g} {errors['unit']}, {percent:.2f} %"
+
+
 def number(value: float | None, digits: int = 0) -> str:
     """Return a figure, or a dash where it is missing."""
     return "–" if value is None else f"{value:.{digits}f}"
@@ -25,8 +33,8 @@ def print_summary(summary: Mapping[str, Any], tuning: str | None, folder: Path) 
     rows = []
     for name in ("tracking", "self_sensing"):
         errors = summary[name]
-        mean = um_and_percent(errors["mean_abs_um"], errors["mean_abs_percent"])
-        largest = um_and_percent(errors["max_abs_um"], errors["max_abs_percent"])
+        mean = error_text(errors, "mean_abs")
+        largest = error_text(errors, "max_abs")
         paper = summary["paper"].get(f"{name}_mean")
         rows.append([name.replace("_", "-"), mean, largest, "–" if paper is None else f"{paper:g} %"])
     print_table(
@@ -86,9 +94,9 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
         theirs = paper.get("tracking_mean", paper.get("self_sensing_mean"))
         rows.append([
             summary["scenario"],
-            um_and_percent(tracking["mean_abs_um"], tracking["mean_abs_percent"]),
-            um_and_percent(sensing["mean_abs_um"], sensing["mean_abs_percent"]),
-            um_and_percent(sensing["max_abs_um"], sensing["max_abs_percent"]),
+            error_text(tracking, "mean_abs"),
+            error_text(sensing, "mean_abs"),
+            error_text(sensing, "max_abs"),
             "–" if theirs is None else f"{theirs:g} %",
             " / ".join(number(summary["timing"]["round_trip_us"][p]) for p in ("p50", "p99")),
             summary["verdict"],

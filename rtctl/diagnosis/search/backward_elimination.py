@@ -1,4 +1,4 @@
-"""What each cause of a set is worth beside the others: the set is fitted again without it."""
+"""Backward elimination: refit a set of causes without each of them, and drop those that are not needed."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
-from rtctl.diagnosis.residual.residual_tests import start_of
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests, start_of
+from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen
+from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.identification.noise.residual_noise import NoiseModel
-
-NEGLIGIBLE = 1.1
-"""Times the squared misfit: a cause without which no more than this is left is not needed."""
-ITERATIONS = 20
 
 
 def eliminate_negligible(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
-    """`chosen` without the causes that hardly matter, least first; itself where all of them do."""
-    while len(_added(nominal, chosen)) > 1:
-        rests = refit_without_each(problem, nominal, chosen)
-        best = min(rests, key=lambda one: one.cost, default=None)
-        if best is None or best.cost > NEGLIGIBLE * chosen.cost:
+    """Return `chosen` without its negligible causes, least first; itself where all of them matter."""
+    while len(_list_causes(nominal, chosen)) > 1:
+        reduced = refit_without_each(problem, nominal, chosen)
+        best = min(reduced, key=lambda one: one.cost, default=None)
+        if best is None or best.cost > problem.thresholds.search.negligible_cost * chosen.cost:
             break
         chosen = best
     return chosen
@@ -32,86 +32,201 @@ def eliminate_negligible(problem: Problem, nominal: Hypothesis, chosen: Hypothes
 def refit_without_each(
     problem: Problem, nominal: Hypothesis, chosen: Hypothesis, known: Sequence[Hypothesis] = ()
 ) -> tuple[Hypothesis, ...]:
-    """`chosen` less each of its causes in turn; taken from `known` where it is there. Those that diverge are left out.
+    """Refit `chosen` without each of its causes in turn.
 
-    Without its only cause a set is `nominal`.
+    Args:
+        problem: Records to fit.
+        nominal: Nominal model, which is what a single cause leaves.
+        chosen: Fitted set of causes.
+        known: Fits of other sets, which are taken where the reduced set is among them.
+
+    Returns:
+        The reduced sets, without those that diverge.
     """
-    causes = _added(nominal, chosen)
+    causes = _list_causes(nominal, chosen)
     if len(causes) < 2:
         return (nominal,) if causes else ()
     by_set = {frozenset(one.mechanisms): one for one in (*known, nominal)}
-    found: list[Hypothesis] = []
+    reduced: list[Hypothesis] = []
     for cause in causes:
         rest = tuple(name for name in chosen.mechanisms if name != cause)
-        one = by_set.get(frozenset(rest)) or refit_without(problem, nominal, chosen, rest)
-        found += [one] if one is not None else []
-    return tuple(found)
+        fit = by_set.get(frozenset(rest)) or refit_without(problem, nominal, chosen, rest)
+        reduced += [fit] if fit is not None else []
+    return tuple(reduced)
 
 
-def _added(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
+def _list_causes(nominal: Hypothesis, chosen: Hypothesis) -> tuple[str, ...]:
     return tuple(name for name in chosen.mechanisms if name not in nominal.mechanisms)
 
 
 def refit_without(
-    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...], iterations: int = ITERATIONS,
-    below: float = np.inf,
+    problem: Problem, nominal: Hypothesis, chosen: Hypothesis, rest: tuple[str, ...],
+    iterations: int | None = None, below: float = np.inf,
 ) -> Hypothesis | None:  # fmt: skip
-    """The set `rest`, from the values that its parameters have in `chosen`; with 0 iterations just there. None where it
-    diverges, or begins at a cost that is not `below`.
+    """Fit the set `rest` from the values that its parameters have in `chosen`.
 
-    Else from there or from where they make up for what goes as far as they can, whichever is better to begin with: the
-    parts of one delay that two laws share would all be left to one.
+    With iterations it starts there or where the remaining parameters compensate for the removed ones to first order,
+    whichever has the lower cost: parts of one delay that two laws share would else be left to one of them.
+
+    Args:
+        problem: Records to fit.
+        nominal: Nominal model.
+        chosen: Fitted larger set.
+        rest: Mechanisms that remain.
+        iterations: Number of iterations; None: that of the thresholds; 0: the cost at the start only.
+        below: Cost below which the fit has to start.
+
+    Returns:
+        The fit; None where it diverges, or starts at a cost that is not below `below`.
     """
+    iterations = problem.thresholds.search.elimination_iterations if iterations is None else iterations
     added = tuple(name for name in rest if name not in nominal.mechanisms)
     simulation = nominal.simulation.extended(added)
     values = {parameter.name: parameter.value for parameter in chosen.simulation.parameters}
-    simulation = simulation.with_values(np.array([values[one.name] for one in simulation.parameters]))
-    begins = [simulation]
+    simulation = simulation.with_values(_values_of(simulation, values))
+    names = {one.name for one in simulation.parameters}
+    still = frozenset(name for name in chosen.still if name in names)
+    initial = _remaining_starts(chosen, simulation)
     if iterations:
-        values |= _making_up(problem, chosen, rest)
-        begins.append(start_of(simulation, np.array([values[one.name] for one in simulation.parameters])))
-    known = {one.name for one in simulation.parameters}
-    still = frozenset(name for name in chosen.still if name in known)
-    starts = chosen.starts[:, : chosen.states]
-    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
-    if own:
-        apart = chosen.sensitivity.record_parameters.tolist()
-        kept = [
-            chosen.states + position
-            for position, k in enumerate(apart)
-            if chosen.simulation.parameters[k].name in known
-        ]
-        starts = np.column_stack((starts, chosen.starts[:, kept]))
-    if len(begins) > 1:
-        there = [(fit_hypothesis(problem, one, rest, starts, 0, still), one) for one in begins]
+        values |= _compensate(problem, chosen, rest)
+        candidates = [simulation, start_of(simulation, _values_of(simulation, values))]
+        fits = [(fit_hypothesis(problem, one, rest, initial, 0, still), one) for one in candidates]
         least, simulation = min(
-            ((at.cost if at else np.inf, one) for at, one in there), key=lambda pair: pair[0]
+            ((fit.cost if fit else np.inf, one) for fit, one in fits), key=lambda pair: pair[0]
         )
         if not least < below:
             return None
-    return fit_hypothesis(problem, simulation, rest, starts, iterations, still)
+    return fit_hypothesis(problem, simulation, rest, initial, iterations, still)
 
 
-def _making_up(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
-    """By name, what the parameters that stay would be if the amplitudes of all others went to zero, to first order."""
+def _values_of(simulation: Simulation, values: dict[str, float]) -> FloatArray:
+    return np.array([values[one.name] for one in simulation.parameters])
+
+
+def _remaining_starts(chosen: Hypothesis, simulation: Simulation) -> FloatArray:
+    """Return initial states and those record parameters of `chosen` that `simulation` has: (records, ...), in units."""
+    starts = chosen.starts[:, : chosen.states]
+    if not any(one.declared.per_record and not one.fixed for one in simulation.parameters):
+        return starts
+    names = {one.name for one in simulation.parameters}
+    kept = [
+        chosen.states + position
+        for position, k in enumerate(chosen.sensitivity.record_parameters.tolist())
+        if chosen.simulation.parameters[k].name in names
+    ]
+    return np.column_stack((starts, chosen.starts[:, kept]))
+
+
+def _compensate(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> dict[str, float]:
+    """Return the remaining parameters, by name, to first order if all removed amplitudes went to zero."""
     parameters = [chosen.simulation.parameters[k] for k in chosen.sensitivity.free]
-    stays = [k for k, one in enumerate(parameters) if not one.mechanism or one.mechanism in rest]
-    goes = [k for k, one in enumerate(parameters) if k not in stays and one.declared.neutral is not None]
+    kept = [k for k, one in enumerate(parameters) if not one.mechanism or one.mechanism in rest]
+    removed = [k for k, one in enumerate(parameters) if k not in kept and one.declared.neutral is not None]
     try:
         lines = chosen.linearise(problem)
     except ArithmeticError:
         return {}
-    if not goes or not stays:
+    if not removed or not kept:
         return {}
     rows = [
         Rows(
-            residual=line.residual, shared=line.shared[stays], local=line.local, directions=line.shared[goes]
+            residual=line.residual,
+            shared=line.shared[kept],
+            local=line.local,
+            directions=line.shared[removed],
         )
         for line in lines
     ]
     projected = project(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
     scale = chosen.sensitivity.scale
-    gone = chosen.shared[goes] - np.array([parameters[k].declared.neutral for k in goes]) / scale[goes]
-    sizes = gone * projected.scale[1 + len(stays) :]
-    moved = chosen.shared[stays] + (sizes @ projected.followed) / projected.scale[1 : 1 + len(stays)]
-    return dict(zip([parameters[k].name for k in stays], (moved * scale[stays]).tolist(), strict=True))
+    step = (
+        chosen.shared[removed] - np.array([parameters[k].declared.neutral for k in removed]) / scale[removed]
+    )
+    sizes = step * projected.scale[1 + len(kept) :]
+    moved = chosen.shared[kept] + (sizes @ projected.followed) / projected.scale[1 : 1 + len(kept)]
+    return dict(zip([parameters[k].name for k in kept], (moved * scale[kept]).tolist(), strict=True))
+
+
+def refit_smaller_sets(
+    problem: Problem, result: SearchResult, settings: SearchSettings, *, larger_passes: bool = True
+) -> SearchResult:
+    """Choose a smaller set where it passes once it is refitted from the larger one.
+
+    In a narrow valley a fit of the smaller set may have stopped short, and then any further cause seems to explain it.
+
+    Args:
+        problem: Records to fit.
+        result: Search with the larger set chosen.
+        settings: Mechanisms and significance level.
+        larger_passes: Whether the larger set passes; if not, only refits that start below their former cost go on.
+    """
+    nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
+    known = {frozenset(one.mechanisms): one.cost for one in (*result.hypotheses, nominal)}
+    causes = _list_causes(nominal, chosen)
+    for cause in causes if len(causes) > 1 else ():
+        rest = tuple(name for name in chosen.mechanisms if name != cause)
+        former = known.get(frozenset(rest), np.inf)
+        fit = refit_without(problem, nominal, chosen, rest, below=np.inf if larger_passes else former)
+        share = problem.thresholds.search.improved_share
+        if fit is not None and had_stopped_short(fit.cost, former, chosen.cost, share):
+            tested = run_residual_tests(fit, problem, settings.ids)
+            if settings.passes(tested):
+                return replace_chosen(problem, result, tested)
+    return result
+
+
+def had_stopped_short(cost: float, former: float, larger: float, share: float) -> bool:
+    """Return whether a smaller set, refitted to `cost`, had stopped short at the cost `former`.
+
+    Near a kink the residual tests show what no cost does: a little lower is enough where the refit is as low as the
+    `larger` set, to the relative difference `share`.
+    """
+    return cost < (1.0 - share) * former or (cost < former and cost < (1.0 + share) * larger)
+
+
+def drop_inactive_causes(problem: Problem, result: SearchResult, ids: Sequence[str]) -> SearchResult:
+    """Drop causes of which all amplitudes ended at zero, beside others; the larger set's residual tests still hold."""
+    nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
+    amplitudes = [one for one in chosen.simulation.parameters if one.declared.neutral is not None]
+    active = {
+        one.mechanism for one in amplitudes if one.declared.per_record or one.value != one.declared.neutral
+    }
+    rest = tuple(name for name in chosen.mechanisms if name in nominal.mechanisms or name in active)
+    if rest == chosen.mechanisms or len(rest) == len(nominal.mechanisms):
+        return result
+    fewer = refit_without(problem, nominal, chosen, rest, iterations=0)
+    return result if fewer is None else _keep_tests(problem, result, fewer, ids)
+
+
+def drop_causes_within_allowance(problem: Problem, result: SearchResult, ids: Sequence[str]) -> SearchResult:
+    """Drop causes that all together remove no more than the misfit that a nominal model is allowed.
+
+    The larger set passes the residual tests, and what the smaller one leaves beyond that is no gap.
+    """
+    samples = sum(record.samples - record.first for record in problem.records)
+    most = 0.5 * samples * sum(square / problem.size(name) ** 2 for name, square in problem.allowed.items())
+    nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
+    while problem.allowed and len(chosen.mechanisms) > len(nominal.mechanisms) + 1:
+        reduced = refit_without_each(problem, nominal, chosen, result.hypotheses)
+        fewer = min(reduced, key=lambda one: one.cost, default=None)
+        if fewer is None or fewer.cost > result.chosen.hypothesis.cost + most:
+            break
+        chosen = fewer
+    return result if chosen is result.chosen.hypothesis else _keep_tests(problem, result, chosen, ids)
+
+
+def _keep_tests(
+    problem: Problem, result: SearchResult, fewer: Hypothesis, ids: Sequence[str]
+) -> SearchResult:
+    """Choose `fewer` with the residual tests of the larger set."""
+    tested = run_residual_tests(fewer, problem, ids)._replace(tests=result.chosen.tests)
+    return replace_chosen(problem, result, tested)
+
+
+def drop_negligible_causes(problem: Problem, result: SearchResult, settings: SearchSettings) -> SearchResult:
+    """Drop causes that hardly matter beside those that were found after them, and test what remains."""
+    fewer = eliminate_negligible(problem, result.nominal.hypothesis, result.chosen.hypothesis)
+    if fewer is result.chosen.hypothesis:
+        return result
+    result = replace_chosen(problem, result, run_residual_tests(fewer, problem, settings.ids))
+    return result._replace(passes=settings.passes(result.chosen))

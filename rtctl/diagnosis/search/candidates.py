@@ -1,4 +1,4 @@
-"""Where the fits of a set with more mechanisms start: from the linear estimate of their sizes, in their best shapes."""
+"""Candidates: starts of larger sets, from linear estimates of the added mechanisms' sizes in their best shapes."""
 
 from __future__ import annotations
 
@@ -15,94 +15,87 @@ from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters
 from rtctl.diagnosis.residual.projection import Projected
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of
 from rtctl.diagnosis.search.successive_halving import Candidate
-
-GROWN = 2
-"""Largest set that is extended by all that may act beside it; larger ones grow alone, by the most likely causes."""
-MOST_CHILDREN = (9, 6)
-"""Mechanisms that a set which has some is extended by: up to `GROWN`, and beyond."""
-SHAPES_TRIED = 2
-FREQUENCIES_TRIED = 3
-"""Shapes, where one of them is a frequency: there are as many valleys as the residual's spectrum has peaks."""
-START_FACTORS = (1.0, 0.3)
-COLLINEAR = 0.1
-"""Squared share of a direction beyond the set's own parameters: below it, they have to make room for it at once, or the
-start lies far from the valley."""
-WEAK = 0.05
-"""Mechanisms whose score is below this share of the best one are fitted from one start only."""
-MOST_PAIRS = 8
-"""That are begun at once."""
-AT_ONCE = 0.3
-"""Of the linear step, of two at once: the whole one leaves the valley more often than it comes further along it."""
-FURTHEST = 0.5
-"""Of its value, or of its typical size if that is more: what one of a set's own parameters makes room by at most."""
+from rtctl.diagnosis.thresholds import SearchThresholds
 
 
-def propose_candidates(parent: TestedHypothesis, least: float = 0.0) -> list[Candidate]:
-    """The parent's set with each further mechanism, from the linear estimate of its size, in its best shapes.
+def propose_candidates(
+    parent: TestedHypothesis, limits: SearchThresholds, least: float = 0.0
+) -> list[Candidate]:
+    """Return the parent's set with each further mechanism, from the linear estimate of its size in its best shapes.
 
-    Those with a score of `least` times the best one's or more.
+    Args:
+        parent: Tested set that is extended.
+        limits: Thresholds of the search.
+        least: Share of the best mechanism's score below which a mechanism is left out.
     """
-    made = []
-    large = len(parent.hypothesis.mechanisms) >= GROWN
-    for identity, strength in _screened(parent):
+    candidates = []
+    large = len(parent.hypothesis.mechanisms) >= limits.beam_size
+    for identity, strength in _rank_mechanisms(parent, limits):
         if strength < least:
             continue
-        mine = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-        groups = sorted(acting_together(parent.directions, mine), key=lambda group: -_score(parent, group))
-        few = strength < WEAK or large
+        own = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
+        groups = sorted(acting_together(parent.directions, own), key=lambda group: -_score(parent, group))
+        once = strength < limits.weak_share or large
+        factors = limits.start_factors[: 1 if once else None]
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
-            own = [group for group in groups if parent.directions[group[0]].form == form]
-            for group in own[:1] if few else _tried(parent, own):
-                for factor in START_FACTORS[: 1 if few else len(START_FACTORS)]:
-                    made.append(_runner(parent, group, factor))
-    return made
+            of_form = [group for group in groups if parent.directions[group[0]].form == form]
+            for group in of_form[:1] if once else _select_shapes(parent, of_form, limits):
+                candidates += [_start_candidate(parent, group, factor, limits) for factor in factors]
+    return candidates
 
 
 def interleave(groups: Sequence[Sequence[Candidate]]) -> list[Candidate]:
-    """All of several parents' runners: of each set the first one, the best sets of every parent before any second best,
-    then further ones. Where time runs out, no set goes without a fit for another's second start.
+    """Return the candidates of several parents in the order in which they are fitted.
+
+    First starts of all sets come first, the best sets of every parent before any second best; then further starts.
+    Where the budget is spent, no set goes without a fit for another set's second start.
     """
     order = []
     for group in groups:
-        place: dict[tuple[tuple[str, ...], str], int] = {}
-        again = Counter[tuple[tuple[str, ...], str]]()
-        for runner in group:
-            key = (runner.mechanisms, runner.form)
-            rank = place.setdefault(key, len(place))
-            order.append((again[key], rank, runner))
-            again[key] += 1
-    return [runner for _, _, runner in sorted(order, key=lambda one: one[:2])]
+        ranks: dict[tuple[tuple[str, ...], str], int] = {}
+        starts = Counter[tuple[tuple[str, ...], str]]()
+        for candidate in group:
+            key = (candidate.mechanisms, candidate.form)
+            rank = ranks.setdefault(key, len(ranks))
+            order.append((starts[key], rank, candidate))
+            starts[key] += 1
+    return [candidate for _, _, candidate in sorted(order, key=lambda entry: entry[:2])]
 
 
-def propose_pairs(parent: TestedHypothesis) -> list[Candidate]:
-    """The parent's set with two further mechanisms at once: of all pairs those that promise most together.
+def propose_pairs(parent: TestedHypothesis, limits: SearchThresholds) -> list[Candidate]:
+    """Return the parent's set with two further mechanisms at once, of those pairs that promise most together.
 
-    One effect alone bends the nominal parameters until the other, beside it, is far from where it would be right, and
-    what of the two is no neighbour of the best single cause would never be tried.
+    One effect alone moves the nominal parameters until the other, beside it, is far from its right value, and a pair
+    that is no neighbour of the best single cause would never be tried.
     """
     best = []
-    for one, other in combinations(_forms(parent).values(), 2):
-        groups = ([*first, *second] for first, second in product(one, other))
+    for first, second in combinations(_group_directions(parent).values(), 2):
+        groups = ([*one, *other] for one, other in product(first, second))
         best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))
     best.sort(key=lambda scored: -scored[0])
-    return [_runner(parent, group, AT_ONCE) for _, group in best[:MOST_PAIRS]]
+    return [
+        _start_candidate(parent, group, limits.pair_factor, limits) for _, group in best[: limits.pairs_tried]
+    ]
 
 
-def _tried(parent: TestedHypothesis, groups: Sequence[list[int]]) -> Sequence[list[int]]:
-    """Of one form's choices of shapes, best first, those that a fit begins with.
+def _select_shapes(
+    parent: TestedHypothesis, groups: Sequence[list[int]], limits: SearchThresholds
+) -> Sequence[list[int]]:
+    """Select the choices of shapes of one form, best first, from which fits start.
 
-    Frequencies have valleys that are apart: no fit goes on to the next one from a step that ends at once, at a bound.
+    Frequencies have separate valleys: a fit that ends at a bound at once does not go on to the next one.
     """
     identity = parent.directions[groups[0][0]].mechanism
     known = parameters_of(parent.hypothesis.simulation.extended((identity,)), identity)
     if not any(one.declared.is_shape and one.unit == "Hz" for one in known.values()):
-        return groups[:SHAPES_TRIED]
-    return ([group for group in groups if _feasible(parent, group, known)] or groups)[:FREQUENCIES_TRIED]
+        return groups[: limits.shapes_tried]
+    feasible = [group for group in groups if _is_feasible(parent, group, known)]
+    return (feasible or groups)[: limits.frequencies_tried]
 
 
-def _feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
-    """Whether the linear step stays within bounds: a mass that would have to be negative is no start."""
-    steps = _joint_step(parent.projected, len(parent.hypothesis.shared), group)
+def _is_feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str, FreeParameter]) -> bool:
+    """Return whether the linear step stays within bounds: a mass that would have to be negative is no start."""
+    steps = _solve_joint_step(parent.projected, len(parent.hypothesis.shared), group)
     reached = [
         (known[parent.directions[k].name], step * parent.directions[k].scale)
         for k, step in zip(group, steps, strict=True)
@@ -112,12 +105,12 @@ def _feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[str
 
 
 def _score(parent: TestedHypothesis, group: Sequence[int]) -> float:
-    """Sum of squares that these directions remove together."""
+    """Return the sum of squares that these directions remove together."""
     return parent.projected.block(np.asarray(group))[0]
 
 
-def _forms(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
-    """Of each mechanism, its directions in groups of one form and one choice of shapes."""
+def _group_directions(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
+    """Return each mechanism's directions in groups of one form and one choice of shapes."""
     by_id: dict[str, list[int]] = {}
     for k, direction in enumerate(parent.directions):
         if direction.mechanism:
@@ -125,84 +118,99 @@ def _forms(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
     return {identity: acting_together(parent.directions, indices) for identity, indices in by_id.items()}
 
 
-def _screened(parent: TestedHypothesis) -> list[tuple[str, float]]:
-    """Mechanisms that the residual has any room for, with their score as a share of the best, best first."""
+def _rank_mechanisms(parent: TestedHypothesis, limits: SearchThresholds) -> list[tuple[str, float]]:
+    """Return the mechanisms that extend the set, with their score as a share of the best one's, best first."""
     scores = {
         identity: max(_score(parent, group) for group in groups)
-        for identity, groups in _forms(parent).items()
+        for identity, groups in _group_directions(parent).items()
     }
     top = max(scores.values(), default=0.0) or 1.0
-    ranking = sorted(((identity, score / top) for identity, score in scores.items()), key=lambda one: -one[1])
+    ranking = sorted(
+        ((identity, score / top) for identity, score in scores.items()), key=lambda ranked: -ranked[1]
+    )
     size = len(parent.hypothesis.mechanisms)
-    return ranking[: MOST_CHILDREN[size >= GROWN]] if size else ranking
+    if not size:
+        return ranking
+    return ranking[: limits.children_of_single if size < limits.beam_size else limits.children_of_larger]
 
 
-def _runner(parent: TestedHypothesis, group: Sequence[int], factor: float) -> Candidate:
-    """`group`: directions of one form and shape of each mechanism that is added."""
-    hypothesis = parent.hypothesis
-    identities = tuple(dict.fromkeys(parent.directions[k].mechanism for k in group))
-    forms = {parent.directions[k].mechanism: parent.directions[k].form for k in group}
-    simulation = neutral = hypothesis.simulation.extended(identities)
-    at = {
+def _start_candidate(
+    parent: TestedHypothesis, group: Sequence[int], factor: float, limits: SearchThresholds
+) -> Candidate:
+    """Return the parent's set, extended, at `factor` times the linear step.
+
+    Args:
+        parent: Tested set that is extended.
+        group: Directions of one form and one choice of shapes of each added mechanism.
+        factor: Factor of the linear step.
+        limits: Thresholds of the search.
+    """
+    hypothesis, directions = parent.hypothesis, [parent.directions[k] for k in group]
+    forms = {direction.mechanism: direction.form for direction in directions}
+    simulation = neutral = hypothesis.simulation.extended(tuple(forms))
+    index = {
         (p.mechanism, p.declared.name): k for k, p in enumerate(simulation.parameters) if p.mechanism in forms
     }
-    values = np.array([parameter.value for parameter in simulation.parameters])
     still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
-    for mechanism in simulation.mechanisms[-len(identities) :]:
+    for mechanism in simulation.mechanisms[-len(forms) :]:
         still |= {
             f"{mechanism.id}.{one.name}"
             for one in mechanism.amplitudes
             if mechanism.form_of(one.name) != forms[mechanism.id]
         }
-    own: dict[tuple[str, str], FloatArray] = {}
-    steps = _joint_step(parent.projected, len(hypothesis.shared), group)
-    way = _given_way(parent, group, steps)
-    factor = min(factor, _longest(parent, way))
-    free = hypothesis.sensitivity.free
-    values[free] += factor * way * hypothesis.sensitivity.scale
+    steps = _solve_joint_step(parent.projected, len(hypothesis.shared), group)
+    room = _make_room(parent, group, steps, limits)
+    factor = min(factor, _limit_step(parent, room, limits))
     shaped = np.array([parameter.value for parameter in neutral.parameters])
-    for k, step in zip(group, steps, strict=True):
-        direction = parent.directions[k]
-        index = at[direction.mechanism, direction.name]
+    for direction in directions:
         for name, value in direction.shapes.items():
-            values[at[direction.mechanism, name]] = shaped[at[direction.mechanism, name]] = value
+            shaped[index[direction.mechanism, name]] = value
+    values = shaped.copy()
+    values[hypothesis.sensitivity.free] += factor * room * hypothesis.sensitivity.scale
+    of_record: dict[tuple[str, str], FloatArray] = {}
+    for k, direction, step in zip(group, directions, steps, strict=True):
+        key = direction.mechanism, direction.name
         if direction.record != ALL:
-            of_each = own.setdefault((direction.mechanism, direction.name), np.zeros(len(hypothesis.starts)))
-            of_each[direction.record] = factor * step * direction.scale
+            amplitudes = of_record.setdefault(key, np.zeros(len(hypothesis.starts)))
+            amplitudes[direction.record] = factor * step * direction.scale
         elif parent.projected.usable[k]:
-            values[index] += factor * step * direction.scale
+            values[index[key]] += factor * step * direction.scale
         else:
-            still.add(simulation.parameters[index].name)
-    starts = np.column_stack((hypothesis.starts, *own.values()))
+            still.add(simulation.parameters[index[key]].name)
     return Candidate(
-        mechanisms=(*hypothesis.mechanisms, *identities), simulation=start_of(simulation, values), starts=starts,
-        still=frozenset(still), neutral=start_of(neutral, shaped), parent=hypothesis,
-        form="".join(forms.values()),
+        mechanisms=(*hypothesis.mechanisms, *forms), simulation=start_of(simulation, values),
+        starts=np.column_stack((hypothesis.starts, *of_record.values())), still=frozenset(still),
+        neutral=start_of(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
     )  # fmt: skip
 
 
-def _given_way(parent: TestedHypothesis, group: Sequence[int], steps: FloatArray) -> FloatArray:
-    """(p,) by how much the set's own parameters make room for `steps`, scaled; zero where they hardly follow them."""
+def _make_room(
+    parent: TestedHypothesis, group: Sequence[int], steps: FloatArray, limits: SearchThresholds
+) -> FloatArray:
+    """Return by how much the set's own parameters make room for `steps` (p,), scaled.
+
+    It is zero where the directions are not nearly collinear with the set's own parameters.
+    """
     projected, shared = parent.projected, len(parent.hypothesis.shared)
     chosen = np.asarray(group)
-    if projected.visible[chosen].max() > COLLINEAR:
+    if projected.visible[chosen].max() > limits.collinear_share:
         return np.zeros(shared)
     sizes = np.where(projected.usable[chosen], steps, 0.0) * projected.scale[1 + shared + chosen]
-    way: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
-    return way
+    room: FloatArray = -(sizes @ projected.followed[chosen]) / projected.scale[1 : 1 + shared]
+    return room
 
 
-def _longest(parent: TestedHypothesis, way: FloatArray) -> float:
-    """Factor of `way` (p,) beyond which one of the set's own parameters would leave all that is linear about it.
+def _limit_step(parent: TestedHypothesis, room: FloatArray, limits: SearchThresholds) -> float:
+    """Return the factor of `room` (p,) beyond which one of the set's own parameters leaves its linear range.
 
-    A stiffness that made room by several times itself would have another sign.
+    A stiffness that made room by several times itself would change its sign.
     """
-    most = FURTHEST * np.maximum(np.abs(parent.hypothesis.shared), 1.0)
-    return float(np.min(most / np.maximum(np.abs(way), 1e-300), initial=np.inf))
+    most = limits.own_step_limit * np.maximum(np.abs(parent.hypothesis.shared), 1.0)
+    return float(np.min(most / np.maximum(np.abs(room), 1e-300), initial=np.inf))
 
 
-def _joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
-    """Least-squares steps along directions that act together."""
+def _solve_joint_step(projected: Projected, shared: int, group: Sequence[int]) -> FloatArray:
+    """Return the least-squares steps along directions that act together."""
     index = 1 + np.asarray(group)
     matrix = projected.left[np.ix_(index, index)]
     right = -projected.left[index, 0]

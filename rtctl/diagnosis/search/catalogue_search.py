@@ -1,4 +1,4 @@
-"""What is wrong: a search of the catalogue, finer loops where the identified ones are too coarse."""
+"""Search of the catalogue for causes, with a refit of the static loops where the identified ones are too coarse."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError
@@ -15,17 +16,15 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_support import drop_unsupported
-from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, over_noise
+from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
-from rtctl.diagnosis.search.stepwise import as_it_is, search, significance_level
-from rtctl.diagnosis.thresholds import BudgetThresholds
+from rtctl.diagnosis.search.state import SearchSettings
+from rtctl.diagnosis.search.stepwise import search_stepwise, significance_level
+from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 
-WORTH_PUTTING_RIGHT = 1.05
-"""Times what of the noise cannot be predicted, on test records: a set that passes and leaves less there hardly gains by
-other loops."""
 STOPPED = (
     "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
     "nominal model"
@@ -45,14 +44,18 @@ CUT_BY_CLOCK = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisOptions:
-    """What a user may choose."""
+    """Options of a diagnosis."""
 
     false_claim_rate: float = 0.05
+    """Share of devices with nothing hidden to which a cause may be given."""
     threads: int = max(1, min(2, os.cpu_count() or 1))
+    """Number of threads that simulate records."""
     work: float = field(default_factory=lambda: BudgetThresholds().search)
     """Simulated steps after which no further fit begins."""
     seconds: float = math.inf
     """Outer guard of wall-clock time [s]; an answer that it cut says so."""
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    """Numbers that decide in a diagnosis."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)
     """Ends the diagnosis after the fit under way, once it is cancelled."""
 
@@ -66,151 +69,200 @@ class DiagnosisOptions:
 
 
 class SearchRequest(NamedTuple):
-    """What the causes are looked for in."""
+    """What a search for causes needs."""
 
     problem: Problem
+    """Records to fit."""
     nominal: Hypothesis
+    """Nominal model, fitted to them."""
     model: Any
+    """Model of the file, of the subject's kind."""
     dataset: Dataset
+    """All records, with those of the identification."""
     tests: tuple[FitRecord, ...]
+    """Records that take no part in a fit."""
     ids: Sequence[str]
+    """Mechanisms of the catalogue that are searched."""
     options: DiagnosisOptions
+    """Options of the user."""
     budget: WorkBudget
+    """Work of the diagnosis."""
     report: Callable[[str], None]
+    """Called with what is under way."""
 
-    def relearning(self, loops: Mapping[str, Any]) -> LoopRefitter:
-        """What it takes to learn these loops, by output, anew."""
-        level = significance_level(self.options.false_claim_rate)
-        return LoopRefitter(loops, self.problem, self.tests, self.ids, level, self.report, self.budget)
+    def loop_refitter(self, loops: Mapping[str, Any]) -> LoopRefitter:
+        """Return what a refit of these static loops (by output) needs."""
+        return LoopRefitter(
+            coarse=loops, problem=self.problem, tests=self.tests, ids=self.ids, report=self.report,
+            level=significance_level(self.problem, self.options.false_claim_rate), budget=self.budget,
+        )  # fmt: skip
 
 
-def find_causes(ask: SearchRequest, *, whole: bool) -> tuple[SearchResult, list[str], bool]:
-    """The causes, what is to be said of them, and whether the user stopped. `whole`: records are fitted whole.
+class FoundCauses(NamedTuple):
+    """Outcome of a search for causes."""
 
-    Where the static loops are too coarse, they are learned anew behind what a first look finds: more causes are
-    looked for where that is no help only, since beside loops that are wrong a second cause explains their errors.
+    result: SearchResult
+    notes: list[str]
+    """What is said of it in the answer."""
+    cancelled: bool
+    """Whether the user stopped it."""
+
+
+def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
+    """Search the catalogue for the causes of what the nominal model leaves.
+
+    Where the static loops are too coarse, they are refitted behind what a first look finds. More causes are searched
+    only where that does not help, since beside wrong loops a second cause explains their errors.
+
+    Args:
+        request: What the search needs.
+        whole: Whether whole records are fitted; static loops are refitted to whole records only.
     """
-    first, said, stopped = None, list[str](), False
-    if whole and ask.tests:
-        try:
-            loops = _finer(ask)
-        except CancelledError:
-            loops = None
-        if loops is not None:
-            first, said, stopped = _searched(
-                ask._replace(budget=ask.budget.further(ask.budget.thresholds.first_look))
-            )
-            if stopped:
-                return first, said, True
-            try:
-                found = loops.behind(first)
-            except CancelledError:
-                return first, [LOOPS_STOPPED], True
-            if found.hysteresis_refit:
-                return found, [], False
-    mended = _Mended(ask, [])
-    if first is None or first.out_of_time:
-        first, said, stopped = _searched(ask, mended.correct if whole else as_it_is)
-    found = first
-    if whole and not stopped and found.hysteresis_refit is None:
-        problem = found.refined_problem or ask.problem
-        found, unsupported = drop_unsupported(found, problem, ask.tests, ask.ids, ask.budget)
-        said += [NO_HELP.format(" and ".join(unsupported))] if unsupported else []
-        try:
-            found = mended.at_last(found)
-        except CancelledError:
-            return found, [*said, NOT_PUT_RIGHT], True
-    return found, said, stopped
+    first = _look_behind_coarse_loops(request) if whole and request.tests else None
+    if first is None or (first.result.out_of_time and not _is_final(first)):
+        first = _search(request, correct=whole)
+    return first if not whole or _is_final(first) else _finish_by_test_records(request, first)
 
 
-class _Mended(NamedTuple):
-    """Static loops learned anew behind causes that leave something, passing or not, if test records gain by it."""
-
-    ask: SearchRequest
-    tried: list[SearchResult]
-    """What came of it so far."""
-
-    def correct(self, found: SearchResult) -> SearchResult:
-        """Not where a law of no name leaves less: then the causes are wrong, and loops would hide it."""
-        ask, subject = self.ask, self.ask.problem.subject
-        partly = classify_outcome(found, subject.least_removed) == "partly_explained"
-        if not partly or subject.relearned is None or not ask.tests or ask.budget.spent:
-            return found
-        loops = subject.identified(ask.model, ask.dataset)
-        if not loops:
-            return found
-        law = find_better_alternative(
-            ask.problem, found.nominal.hypothesis, found.chosen.hypothesis, ask.budget, ask.report
-        )
-        found = found._replace(better_alternative=law)
-        if not law:
-            found = ask.relearning(loops).behind(found)
-        self.tried.append(found)
-        return found
-
-    def at_last(self, found: SearchResult) -> SearchResult:
-        """Of a search that has ended: itself if it passes, else what was mended on its way if that leaves less."""
-        if found.passes:
-            return self._closer(found)
-        if not self.tried:
-            return self.correct(found)
-        last = self.tried[-1]
-        if last.chosen.hypothesis is found.chosen.hypothesis:
-            return found._replace(better_alternative=last.better_alternative)
-        if last.hysteresis_refit is None or last.chosen.hypothesis.cost >= found.chosen.hypothesis.cost:
-            return found
-        return last._replace(out_of_time=found.out_of_time)
-
-    def _closer(self, found: SearchResult) -> SearchResult:
-        """A set that passes, since a model may be off by so much: with loops that are off by less, if it still does
-        and test records show that they are. Not where others explain as much: all of them have the same loops.
-        """
-        ask, subject = self.ask, self.ask.problem.subject
-        named = found.chosen.hypothesis is not found.nominal.hypothesis and not found.equivalent
-        if not (named and ask.problem.allowed) or subject.relearned is None or ask.budget.spent:
-            return found
-        if over_noise(found.chosen, ask.tests) < WORTH_PUTTING_RIGHT:
-            return found
-        loops = subject.identified(ask.model, ask.dataset)
-        if not loops:
-            return found
-        again = ask.relearning(loops).behind(found)
-        return again if again.passes else found
+def _is_final(found: FoundCauses) -> bool:
+    return found.cancelled or found.result.hysteresis_refit is not None
 
 
-def _finer(ask: SearchRequest) -> LoopRefitter | None:
-    """None where the static loops are not too coarse."""
-    if ask.problem.subject.relearned is None:
-        return None
-    ask.report("whether the static loops are too coarse")
-    ask.problem.cancellation.raise_if_cancelled()
-    coarse = ask.problem.subject.coarse(ask.model, ask.dataset)
-    return ask.relearning(coarse) if coarse else None
-
-
-def _searched(
-    ask: SearchRequest, correct: Callable[[SearchResult], SearchResult] = as_it_is
-) -> tuple[SearchResult, list[str], bool]:
-    """The search, or what is known without it; what is to be said of it, and whether the user stopped it."""
-    tried: list[str] = []
-    known: list[SearchResult] = []
-
-    def noted(text: str) -> None:
-        ask.report(text)
-        ask.problem.cancellation.raise_if_cancelled()
-        tried.append(text)
-
+def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
+    """Search within a small budget and refit the static loops behind that; return None where they are fine enough."""
     try:
-        rate = ask.options.false_claim_rate
-        found = search(ask.problem, ask.nominal, ask.ids, rate, noted, known.append, ask.budget, correct)
-        return found, [_why_it_ended(ask)] if found.out_of_time else [], False
+        refitter = _find_coarse_loops(request)
     except CancelledError:
-        so_far = known[-1]
-        return so_far._replace(chosen=so_far.nominal, equivalent=()), [STOPPED.format(len(tried))], True
+        return None
+    if refitter is None:
+        return None
+    first = _search(
+        request._replace(budget=request.budget.further(request.budget.thresholds.first_look)), correct=False
+    )
+    if first.cancelled:
+        return first
+    try:
+        refitted = refitter.refit_behind(first.result)
+    except CancelledError:
+        return FoundCauses(first.result, [LOOPS_STOPPED], cancelled=True)
+    return first if refitted.hysteresis_refit is None else FoundCauses(refitted, [], cancelled=False)
 
 
-def _why_it_ended(ask: SearchRequest) -> str:
+def _find_coarse_loops(request: SearchRequest) -> LoopRefitter | None:
+    subject = request.problem.subject
+    if subject.relearned is None:
+        return None
+    request.report("whether the static loops are too coarse")
+    request.problem.cancellation.raise_if_cancelled()
+    coarse = subject.coarse(request.model, request.dataset)
+    return request.loop_refitter(coarse) if coarse else None
+
+
+def _finish_by_test_records(request: SearchRequest, found: FoundCauses) -> FoundCauses:
+    """Drop causes that test records do not support, then correct the static loops behind the others."""
+    problem = found.result.refined_problem or request.problem
+    result, unsupported = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
+    notes = [*found.notes, *([NO_HELP.format(" and ".join(unsupported))] if unsupported else [])]
+    try:
+        return FoundCauses(correct_after_search(request, result), notes, cancelled=False)
+    except CancelledError:
+        return FoundCauses(result, [*notes, NOT_PUT_RIGHT], cancelled=True)
+
+
+def correct_loops(request: SearchRequest, result: SearchResult) -> SearchResult | None:
+    """Refit the static loops behind causes that explain a part; return None where that is not tried.
+
+    Where a nonparametric alternative explains more, the causes are wrong, and refitted loops would hide that.
+    """
+    subject, limits = request.problem.subject, request.problem.thresholds.search
+    partly = classify_outcome(result, subject.least_removed, limits) == "partly_explained"
+    if not partly or subject.relearned is None or not request.tests or request.budget.spent:
+        return None
+    loops = subject.identified(request.model, request.dataset)
+    if not loops:
+        return None
+    nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
+    alternative = find_better_alternative(request.problem, nominal, chosen, request.budget, request.report)
+    result = result._replace(better_alternative=alternative)
+    return result if alternative else request.loop_refitter(loops).refit_behind(result)
+
+
+def correct_after_search(request: SearchRequest, result: SearchResult) -> SearchResult:
+    """Return the outcome with the static loops refitted if that helps, else as it is.
+
+    Where no set passes and the loops were refitted during the search, that outcome is taken if it leaves less.
+    """
+    if result.passes:
+        return _correct_passing_set(request, result)
+    corrected = result.correction
+    if corrected is None:
+        return correct_loops(request, result) or result
+    if corrected.chosen.hypothesis is result.chosen.hypothesis:
+        return result._replace(better_alternative=corrected.better_alternative)
+    unchanged = corrected.hysteresis_refit is None
+    if unchanged or corrected.chosen.hypothesis.cost >= result.chosen.hypothesis.cost:
+        return result
+    return corrected._replace(out_of_time=result.out_of_time)
+
+
+def _correct_passing_set(request: SearchRequest, result: SearchResult) -> SearchResult:
+    """Refit the static loops behind a set that passes, where test records show that the loops are off.
+
+    It passes because a model is allowed some misfit. Where other sets explain as much, all of them have the same loops
+    and what the next experiment compares would be the loops.
+    """
+    problem, subject = request.problem, request.problem.subject
+    named = result.chosen.hypothesis is not result.nominal.hypothesis and not result.equivalent
+    if not (named and problem.allowed) or subject.relearned is None or request.budget.spent:
+        return result
+    if compute_error_over_noise(result.chosen, request.tests) < problem.thresholds.search.worth_correcting:
+        return result
+    loops = subject.identified(request.model, request.dataset)
+    if not loops:
+        return result
+    corrected = request.loop_refitter(loops).refit_behind(result)
+    return corrected if corrected.passes else result
+
+
+@dataclass(slots=True)
+class _Progress:
+    """What is known while a search runs, for the answer of one that is cancelled."""
+
+    request: SearchRequest
+    fits: int = 0
+    known: SearchResult | None = None
+
+    def report(self, text: str) -> None:
+        self.request.report(text)
+        self.request.problem.cancellation.raise_if_cancelled()
+        self.fits += 1
+
+    def keep(self, result: SearchResult) -> None:
+        self.known = result
+
+
+def _search(request: SearchRequest, *, correct: bool) -> FoundCauses:
+    """Run the stepwise search; `correct`: refit the static loops behind two causes that do not pass.
+
+    A search that is cancelled claims no cause, since larger or other sets might explain the data.
+    """
+    progress = _Progress(request)
+    settings = SearchSettings(
+        ids=request.ids, level=significance_level(request.problem, request.options.false_claim_rate),
+        budget=request.budget, report=progress.report, keep=progress.keep,
+        correct_model=partial(correct_loops, request) if correct else None,
+    )  # fmt: skip
+    try:
+        result = search_stepwise(request.problem, request.nominal, settings)
+    except CancelledError:
+        assert progress.known is not None  # the nominal model is tested before the first report
+        known = progress.known._replace(chosen=progress.known.nominal, equivalent=())
+        return FoundCauses(known, [STOPPED.format(progress.fits)], cancelled=True)
+    return FoundCauses(result, [_explain_end(request)] if result.out_of_time else [], cancelled=False)
+
+
+def _explain_end(request: SearchRequest) -> str:
     """Return the note of a search that ended before it was through."""
-    if ask.budget.cut_by_clock:
-        return CUT_BY_CLOCK.format(ask.options.seconds)
-    return OUT_OF_WORK.format(1e-6 * ask.options.work)
+    if request.budget.cut_by_clock:
+        return CUT_BY_CLOCK.format(request.options.seconds)
+    return OUT_OF_WORK.format(1e-6 * request.options.work)

@@ -1,96 +1,102 @@
-"""What could stand in the place of a set of causes, from where its fit ended: others may have been stuck."""
+"""Challengers: refit rival sets from where the best fit ended, since theirs may have stopped in a local minimum."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without
 from rtctl.diagnosis.search.candidates import propose_candidates
-from rtctl.diagnosis.search.model_selection import rank_hypotheses, whitened_bic
+from rtctl.diagnosis.search.model_selection import best_of_each_set, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult
-from rtctl.diagnosis.search.successive_halving import best_of_each_set, halve_successively
-
-ALONE = 0.1
-"""Times the cost of another: a first below it is right, or the other is stuck."""
-RIVALS = 0.5
-"""Of the best score, in one linear step from where the first ended: below it, a mechanism is no equal of it."""
-UNFINISHED = 4.0
-"""Times the cost of the best: where a fit may still end that had no time to."""
-NEAR = 1.5
-"""Times the cost of the best: beyond, no whitening makes a set its equal."""
+from rtctl.diagnosis.search.state import SearchSettings
+from rtctl.diagnosis.search.successive_halving import halve_successively
 
 
 def refit_challengers(
-    problem: Problem, parents: Sequence[TestedHypothesis], field: Sequence[Hypothesis], ids: Sequence[str],
-    report: Callable[[str], None], budget: WorkBudget,
-) -> list[Hypothesis]:  # fmt: skip
-    """`field`, and where its first leaves others far behind, what of them could stand in its place, from there.
+    problem: Problem,
+    parents: Sequence[TestedHypothesis],
+    fits: Sequence[Hypothesis],
+    settings: SearchSettings,
+) -> list[Hypothesis]:
+    """Refit the sets that the leader leaves far behind, from the nominal parameters that the leader found.
 
-    With a jump between motions a fit ends where the nominal parameters are off, whatever is added; one that found its
-    way shows where they are right, and from there an equal needs but its own size.
+    Where motions jump, a fit ends where the nominal parameters are off, whatever is added. The leader shows where they
+    are right, and from there a rival needs only its own size.
+
+    Args:
+        problem: Records to fit.
+        parents: Sets that were extended.
+        fits: Fitted sets, lowest cost first.
+        settings: Mechanisms and budget.
+
+    Returns:
+        The fits and the refitted challengers, lowest cost first.
     """
-    first = field[0]
+    limits, leader = problem.thresholds.search, fits[0]
     parent = next(
-        (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(first.mechanisms)), None
+        (p.hypothesis for p in parents if set(p.hypothesis.mechanisms) < set(leader.mechanisms)), None
     )
-    near = {frozenset(one.mechanisms) for one in field if first.cost >= ALONE * one.cost}
-    if problem.glance is not problem or parent is None or len(near) == len(field):
-        return list(field)
-    there = None if budget.spent else refit_without(problem, parent, first, parent.mechanisms, iterations=0)
-    if there is None:
-        return list(field)
-    runners = [
-        runner
-        for runner in propose_candidates(run_residual_tests(there, problem, ids), least=RIVALS)
-        if frozenset(runner.mechanisms) not in near
+    near = {frozenset(one.mechanisms) for one in fits if leader.cost >= limits.lone_leader_share * one.cost}
+    if problem.glance is not problem or parent is None or len(near) == len(fits) or settings.budget.spent:
+        return list(fits)
+    moved = refit_without(problem, parent, leader, parent.mechanisms, iterations=0)
+    if moved is None:
+        return list(fits)
+    tested = run_residual_tests(moved, problem, settings.ids)
+    candidates = [
+        candidate
+        for candidate in propose_candidates(tested, limits, least=limits.challenger_score)
+        if frozenset(candidate.mechanisms) not in near
     ]
-    return best_of_each_set(
-        sorted([*field, *halve_successively(problem, runners, report, budget)], key=lambda one: one.cost)
-    )
+    refitted = halve_successively(problem, candidates, settings.report, settings.budget)
+    return best_of_each_set(sorted([*fits, *refitted], key=lambda one: one.cost))
 
 
 def refit_rivals(
-    problem: Problem, found: SearchResult, larger: TestedHypothesis, ids: Sequence[str], level: float,
-    report: Callable[[str], None],
-    budget: WorkBudget,
-) -> SearchResult:  # fmt: skip
-    """`found`, where it is a single cause that a `larger` set led to, beside what could stand in its place, from there.
+    problem: Problem, result: SearchResult, larger: TestedHypothesis, settings: SearchSettings
+) -> SearchResult:
+    """Refit the rivals of a single cause that a larger set led to, from where that cause ended.
 
-    Where all single causes had been stuck, that one came out of it shows where the others are right too.
+    All single causes may have been stuck; where this one came out of it, the others can too.
+
+    Args:
+        problem: Records to fit.
+        result: Search with the single cause chosen; returned as it is for any other set.
+        larger: The set that led to it.
+        settings: Mechanisms, significance level and budget.
     """
-    chosen = found.chosen
-    added = len(chosen.hypothesis.mechanisms) - len(found.nominal.hypothesis.mechanisms)
-    if chosen is larger or added != 1 or not found.rankings:
-        return found
-    known = [one.hypothesis for one in found.rankings[0] if one.hypothesis is not chosen.hypothesis]
-    field = best_of_each_set([chosen.hypothesis, *sorted(known, key=lambda one: one.cost)])
-    field = refit_challengers(
-        problem, [found.nominal], field, ids, report, budget.further(budget.thresholds.rivals)
-    )
-    there = {id(one) for one in (chosen.hypothesis, *known)}
-    fresh = [one for one in field if id(one) not in there and one.cost < NEAR * chosen.hypothesis.cost]
-    if not fresh:
-        return found
-    examined = [run_residual_tests(one, problem, ids) for one in fresh]
+    chosen, limits = result.chosen, problem.thresholds.search
+    added = len(chosen.hypothesis.mechanisms) - len(result.nominal.hypothesis.mechanisms)
+    if chosen is larger or added != 1 or not result.rankings:
+        return result
+    known = [one.hypothesis for one in result.rankings[0] if one.hypothesis is not chosen.hypothesis]
+    fits = best_of_each_set([chosen.hypothesis, *sorted(known, key=lambda one: one.cost)])
+    fits = refit_challengers(problem, [result.nominal], fits, settings.for_rivals())
+    seen = {id(one) for one in (chosen.hypothesis, *known)}
+    most = limits.rival_cost * chosen.hypothesis.cost
+    refitted = [one for one in fits if id(one) not in seen and one.cost < most]
+    if not refitted:
+        return result
+    tested = [run_residual_tests(one, problem, settings.ids) for one in refitted]
     best = min(
-        (chosen, *(one for one in examined if one.p_value > level)),
+        (chosen, *(one for one in tested if settings.passes(one))),
         key=lambda one: whitened_bic(problem, one.hypothesis, chosen.noise),
     )
-    own = rank_hypotheses(
-        problem, best_of_each_set([best.hypothesis, chosen.hypothesis, *fresh, *known]), best, plain=False
-    )
-    return found._replace(chosen=best, rankings=(own, *found.rankings[1:]))
+    fits = best_of_each_set([best.hypothesis, chosen.hypothesis, *refitted, *known])
+    ranking = rank_hypotheses(problem, fits, best, plain=False)
+    return result._replace(chosen=best, rankings=(ranking, *result.rankings[1:]))
 
 
-def list_unfinished(found: SearchResult) -> tuple[Hypothesis, ...]:
-    """The equivalents, and where time ran out on single causes those whose fits may yet end as low."""
-    chosen = found.chosen.hypothesis
-    if len(chosen.mechanisms) != len(found.nominal.hypothesis.mechanisms) + 1 or len(found.rankings) != 1:
-        return found.equivalent
-    known = {id(one) for one in (chosen, *found.equivalent)}
-    near = (one.hypothesis for one in found.rankings[0] if one.hypothesis.cost < UNFINISHED * chosen.cost)
-    return (*found.equivalent, *(one for one in near if id(one) not in known))
+def list_unfinished(problem: Problem, result: SearchResult) -> tuple[Hypothesis, ...]:
+    """Return the equivalents and, where the budget ended the fits of single causes, those that may end as low."""
+    chosen = result.chosen.hypothesis
+    single = len(chosen.mechanisms) == len(result.nominal.hypothesis.mechanisms) + 1
+    if not single or len(result.rankings) != 1:
+        return result.equivalent
+    known = {id(one) for one in (chosen, *result.equivalent)}
+    most = problem.thresholds.search.unfinished_cost * chosen.cost
+    near = (one.hypothesis for one in result.rankings[0] if one.hypothesis.cost < most)
+    return (*result.equivalent, *(one for one in near if id(one) not in known))

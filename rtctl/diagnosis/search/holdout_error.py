@@ -1,6 +1,6 @@
-"""What the extension gains on records that took no part in the fit: error before, after, the noise, an interval.
+"""Free-run error on records that took no part in a fit, and the gain of an extension there with its interval.
 
-The ratio's interval comes from a moving-block bootstrap of both squared errors together: errors are coloured.
+The interval of the ratio comes from a moving-block bootstrap of both squared errors together: errors are coloured.
 """
 
 from __future__ import annotations
@@ -14,34 +14,36 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Prediction, Simulation
+from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
-RESAMPLES = 400
-BLOCK_PERIODS = 8.0
-LEAST_BLOCKS = 12
-"""Of all test records; shorter ones where they are few periods."""
-ITERATIONS = 12
-CONVERGED = 1e-6
+DEFAULTS = SearchThresholds()
 
 
 class Gain(NamedTuple):
-    """RMS errors of one output over the test records, in its unit."""
+    """Errors of one output over the test records (RMS), in its unit."""
 
     output: str
     unit: str
     before: float
+    """Error of the nominal model."""
     after: float
+    """Error of the extended model."""
     noise_floor: float
+    """RMS of the noise."""
     ratio: float
+    """`before` over `after`."""
     ratio_low: float
+    """Lower end of its 95 % interval."""
     ratio_high: float
+    """Upper end of its 95 % interval."""
 
 
-def gain(
+def measure_gain(
     before: Simulation,
     after: Simulation,
     records: Sequence[FitRecord],
@@ -49,23 +51,52 @@ def gain(
     unit: str,
     noise_floor: float,
     rate: float,
+    limits: SearchThresholds = DEFAULTS,
 ) -> Gain | None:
-    """Free runs of both models over `records`; `rate` [1/s] of the motion sets the blocks. None without records."""
+    """Measure by how much the error of free runs over test records falls.
+
+    Args:
+        before: Nominal model.
+        after: Extended model.
+        records: Test records.
+        output: Name of the output.
+        unit: Unit of the output.
+        noise_floor: RMS of its noise, in `unit`.
+        rate: Angular frequency of the motion [1/s], which sets the length of the bootstrap's blocks.
+        limits: Thresholds of the search.
+
+    Returns:
+        The gain; None without records.
+    """
     if not records:
         return None
-    old = [compute_free_run_error(before, record, output) for record in records]
-    new = [compute_free_run_error(after, record, output) for record in records]
-    low, high = _interval(old, new, rate, records[0].period_s)
+    old = [compute_free_run_error(before, record, output, limits=limits) for record in records]
+    new = [compute_free_run_error(after, record, output, limits=limits) for record in records]
+    length = max(8, round(limits.bootstrap_block_periods * 2.0 * np.pi / rate / records[0].period_s))
+    length = max(1, min(length, sum(len(one) for one in old) // limits.bootstrap_least_blocks))
+    low, high = _bootstrap_interval(old, new, length, limits.bootstrap_resamples)
     first, second = _rms(old), _rms(new)
     ratio = first / second if second > 0.0 else math.inf
     return Gain(output, unit, first, second, noise_floor, ratio, low, high)
 
 
 def compute_free_run_error(
-    simulation: Simulation, record: FitRecord, output: str, within: float = 1.0
+    simulation: Simulation,
+    record: FitRecord,
+    output: str,
+    within: float = 1.0,
+    limits: SearchThresholds = DEFAULTS,
 ) -> FloatArray:
-    """Simulated minus measured (n,) over the scored samples, from the fitted start; infinite if it diverges."""
-    run = simulate_free_run(simulation, record, output, within)
+    """Return simulated minus measured (n,) over the scored samples; infinite if the run diverges.
+
+    Args:
+        simulation: Model at its fitted parameters.
+        record: Test record.
+        output: Name of the output.
+        within: Initial share of the scored samples to which the record's own unknowns are fitted.
+        limits: Thresholds of the search.
+    """
+    run = simulate_free_run(simulation, record, output, within, limits)
     if run.diverged_at[0] >= 0:
         return np.full(record.samples - record.first, np.inf)
     error: FloatArray = (run.outputs[output][0] - record.measured[output])[record.first :]
@@ -73,59 +104,80 @@ def compute_free_run_error(
 
 
 def simulate_free_run(
-    simulation: Simulation, record: FitRecord, output: str, within: float = 1.0
+    simulation: Simulation,
+    record: FitRecord,
+    output: str,
+    within: float = 1.0,
+    limits: SearchThresholds = DEFAULTS,
 ) -> Prediction:
-    """Of one lane. What is the record's own is fitted to this share of its scored samples, `within`, first.
+    """Simulate a test record from its fitted initial state.
 
-    That is its start, two numbers: the first sample is noisy, and a lightly damped device rings with that noise for a
-    long time; and parameters that each record has for itself, as the phase of a hum. As they are where no fit is.
+    The record's own unknowns are fitted first: its initial state, since the first sample is noisy and a lightly damped
+    device rings with that noise for a long time, and parameters that each record has for itself, as the phase of a hum.
+    They stay as they are where no fit succeeds.
+
+    Args:
+        simulation: Model at its fitted parameters.
+        record: Test record.
+        output: Name of the output that the unknowns are fitted to.
+        within: Initial share of the scored samples that is used for this.
+        limits: Thresholds of the search.
+
+    Returns:
+        A prediction of one lane; of NaN where no sensible step resolves the model at the record's amplitude.
     """
     values = np.array([parameter.value for parameter in simulation.parameters])
-
-    def run(start: FloatArray | None) -> Prediction:
-        try:
-            return simulation.predict(record.stimulus, values, start)
-        except ValueError:  # no sensible step resolves the model at this record's amplitude
-            nothing = {name: np.full((1, record.samples), np.nan) for name in simulation.outputs}
-            return Prediction(nothing, np.zeros(1, dtype=np.int64))
-
     own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
-    if not simulation.state and not own:
-        return run(None)
-    start = simulation.starting(record.stimulus, values)
+    start = None
+    if simulation.state or own:
+        unknowns = _fit_own_unknowns(simulation, record, _cut_record(record, output, within), limits)
+        start, values[own] = (
+            np.atleast_2d(unknowns[: len(simulation.state)]),
+            unknowns[len(simulation.state) :],
+        )
+    try:
+        return simulation.predict(record.stimulus, values, start)
+    except ValueError:  # no sensible step resolves the model at this record's amplitude
+        nothing = {name: np.full((1, record.samples), np.nan) for name in simulation.outputs}
+        return Prediction(nothing, np.zeros(1, dtype=np.int64))
+
+
+def _cut_record(record: FitRecord, output: str, within: float) -> FitRecord:
+    """Return the initial share `within` of the scored samples, of one output."""
     alone = replace(record, measured={output: record.measured[output]})
-    seen = alone.truncate(record.first + round(within * (record.samples - record.first)))
+    return alone.truncate(record.first + round(within * (record.samples - record.first)))
+
+
+def _fit_own_unknowns(
+    simulation: Simulation, record: FitRecord, seen: FitRecord, limits: SearchThresholds
+) -> FloatArray:
+    """Fit the initial state and the record's own parameters (states + parameters,), in units, to `seen`."""
+    values = np.array([parameter.value for parameter in simulation.parameters])
+    own = [k for k, one in enumerate(simulation.parameters) if one.declared.per_record and not one.fixed]
+    start = simulation.starting(record.stimulus, values)
+    scales, (output,) = estimate_scales([record], next(iter(record.measured))), seen.measured
+    unknowns = np.append(start, values[own])
     cost = SegmentCost(
-        sensitivity=Sensitivity.of(
-            simulation,
-            [seen],
-            own,
-            scales=estimate_scales([record], next(iter(record.measured))),
-            record_parameters=own,
-        ),
-        segments=[Segment(seen, np.append(start, values[own]), False, start if record.first else None)],
+        sensitivity=Sensitivity.of(simulation, [seen], own, scales=scales, record_parameters=own),
+        segments=[Segment(seen, unknowns, False, start if record.first else None)],
         sigma=np.array([float(seen.measured[output].std()) or 1.0]),
     )
     nothing = np.empty(0)
     reached = minimise(
-        cost.equations, cost.start(nothing), nothing, nothing, iterations=ITERATIONS, tolerance=CONVERGED
-    )
-    if reached is not None:
-        found = cost.state(0, reached.unknowns)
-        start, values[own] = found[: len(start)], found[len(start) :]
-    return run(np.atleast_2d(start))
+        cost.equations, cost.start(nothing), nothing, nothing,
+        iterations=limits.free_run_iterations, tolerance=limits.free_run_tolerance,
+    )  # fmt: skip
+    return unknowns if reached is None else cost.state(0, reached.unknowns)
 
 
 def _rms(errors: Sequence[FloatArray]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def _interval(
-    old: Sequence[FloatArray], new: Sequence[FloatArray], rate: float, period_s: float
+def _bootstrap_interval(
+    old: Sequence[FloatArray], new: Sequence[FloatArray], length: int, resamples: int
 ) -> tuple[float, float]:
-    """95 % of the ratio of RMS errors."""
-    length = max(8, round(BLOCK_PERIODS * 2.0 * np.pi / rate / period_s))
-    length = max(1, min(length, sum(len(one) for one in old) // LEAST_BLOCKS))
+    """Return the 95 % interval of the ratio of RMS errors, from blocks of `length` samples."""
     squares = []
     for first, second in zip(old, new, strict=True):
         count = max(1, len(first) // length)
@@ -134,7 +186,7 @@ def _interval(
     table = np.array(squares)
     if not np.isfinite(table).all():
         return 0.0, math.inf
-    draws = np.random.default_rng(0).integers(0, len(table), (RESAMPLES, len(table)))
+    draws = np.random.default_rng(0).integers(0, len(table), (resamples, len(table)))
     sums = table[draws].sum(axis=1)
     ratios = np.sqrt(sums[:, 0] / np.maximum(sums[:, 1], 1e-300))
     low, high = np.percentile(ratios, [2.5, 97.5])

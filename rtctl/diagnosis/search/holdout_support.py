@@ -1,4 +1,7 @@
-"""Whether the small causes of a set help on records that no fit saw: noise that is no autoregression looks like one."""
+"""Support of small causes by records that took no part in the fit.
+
+Noise that is not autoregressive looks like a small cause, and does not repeat on test records.
+"""
 
 from __future__ import annotations
 
@@ -13,73 +16,102 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error
-from rtctl.diagnosis.search.outcome import SearchResult
-from rtctl.diagnosis.search.stepwise import find_equivalents, replace_chosen
+from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.identification.fit_record import FitRecord
-
-SMALL = 0.02
-"""Of what the set removes of the squared misfit: a cause that removes more is told, whatever test records say."""
-LITTLE = 0.05
-"""Of what is left: a set that removes less is small beside the noise, all of it."""
-SHOWN = 0.5
-"""Of a test record, where numbers of its own (a hum's) are fitted: they are judged by the rest, which has to follow."""
 
 
 def drop_unsupported(
-    found: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str], budget: WorkBudget
+    result: SearchResult,
+    problem: Problem,
+    tests: Sequence[FitRecord],
+    ids: Sequence[str],
+    budget: WorkBudget,
 ) -> tuple[SearchResult, tuple[str, ...]]:
-    """Less the small causes without which the error on `tests` is no larger; and which those are.
+    """Drop the small causes without which the error on test records is no larger.
 
-    The gate's verdict stays the larger set's: what is left without them is too small to be a cause. Nothing is taken
-    out once `budget` is spent, nor where no test record can be simulated.
+    The residual tests stay those of the larger set: what remains without such a cause is too small to be one. Nothing
+    is dropped once the budget is spent, nor where no test record can be simulated.
+
+    Args:
+        result: Outcome of the search.
+        problem: Records that were fitted.
+        tests: Records that took no part in a fit.
+        ids: Mechanisms of the catalogue that are tested.
+        budget: Work of the diagnosis.
+
+    Returns:
+        The outcome without those causes, and their ids.
     """
     dropped: list[str] = []
-    nominal, chosen = found.nominal.hypothesis, found.chosen.hypothesis
-    while tests and not budget.spent and _causes(found):
-        removed = nominal.cost - chosen.cost
-        little = found.passes and removed < LITTLE * chosen.cost
-        alone = len(_causes(found)) == 1
-        rests = (nominal,) if alone and little else () if alone else found.leave_one_out
-        small = [one for one in rests if little or one.cost - chosen.cost < SMALL * removed]
-        if not small:
+    nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
+    while tests and not budget.spent and _causes(result):
+        reduced = _list_reduced(result, chosen, problem)
+        if not reduced:
             break
-        shown = SHOWN if any(p.declared.per_record for p in chosen.simulation.parameters) else 0.0
-        error = _squares(chosen, problem, tests, shown)
+        of_record = any(parameter.declared.per_record for parameter in chosen.simulation.parameters)
+        shown = problem.thresholds.search.shown_share if of_record else 0.0
+        error = _sum_squares(chosen, problem, tests, shown)
         rest, fewer = min(
-            ((_squares(one, problem, tests, shown), one) for one in small), key=lambda pair: pair[0].sum()
+            ((_sum_squares(one, problem, tests, shown), one) for one in reduced),
+            key=lambda pair: pair[0].sum(),
         )
         seen = np.isfinite(error) & np.isfinite(rest)
         if not seen.any() or rest[seen].sum() > error[seen].sum():
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
-        found = _with(fewer, found, problem, ids)
-    return found, tuple(dropped)
+        result = _choose(fewer, result, problem, ids) if fewer is not nominal else _choose_nominal(result)
+    return result, tuple(dropped)
 
 
-def _with(fewer: Hypothesis, found: SearchResult, problem: Problem, ids: Sequence[str]) -> SearchResult:
-    """`found` with `fewer` chosen, by the larger set's gate."""
-    if fewer is found.nominal.hypothesis:
-        chosen = found.nominal._replace(tests=found.chosen.tests)
-        return found._replace(chosen=chosen, equivalent=(), leave_one_out=())
-    examined = run_residual_tests(fewer, problem, ids)._replace(tests=found.chosen.tests)
-    found = replace_chosen(problem, found, examined)
-    return found._replace(
-        leave_one_out=refit_without_each(problem, found.nominal.hypothesis, fewer, found.hypotheses),
-        equivalent=find_equivalents(problem, found.rankings, examined, plain=not found.passes),
+def _list_reduced(result: SearchResult, chosen: Hypothesis, problem: Problem) -> list[Hypothesis]:
+    """Return the chosen set without each of its small causes.
+
+    A single cause is small only where all that it removes is small beside the noise.
+    """
+    limits, nominal = problem.thresholds.search, result.nominal.hypothesis
+    removed = nominal.cost - chosen.cost
+    all_small = result.passes and removed < limits.small_set_share * chosen.cost
+    if len(_causes(result)) == 1:
+        return [nominal] if all_small else []
+    most = limits.small_removed_share * removed
+    return [one for one in result.leave_one_out if all_small or one.cost - chosen.cost < most]
+
+
+def _choose_nominal(result: SearchResult) -> SearchResult:
+    chosen = result.nominal._replace(tests=result.chosen.tests)
+    return result._replace(chosen=chosen, equivalent=(), leave_one_out=())
+
+
+def _choose(fewer: Hypothesis, result: SearchResult, problem: Problem, ids: Sequence[str]) -> SearchResult:
+    """Choose `fewer` with the residual tests of the larger set."""
+    tested = run_residual_tests(fewer, problem, ids)._replace(tests=result.chosen.tests)
+    result = replace_chosen(problem, result, tested)
+    return result._replace(
+        leave_one_out=refit_without_each(problem, result.nominal.hypothesis, fewer, result.hypotheses),
+        equivalent=find_equivalents(problem, result.rankings, tested, plain=not result.passes),
     )
 
 
-def _causes(found: SearchResult) -> set[str]:
-    return set(found.chosen.hypothesis.mechanisms) - set(found.nominal.hypothesis.mechanisms)
+def _causes(result: SearchResult) -> set[str]:
+    return set(result.chosen.hypothesis.mechanisms) - set(result.nominal.hypothesis.mechanisms)
 
 
-def _squares(one: Hypothesis, problem: Problem, tests: Sequence[FitRecord], shown: float) -> FloatArray:
-    """(records,): sums over all outputs that are there, in squares of their size, behind the share that is `shown`."""
-    total = np.zeros(len(tests))
+def _sum_squares(
+    hypothesis: Hypothesis, problem: Problem, tests: Sequence[FitRecord], shown: float
+) -> FloatArray:
+    """Return the squared error of each test record (records,), over all outputs in squares of their sizes.
+
+    Args:
+        hypothesis: Fitted set.
+        problem: Records that were fitted, for the outputs' sizes.
+        tests: Test records.
+        shown: Initial share of a record to which its own parameters are fitted and that is not counted.
+    """
+    limits, total = problem.thresholds.search, np.zeros(len(tests))
     for k, record in enumerate(tests):
-        for name in one.sensitivity.outputs:
+        for name in hypothesis.sensitivity.outputs:
             if name in record.measured:
-                error = compute_free_run_error(one.simulation, record, name, shown or 1.0)
+                error = compute_free_run_error(hypothesis.simulation, record, name, shown or 1.0, limits)
                 total[k] += float(np.sum(error[round(shown * len(error)) :] ** 2)) / problem.size(name) ** 2
     return total

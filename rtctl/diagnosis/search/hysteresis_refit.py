@@ -1,15 +1,16 @@
-"""What was identified of a model, found too coarse: learned anew, finer, where that holds on records no fit saw.
+"""Refit of the static hysteresis behind a set of causes, kept where records that took no part in a fit support it.
 
-The identification's own records say whether its static part is too coarse, whatever else acts on the others. If they
-do, the causes found so far keep their place, that part is learned behind them from the fitted records too, and it is a
-cause if the error on test records falls by it: noise, and causes that it could imitate, do not repeat there. Where
-those records say nothing, but causes leave more than the noise, it is learned anew behind them all the same, and put
-right where that helps there: what lies between the levels of a staircase was never measured.
+The identification's own records show whether the static loops are too coarse, whatever else acts on the others. If they
+do, the causes found so far stay, the loops are refitted behind them from the fitted records too, and are a cause if the
+error on test records falls: noise, and causes that the loops could imitate, do not repeat there. Where those records
+show nothing, but causes leave more than the noise, the loops are refitted behind them as a mere correction: what lies
+between the levels of a staircase was never measured.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,120 +21,148 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import Placed
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import NEGLIGIBLE, refit_without, refit_without_each
-from rtctl.diagnosis.search.holdout_error import compute_free_run_error, gain
-from rtctl.diagnosis.search.holdout_support import SMALL
-from rtctl.diagnosis.search.outcome import LEAST_GAIN, HysteresisRefit, SearchResult
+from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
+from rtctl.diagnosis.search.holdout_error import Gain, compute_free_run_error, measure_gain
+from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
 ID = "hysteresis.shape"
-WORSE = 0.95
-"""Of the error before: no output's on test records may rise to one over it."""
-AS_IDENTIFIED = 3.0
-"""Times the cost with gains and offsets of their own: a session that was calibrated as the identification was leaves no
-more, however far off the loops are between their levels."""
 
 
-def _silent(text: str) -> None:
-    """Nobody listens."""
+def _report_nothing(text: str) -> None:
+    pass
 
 
-class LoopRefitter(NamedTuple):
-    """What it takes to learn them: read-outs by output, the records, the gate."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopRefitter:
+    """What a refit of the static loops needs."""
 
     coarse: Mapping[str, Any]
+    """Read-outs of the identification's records, by output."""
     problem: Problem
+    """Records to fit."""
     tests: Sequence[FitRecord]
+    """Records that took no part in a fit."""
     ids: Sequence[str]
+    """Mechanisms of the catalogue that are tested."""
     level: float
-    report: Callable[[str], None] = _silent
+    """Significance level of the residual tests."""
+    report: Callable[[str], None] = _report_nothing
     """Called with what is under way."""
     budget: WorkBudget | None = None
-    """Of the diagnosis: without end where there is none."""
+    """Work of the diagnosis; None: no limit."""
 
-    def behind(self, found: SearchResult) -> SearchResult:
-        """`found` with loops learned anew behind its causes, where test records say that they help; else as it is."""
-        nominal = found.nominal.hypothesis
-        known = _without_its_correction(self.problem, nominal, found.chosen.hypothesis)
-        fewer = _less_what_is_small(self.problem, nominal, known)
-        # what is small beside the causes may be the error of the loops
-        if fewer is not known and self._lasts(self.problem.thresholds.budget.refit_twice):
-            alone = self._behind(found, fewer)
-            if alone is not found and alone.passes:
-                return alone
-        return self._behind(found, known)
+    def refit_behind(self, result: SearchResult) -> SearchResult:
+        """Refit the loops behind the causes of `result`; return it as it is where test records do not support that.
 
-    def _behind(self, found: SearchResult, known: Hypothesis) -> SearchResult:
-        problem, nominal, chosen = self.problem, found.nominal.hypothesis, found.chosen.hypothesis
-        placed, again = self._learned(known)
-        if placed is None:
-            return found
+        A cause that is small beside the others may be the error of the loops: it is left out first.
+        """
+        nominal = result.nominal.hypothesis
+        known = _drop_smooth_correction(self.problem, nominal, result.chosen.hypothesis)
+        fewer = _drop_small_causes(self.problem, nominal, known)
+        if fewer is not known and self._has_left(self.problem.thresholds.budget.refit_twice):
+            without_small = self._refit_and_test(result, fewer)
+            if without_small is not result and without_small.passes:
+                return without_small
+        return self._refit_and_test(result, known)
+
+    def _refit_and_test(self, result: SearchResult, known: Hypothesis) -> SearchResult:
+        """Refit the loops behind `known`, drop the causes that they replace, and test what that gains."""
+        problem, nominal = self.problem, result.nominal.hypothesis
+        refitted = self._refit_loops(known)
+        if refitted is None:
+            return result
         bare = fit_hypothesis(
-            problem, placed(nominal.simulation), nominal.mechanisms, nominal.starts, still=nominal.still
+            problem,
+            refitted.placed(nominal.simulation),
+            nominal.mechanisms,
+            nominal.starts,
+            still=nominal.still,
         )
         if bare is None:
-            return found
-        again = _less_what_they_replace(problem, bare, again)
-        learned = HysteresisRefit(self.coarse, placed.loops, known)
-        if not learned.is_cause and again.mechanisms == bare.mechanisms:
-            return found
-        examined = run_residual_tests(again, problem, self.ids)
-        claimed = learned.is_cause or not found.passes  # else any gain will do that is certain
-        others = [(chosen, LEAST_GAIN if claimed else 1.0)]
-        others += [] if learned.is_cause else [(bare, LEAST_GAIN)]  # the causes have to help by themselves
-        if not all(_helps(one, examined, problem, self.tests, least) for one, least in others):
-            return found
-        return found._replace(
-            chosen=examined, passes=examined.p_value > self.level, equivalent=(),
-            leave_one_out=refit_without_each(problem, bare, again), hysteresis_refit=learned,
+            return result
+        remaining = _drop_replaced_causes(problem, bare, refitted.fit)
+        refit = HysteresisRefit(self.coarse, refitted.placed.loops, known)
+        if not refit.is_cause and remaining.mechanisms == bare.mechanisms:
+            return result
+        tested = run_residual_tests(remaining, problem, self.ids)
+        if not self._is_supported(result, tested, bare, refit):
+            return result
+        return result._replace(
+            chosen=tested, passes=tested.p_value > self.level, equivalent=(),
+            leave_one_out=refit_without_each(problem, bare, remaining), hysteresis_refit=refit,
         )  # fmt: skip
 
-    def _lasts(self, steps: float) -> bool:
+    def _is_supported(
+        self, result: SearchResult, tested: TestedHypothesis, bare: Hypothesis, refit: HysteresisRefit
+    ) -> bool:
+        """Return whether test records support the refit.
+
+        Where nothing more is claimed by it, since the set passes as it is, any certain gain is enough. Behind a mere
+        correction the causes have to help by themselves.
+        """
+        least = self.problem.thresholds.search.least_holdout_gain
+        claimed = refit.is_cause or not result.passes
+        if not self._helps(result.chosen.hypothesis, tested, least if claimed else 1.0):
+            return False
+        return refit.is_cause or self._helps(bare, tested, least)
+
+    def _helps(self, before: Hypothesis, after: TestedHypothesis, least: float) -> bool:
+        """Return whether an output's error on test records falls to one over `least` beyond the noise, none rising."""
+        gains = measure_gains(before, after, self.problem, self.tests)
+        lower = any(one.ratio_low > 1.0 and _falls(one, least) for one in gains)
+        return lower and all(one.ratio > self.problem.thresholds.search.rising_error for one in gains)
+
+    def _has_left(self, steps: float) -> bool:
         return self.budget is None or self.budget.left > steps
 
-    def _learned(self, known: Hypothesis) -> tuple[Placed | None, Hypothesis]:
-        """Loops behind `known`, and `known` fitted with them; None where they leave no less.
+    def _refit_loops(self, known: Hypothesis) -> _RefittedLoops | None:
+        """Refit the loops behind `known`; return None where they leave no less.
 
-        Twice, if time lasts: with the first loops the causes are nearer to the truth.
+        They are refitted twice if the budget allows: with the first loops the causes are nearer to the truth.
         """
-        beginnings = [one for one in (_as_identified(self.problem, known), known) if one is not None]
-        learned, after = min(
-            (self._once(one, known.still) for one in beginnings), key=lambda one: one[1].cost
-        )
-        if not after.cost < known.cost:
-            return None, known
-        if not self._lasts(0.0):
-            return learned, after
-        again, then = self._once(after, known.still)
-        return (again, then) if then.cost < after.cost else (learned, after)
+        starts = [one for one in (_fit_as_identified(self.problem, known), known) if one is not None]
+        first = min((self._refit_once(one, known.still) for one in starts), key=lambda one: one.fit.cost)
+        if not first.fit.cost < known.cost:
+            return None
+        if not self._has_left(0.0):
+            return first
+        second = self._refit_once(first.fit, known.still)
+        return second if second.fit.cost < first.fit.cost else first
 
-    def _once(self, behind: Hypothesis, still: frozenset[str]) -> tuple[Placed, Hypothesis]:
-        """Loops behind `behind`, and that fitted with them, or as it was where that diverges."""
+    def _refit_once(self, behind: Hypothesis, still: frozenset[str]) -> _RefittedLoops:
+        """Refit the loops behind a hypothesis and fit that with them; it stays as it was where that diverges."""
         problem = self.problem
         assert problem.subject.relearned is not None
         placed = problem.subject.relearned(self.coarse, behind, problem, self.report)
-        again = fit_hypothesis(
+        fit = fit_hypothesis(
             problem, placed(behind.simulation), behind.mechanisms, behind.starts, still=still
         )
-        return placed, again or behind
+        return _RefittedLoops(placed, fit or behind)
 
 
-def _as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None:
-    """`known` with the gains and offsets that the loops were identified with; None where the records need others.
+class _RefittedLoops(NamedTuple):
+    """Refitted loops, and the hypothesis fitted with them."""
 
-    Left free they make up for what the loops are off by, and then the causes are off that these are learned behind.
+    placed: Placed
+    fit: Hypothesis
+
+
+def _fit_as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None:
+    """Fit `known` with the gains and offsets of the identification; return None where the records need others.
+
+    Free gains compensate for the error of the loops, and then the causes are off behind which these are refitted.
     """
-    settled = problem.subject.corrections
-    values = np.array([settled.get(one.name, one.value) for one in known.simulation.parameters])
-    there = known.simulation.with_values(values)
-    found = fit_hypothesis(
-        problem, there, known.mechanisms, known.starts, still=known.still | frozenset(settled)
-    )
-    return found if found is not None and found.cost < AS_IDENTIFIED * known.cost else None
+    identified = problem.subject.corrections
+    values = np.array([identified.get(one.name, one.value) for one in known.simulation.parameters])
+    simulation, still = known.simulation.with_values(values), known.still | frozenset(identified)
+    fit = fit_hypothesis(problem, simulation, known.mechanisms, known.starts, still=still)
+    most = problem.thresholds.search.as_identified_cost * known.cost
+    return fit if fit is not None and fit.cost < most else None
 
 
-def _without_its_correction(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
-    """Less the smooth correction of the loops, which finer ones make needless."""
+def _drop_smooth_correction(problem: Problem, nominal: Hypothesis, chosen: Hypothesis) -> Hypothesis:
+    """Drop the smooth correction of the loops, which refitted ones replace."""
     rest = tuple(name for name in chosen.mechanisms if name != ID)
     if rest == chosen.mechanisms or ID in nominal.mechanisms:
         return chosen
@@ -142,36 +171,36 @@ def _without_its_correction(problem: Problem, nominal: Hypothesis, chosen: Hypot
     return refit_without(problem, nominal, chosen, rest) or chosen
 
 
-def _less_what_is_small(problem: Problem, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
-    """Without the causes that remove little of what the set does."""
-    removed = nominal.cost - known.cost
+def _drop_small_causes(problem: Problem, nominal: Hypothesis, known: Hypothesis) -> Hypothesis:
+    """Drop the causes that remove little of what the set does, but not the last one."""
+    most = problem.thresholds.search.small_removed_share * (nominal.cost - known.cost)
     fewer = known
     while len(fewer.mechanisms) > len(nominal.mechanisms) + 1:
-        rest = min(refit_without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
-        if rest is None or rest.cost - known.cost > SMALL * removed:
+        reduced = min(refit_without_each(problem, nominal, fewer), key=lambda one: one.cost, default=None)
+        if reduced is None or reduced.cost - known.cost > most:
             break
-        fewer = rest
+        fewer = reduced
     return fewer
 
 
-def _less_what_they_replace(problem: Problem, bare: Hypothesis, again: Hypothesis) -> Hypothesis:
-    """Without the causes that hardly matter once the loops are finer."""
-    while len(again.mechanisms) > len(bare.mechanisms):
-        fewer = min(refit_without_each(problem, bare, again), key=lambda one: one.cost, default=None)
-        if fewer is None or fewer.cost > NEGLIGIBLE * again.cost:
+def _drop_replaced_causes(problem: Problem, bare: Hypothesis, fit: Hypothesis) -> Hypothesis:
+    """Drop the causes that hardly matter once the loops are refitted."""
+    while len(fit.mechanisms) > len(bare.mechanisms):
+        reduced = min(refit_without_each(problem, bare, fit), key=lambda one: one.cost, default=None)
+        if reduced is None or reduced.cost > problem.thresholds.search.negligible_cost * fit.cost:
             break
-        again = fewer
-    return again
+        fit = reduced
+    return fit
 
 
-def over_noise(found: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
-    """Error on test records (RMS) over what of the noise cannot be predicted, of the output where that is largest; 0
-    where none has one.
+def compute_error_over_noise(tested: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
+    """Return the ratio of error on test records (RMS) to unpredictable noise, of the output where it is largest.
 
-    The slow part of what is left may be noise or the model's own error, and a noise model takes it for its own.
+    The slow part of a residual may be noise or the model's own error, and a noise model takes it for noise; so only the
+    innovations' variance counts. Returns 0 where no test record has an output.
     """
-    simulation, most = found.hypothesis.simulation, 0.0
-    for name, noise in zip(found.hypothesis.sensitivity.outputs, found.noise, strict=True):
+    simulation, most = tested.hypothesis.simulation, 0.0
+    for name, noise in zip(tested.hypothesis.sensitivity.outputs, tested.noise, strict=True):
         errors = [
             compute_free_run_error(simulation, record, name) for record in tests if name in record.measured
         ]
@@ -180,19 +209,29 @@ def over_noise(found: TestedHypothesis, tests: Sequence[FitRecord]) -> float:
     return most
 
 
-def _helps(
-    before: Hypothesis, after: TestedHypothesis, problem: Problem, tests: Sequence[FitRecord], least: float
-) -> bool:
-    """Whether an output's error on test records beyond the noise falls to one over `least`, and none rises."""
+def measure_gains(
+    before: Hypothesis, after: TestedHypothesis, problem: Problem, tests: Sequence[FitRecord]
+) -> list[Gain]:
+    """Return the gain of each output on the test records that have it."""
     gains, rate = [], problem.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
         floor = float(np.sqrt(noise.mean_square))
-        one = gain(before.simulation, after.hypothesis.simulation, seen, name, "", floor, rate)
-        gains += [one] if one is not None else []
+        measured = measure_gain(
+            before.simulation,
+            after.hypothesis.simulation,
+            seen,
+            name,
+            "",
+            floor,
+            rate,
+            problem.thresholds.search,
+        )
+        gains += [measured] if measured is not None else []
+    return gains
 
-    def falls(was: float, now: float, floor: float) -> bool:
-        return max(now**2 - floor**2, 0.0) < (was**2 - floor**2) / least**2
 
-    lower = any(one.ratio_low > 1.0 and falls(one.before, one.after, one.noise_floor) for one in gains)
-    return lower and all(one.ratio > WORSE for one in gains)
+def _falls(measured: Gain, least: float) -> bool:
+    """Return whether the error beyond the noise falls to one over `least`."""
+    floor = measured.noise_floor**2
+    return max(measured.after**2 - floor, 0.0) < (measured.before**2 - floor) / least**2

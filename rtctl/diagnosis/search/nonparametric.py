@@ -1,4 +1,8 @@
-"""Whether a law of no name explains more than causes do: then none of them is the cause."""
+"""Nonparametric alternatives: if one explains more than the named causes do, none of these is the cause.
+
+The alternatives of a subject are laws in no catalogue: a spring of any shape, a damping of any power, a force along the
+past motion.
+"""
 
 from __future__ import annotations
 
@@ -16,122 +20,136 @@ from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.model_selection import whitened_bic
-from rtctl.diagnosis.search.successive_halving import FIRST_LAP, halve_successively
-
-ENOUGH = 24_000
-"""Samples."""
-BETTER = 0.8
-"""Of the cost: a law of no name that leaves less than this share of what the named causes leave. Of an oscillator also
-of the cost beyond the noise's own: near the noise no law leaves a fifth less."""
-LIKELIER = 10.0
-"""Difference of BIC by which a law of no name has to be the likelier one, near the noise."""
-SUSPECT = 1e-3
-"""P-value of forces along the past of the motion: below it a set that passes is compared with laws of such forces."""
+from rtctl.diagnosis.search.successive_halving import halve_successively
 
 
 def find_better_alternative(
     problem: Problem, nominal: Hypothesis, named: Hypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
-    """The sentence of the subject's law of no name that, alone, leaves least, if clearly less than `named`; else "".
+    """Return the sentence of the best nonparametric alternative if it explains clearly more than the causes; else "".
 
-    Both by a first look at the records. `budget`: of the diagnosis, which this may outlast a little. `report` hears
-    each fit.
+    Both are compared on the initial part of the first records, and near the noise on all samples.
+
+    Args:
+        problem: Records that were fitted.
+        nominal: Fitted nominal model.
+        named: Fitted set of causes that leaves more than the noise.
+        budget: Work of the diagnosis, which this may exceed by a bounded amount.
+        report: Called with a text before each fit.
+
+    Raises:
+        CancelledError: Between two fits, once the problem's cancellation token is set.
     """
-    few = _few(problem)
-    glance = few.glance
+    limits, few = problem.thresholds.search, _take_first_records(problem)
     first, other = (replace(one, starts=one.starts[: len(few.records)]) for one in (nominal, named))
-    seen = fit_hypothesis(
-        glance, other.simulation, other.mechanisms, other.starts, FIRST_LAP, still=other.still
+    causes = fit_hypothesis(
+        few.glance,
+        other.simulation,
+        other.mechanisms,
+        other.starts,
+        limits.first_iterations,
+        still=other.still,
     )
-    if seen is None:
+    if causes is None:
         return ""
-    law = _ahead(few, first, problem.subject.unnamed, budget, report)
-    if law is None or law.cost >= seen.cost:
+    law = _fit_best_alternative(few, first, problem.subject.unnamed, budget, report)
+    if law is None or law.cost >= causes.cost:
         return ""
-    if law.cost < BETTER * seen.cost:
-        return _sentence(law)
-    return "" if problem.allowed else _beyond_noise(problem, nominal, law, named)
+    if law.cost < limits.alternative_cost * causes.cost:
+        return _state(law)
+    return "" if problem.allowed else _state_if_beyond_noise(problem, nominal, law, named)
 
 
-def _beyond_noise(problem: Problem, nominal: Hypothesis, law: Hypothesis, named: Hypothesis) -> str:
-    """The sentence of `law` if it leaves clearly less than `named` beyond what the noise leaves of both."""
-    whole = _on_all(problem, nominal, law)
+def _state_if_beyond_noise(problem: Problem, nominal: Hypothesis, law: Hypothesis, named: Hypothesis) -> str:
+    """Return the sentence of `law` if it leaves clearly less than `named` beyond the noise, and is likelier."""
+    whole = _fit_all_records(problem, nominal, law)
     if whole is None:
         return ""
-    left = run_residual_tests(whole, problem, ())
-    noise = noise_cost_of(left)
-    clearly = whole.cost - noise < BETTER * (named.cost - noise)
-    return _sentence(law) if clearly and _likelier(whole, named, problem, left) else ""
+    tested = run_residual_tests(whole, problem, ())
+    noise = noise_cost_of(tested)
+    clearly = whole.cost - noise < problem.thresholds.search.alternative_cost * (named.cost - noise)
+    return _state(law) if clearly and _is_likelier(whole, named, problem, tested) else ""
 
 
 def find_memory_alternative(
     problem: Problem, nominal: Hypothesis, named: TestedHypothesis, budget: WorkBudget,
     report: Callable[[str], None] = lambda text: None,
 ) -> str:  # fmt: skip
-    """The same behind causes that pass the gate, which does not ask for forces along the past of the motion: of a law
-    of such forces that is likelier. It is looked for only where the residual has room for one.
+    """Return the sentence of a law with memory that is likelier than causes that pass the residual tests; else "".
+
+    The residual tests do not test forces along the past motion. Such a law is fitted only where the residual has room
+    for one.
+
+    Args:
+        problem: Records that were fitted.
+        nominal: Fitted nominal model.
+        named: Set of causes that passes.
+        budget: Work of the diagnosis, which this may exceed by a bounded amount.
+        report: Called with a text before each fit.
+
+    Raises:
+        CancelledError: Between two fits, once the problem's cancellation token is set.
     """
     past = problem.subject.past
-    if past is None or not compute_memory_p_value(named, problem) < SUSPECT:
+    if past is None or not compute_memory_p_value(named, problem) < problem.thresholds.search.memory_p:
         return ""
-    few = _few(problem)
+    few = _take_first_records(problem)
     first = replace(nominal, starts=nominal.starts[: len(few.records)])
-    law = _ahead(few, first, past.laws, budget, report)
-    whole = _on_all(problem, nominal, law) if law is not None else None
-    return (
-        _sentence(whole) if whole is not None and _likelier(whole, named.hypothesis, problem, named) else ""
-    )
+    law = _fit_best_alternative(few, first, past.laws, budget, report)
+    whole = _fit_all_records(problem, nominal, law) if law is not None else None
+    likelier = whole is not None and _is_likelier(whole, named.hypothesis, problem, named)
+    return _state(whole) if whole is not None and likelier else ""
 
 
-def _ahead(
+def _fit_best_alternative(
     problem: Problem,
     nominal: Hypothesis,
     laws: Sequence[str],
     budget: WorkBudget,
     report: Callable[[str], None],
 ) -> Hypothesis | None:
-    """The law that leaves least."""
-    runners = propose_candidates(run_residual_tests(nominal, problem, laws))
-    runners.sort(key=lambda runner: laws.index(runner.mechanisms[-1]))
-    field = halve_successively(
-        problem.glance, runners, report, budget.further(budget.thresholds.nonparametric)
-    )
-    return field[0] if field else None
+    """Return the law of the lowest cost; those that take least time are fitted first."""
+    candidates = propose_candidates(run_residual_tests(nominal, problem, laws), problem.thresholds.search)
+    candidates.sort(key=lambda candidate: laws.index(candidate.mechanisms[-1]))
+    budget = budget.further(budget.thresholds.nonparametric)
+    fits = halve_successively(problem.glance, candidates, report, budget)
+    return fits[0] if fits else None
 
 
-def _on_all(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
-    """`law`, fitted to the first records, on all of them."""
+def _fit_all_records(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> Hypothesis | None:
+    """Fit `law`, fitted to the first records, to all of them."""
     if len(law.starts) == len(problem.records):
         return law
     starts = np.concatenate((law.starts, nominal.starts[len(law.starts) :]))
-    return fit_hypothesis(problem, law.simulation, law.mechanisms, starts, FIRST_LAP, still=law.still)
+    iterations = problem.thresholds.search.first_iterations
+    return fit_hypothesis(problem, law.simulation, law.mechanisms, starts, iterations, still=law.still)
 
 
-def _few(problem: Problem) -> Problem:
-    """The first records, as many as tell one law from another: some laws take long to simulate."""
-    count, samples = 0, 0
-    while count < len(problem.records) and (count == 0 or samples + problem.records[count].samples <= ENOUGH):
+def _take_first_records(problem: Problem) -> Problem:
+    """Take as many of the first records as tell one law from another: some laws take long to simulate."""
+    most, count, samples = problem.thresholds.search.alternative_samples, 0, 0
+    while count < len(problem.records) and (count == 0 or samples + problem.records[count].samples <= most):
         samples += problem.records[count].samples
         count += 1
     return replace(problem, records=problem.records[:count])
 
 
 def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
-    """P-value of forces along the past of the motion in what `named` leaves; 1 of a subject that has none."""
+    """Return the p-value of forces along the past motion in the residual; 1 for a subject that has none."""
     past = problem.subject.past
     if past is None:
         return 1.0
-    asked = replace(problem, subject=replace(problem.subject, forces=past.forces, slopes=past.slopes))
-    tests = run_residual_tests(named.hypothesis, asked, (), named.noise).tests
+    with_past = replace(problem, subject=replace(problem.subject, forces=past.forces, slopes=past.slopes))
+    tests = run_residual_tests(named.hypothesis, with_past, (), named.noise).tests
     return min(test.p_value for test in tests if test.name == "generic forces")
 
 
-def _likelier(law: Hypothesis, named: Hypothesis, problem: Problem, noise_of: TestedHypothesis) -> bool:
-    """In the noise that `noise_of` leaves."""
+def _is_likelier(law: Hypothesis, named: Hypothesis, problem: Problem, noise_of: TestedHypothesis) -> bool:
+    """Return whether `law` is likelier than `named` in the noise that `noise_of` leaves."""
     first, other = (whitened_bic(problem, one, noise_of.noise) for one in (law, named))
-    return first < other - LIKELIER
+    return first < other - problem.thresholds.search.alternative_bic
 
 
-def _sentence(law: Hypothesis) -> str:
+def _state(law: Hypothesis) -> str:
     return state_simulated(law.simulation, law.mechanisms[-1])

@@ -2,73 +2,127 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-from rtctl.diagnosis.search.model_selection import RankedHypothesis
-
-NEARLY = 1e-6
-"""Of the gate: what is left beyond a set of a larger p-value is little, whatever it is."""
-LEAST_GAIN = 1.5
-"""Times less error on records that no fit saw: a part that is explained and gains less there, or by chance, is not
-named."""
-HALF = 1.0 - 1.0 / LEAST_GAIN**2
-"""Of the squares: what the least gain on test records comes to."""
+from rtctl.diagnosis.search.model_selection import (
+    RankedHypothesis,
+    best_of_each_set,
+    plain_bic,
+    rank_hypotheses,
+    whitened_bic,
+)
+from rtctl.diagnosis.thresholds import SearchThresholds
 
 
 class HysteresisRefit(NamedTuple):
-    """A static part that was learned anew."""
+    """The static hysteresis of the model, refitted behind a set of causes."""
 
     coarse: Mapping[str, Any]
-    """By output, what showed it."""
+    """Read-outs of the identification's records, by output."""
     loops: Mapping[str, Any]
-    """By output, the part itself."""
+    """The refitted static hysteresis, by output."""
     before: Hypothesis
-    """The same causes with the part as it was."""
+    """The same causes with the static hysteresis as it was identified."""
 
     @property
     def is_cause(self) -> bool:
-        """Whether the identification's own records show it; else the part is only put right."""
+        """Return whether the identification's own records show the misfit; else it is a mere correction."""
         return any(one.is_coarse for one in self.coarse.values())
 
 
 class SearchResult(NamedTuple):
-    """What came of it."""
+    """Outcome of a search: the chosen set of causes, its rivals, and all sets that were fitted."""
 
     nominal: TestedHypothesis
+    """The nominal model, refitted."""
     chosen: TestedHypothesis
-    """The smallest set that passes, else the best of the largest size."""
+    """The smallest set that passes the residual tests, else the best set found."""
     passes: bool
+    """Whether the chosen set passes."""
     equivalent: tuple[Hypothesis, ...]
-    """Others of its size that these data explain as well."""
+    """Other sets of its size that the data do not tell from it."""
     rankings: tuple[tuple[RankedHypothesis, ...], ...]
-    """By size, best first."""
+    """Fitted sets by size, best first."""
     leave_one_out: tuple[Hypothesis, ...] = ()
-    """The chosen set less each one of its causes, fitted again."""
+    """The chosen set without each of its causes, refitted."""
     out_of_time: bool = False
-    """Larger sets, or some of this size, were not looked at."""
+    """Whether larger sets, or some of this size, were not tried."""
     hysteresis_refit: HysteresisRefit | None = None
-    """What was identified of the model and then learned anew; `chosen` has it, `nominal` has not."""
+    """The refitted static hysteresis, which `chosen` has and `nominal` has not; None: as identified."""
     better_alternative: str | None = None
-    """What a law of no name that leaves less does, "" where none leaves less; None: not compared."""
+    """Sentence of a nonparametric alternative that explains more; "": none does; None: not compared."""
     refined_problem: Problem | None = None
-    """What was searched with steps as fine as the causes need; None: as asked."""
+    """The problem with the finer integration steps that the causes need; None: as given."""
+
+    correction: SearchResult | None = None
+    """Outcome with the static hysteresis refitted, as it was tried during the search; None: not tried."""
 
     @property
     def hypotheses(self) -> list[Hypothesis]:
-        """Every set that was."""
+        """Return every set that was fitted."""
         return [one.hypothesis for ranking in self.rankings for one in ranking]
 
 
-def classify_outcome(search: SearchResult, least_removed: float) -> str:
-    """By the gate; where nothing passes, by whether the best set removes `least_removed` of the squared misfit, or
-    more than half of it and all but passes: noise is never quite the one that the gate assumes.
+def classify_outcome(result: SearchResult, least_removed: float, limits: SearchThresholds) -> str:
+    """Return "adequate", "explained", "partly_explained" or "unexplained" by the residual tests.
+
+    Where no set passes, the best one is a part of the explanation if it removes enough of the squared misfit.
+
+    Args:
+        result: Outcome of the search.
+        least_removed: Share of the nominal model's squared misfit that a part has to remove.
+        limits: Thresholds of the search; a set that almost passes has to remove a little more than half.
     """
-    if search.passes:
-        return "adequate" if search.chosen.hypothesis is search.nominal.hypothesis else "explained"
-    nominal, best = search.nominal.hypothesis.cost, search.chosen.hypothesis.cost
-    least = min(least_removed, HALF) if search.chosen.p_value > NEARLY else least_removed
+    if result.passes:
+        return "adequate" if result.chosen.hypothesis is result.nominal.hypothesis else "explained"
+    nominal, best = result.nominal.hypothesis.cost, result.chosen.hypothesis.cost
+    almost = result.chosen.p_value > limits.almost_passing_p
+    least = min(least_removed, limits.removed_share) if almost else least_removed
     return "partly_explained" if best < (1.0 - least) * nominal else "unexplained"
+
+
+def replace_chosen(problem: Problem, result: SearchResult, fewer: TestedHypothesis) -> SearchResult:
+    """Choose the smaller set `fewer`, and rank it among the sets of its size."""
+    size = len(fewer.hypothesis.mechanisms) - len(result.nominal.hypothesis.mechanisms)
+    known = [one.hypothesis for one in result.rankings[size - 1]]
+    fits = best_of_each_set([fewer.hypothesis, *known])
+    ranking = rank_hypotheses(problem, fits, fewer, plain=not result.passes)
+    return result._replace(
+        chosen=fewer, rankings=(*result.rankings[: size - 1], ranking, *result.rankings[size:])
+    )
+
+
+def find_equivalents(
+    problem: Problem,
+    rankings: Sequence[Sequence[RankedHypothesis]],
+    best: TestedHypothesis,
+    *,
+    plain: bool = False,
+) -> tuple[Hypothesis, ...]:
+    """Return the sets of the best one's size that the data do not tell from it.
+
+    Args:
+        problem: Records that were fitted.
+        rankings: Fitted sets, by size.
+        best: The chosen set.
+        plain: Whether BIC is that of white residuals, since no set passes; else that in the best set's noise.
+    """
+    limits = problem.thresholds.search
+    size = len(best.hypothesis.mechanisms)
+    rivals = [
+        one.hypothesis
+        for ranking in rankings
+        for one in ranking
+        if len(one.hypothesis.mechanisms) == size and one.hypothesis is not best.hypothesis
+    ]
+
+    def bic(one: Hypothesis) -> float:
+        return plain_bic(problem, one) if plain else whitened_bic(problem, one, best.noise)
+
+    most = bic(best.hypothesis) + limits.equivalent_bic
+    near = limits.equivalent_cost * best.hypothesis.cost
+    return tuple(one for one in rivals if one.cost < near and bic(one) < most)

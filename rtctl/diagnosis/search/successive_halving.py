@@ -1,4 +1,7 @@
-"""A race of hypotheses: all starts a few steps, the better half to the end; none may spend more than a lap costs."""
+"""Successive halving: few iterations from every start, more for the better half, the best sets to the end.
+
+Where a subject asks for it, the early rounds fit the initial part of the records only (`Problem.glance`).
+"""
 
 from __future__ import annotations
 
@@ -15,233 +18,289 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.search.model_selection import best_of_each_set
+from rtctl.diagnosis.thresholds import SearchThresholds
 
-FIRST_LAP = 6
-SECOND_LAP = 12
-LAST_LAP = 40
-SECOND = 8
-"""Sets that enter the second lap."""
-PROMISING = 2
-"""Others that enter it because a linear step would take them further than any: what bends is slow at first."""
-LAST = 4
-FINISHED = 3
-"""Of those, sets that are fitted to all samples where the laps before took a glance at a few."""
-SHORTER = (0.1, 0.0)
-"""Of a step that ended above its parent, one after the other: near a fold the linear estimate jumps to another branch,
-and stays there."""
-FURTHER_LAPS = 2
-"""Of those near the best that are still on their way: along a narrow, bent valley many steps are short."""
-IN_CONTENTION = 1.5
-"""Times the lowest cost."""
-COULD_WIN = 3.0
-"""The same, of one that a linear step promises to take to the front: a rival that is not at its end would be none."""
-FORMS = 2
-OTHER_FORM = 10.0
-"""Times the lowest cost, of another form of a set that goes to the end: so many of them go with it."""
-LEADING = 1.1
-"""Times the lowest cost: of these, what has kinks is fitted past them."""
-DONE = 1e-3
-"""Of the cost, that one more step would take off it at most."""
 Key = tuple[frozenset[str], str]
 """A set, and the form of what was added to it."""
-HOPELESS = 30.0
-"""Times the cost of the best after the first lap."""
 
 
 class Candidate(NamedTuple):
-    """Where a fit starts."""
+    """Start of a fit."""
 
     mechanisms: tuple[str, ...]
     simulation: Simulation
+    """Model at the values where the fit starts."""
     starts: FloatArray
+    """Initial states and parameters of each record (records, ...), in units."""
     still: frozenset[str]
+    """Names of parameters that are not fitted."""
     neutral: Simulation
-    """The same where the added mechanism does not act yet."""
+    """The same model where the added mechanism does not act."""
     parent: Hypothesis
-    """That it is added to: a fit cannot be worse, unless it went astray."""
+    """Set that is extended: a fit that ends above its cost went astray."""
     form: str = ""
-    """Of the added mechanism: another form of it is a rival to the end."""
+    """Form of the added mechanism; forms are rivals to the end."""
 
-    def shorter(self, step: float) -> Candidate:
-        """From a part of the step away from the parent."""
+    def shortened(self, factor: float) -> Candidate:
+        """Return the candidate at `factor` times the step away from its parent."""
         values, neutral = (
             np.array([one.value for one in simulation.parameters])
             for simulation in (self.simulation, self.neutral)
         )
-        starts = step * self.starts
-        starts[:, : self.parent.starts.shape[1]] += (1.0 - step) * self.parent.starts
+        starts = factor * self.starts
+        starts[:, : self.parent.starts.shape[1]] += (1.0 - factor) * self.parent.starts
         return self._replace(
-            simulation=self.simulation.with_values(neutral + step * (values - neutral)), starts=starts
+            simulation=self.simulation.with_values(neutral + factor * (values - neutral)), starts=starts
         )
 
 
 def halve_successively(
     problem: Problem,
-    runners: Sequence[Candidate],
+    candidates: Sequence[Candidate],
     report: Callable[[str], None],
     budget: WorkBudget | None = None,
 ) -> list[Hypothesis]:
-    """Of each set its best fit, lowest cost first; the first ones are fitted to the end, and to all samples, if
-    `budget` lasts.
+    """Fit all candidates a little and the best ones to the end.
+
+    Args:
+        problem: Records to fit.
+        candidates: Starts, in the order in which they are fitted.
+        report: Called with the names of each set before its fit.
+        budget: Work after which no further fit begins; None: no limit.
+
+    Returns:
+        The best fit of each set, lowest cost first; the first ones are fitted to the end, and to all samples.
+
+    Raises:
+        CancelledError: Between two fits, once the problem's cancellation token is set.
     """
-    return best_of_each_set(_to_the_end(problem, runners, report, budget or WorkBudget.of(np.inf)))
+    return best_of_each_set(fit_in_rounds(problem, candidates, report, budget or WorkBudget.of(np.inf)))
 
 
-def _to_the_end(
-    problem: Problem, runners: Sequence[Candidate], report: Callable[[str], None], budget: WorkBudget
+def fit_in_rounds(
+    problem: Problem, candidates: Sequence[Candidate], report: Callable[[str], None], budget: WorkBudget
 ) -> list[Hypothesis]:
-    """Of each form of each set its best fit."""
+    """Return the best fit of each form of each set, as `halve_successively` does."""
     problem = problem.until(budget)
-    glance = problem.glance
-    first: dict[Key, list[Hypothesis]] = {}
-    parents: dict[int, float] = {}
-    for runner in runners:
+    initial, limits = problem.glance, problem.thresholds.search
+    fits = _fit_starts(initial, candidates, report, budget, whole=initial is problem)
+    leaders = _fit_second_round(initial, fits, budget)
+    field = _sort_by_cost(leaders.values())
+    finalists = _select_in_reach(field, limits.finalists, limits)
+    finalists += select_other_forms(field, finalists, limits)
+    if initial is not problem:  # costs of few samples and of all cannot be compared
+        return _finish_on_all_samples(problem, candidates, finalists)
+    finished = _finish(problem, finalists, budget)
+    return _sort_by_cost([*finished, *(one for one in field if not _is_among(one, finalists))])
+
+
+def _fit_starts(
+    problem: Problem,
+    candidates: Sequence[Candidate],
+    report: Callable[[str], None],
+    budget: WorkBudget,
+    *,
+    whole: bool,
+) -> dict[Key, list[Hypothesis]]:
+    """Fit every start a few iterations; `whole`: the parents were fitted to the same records."""
+    fits: dict[Key, list[Hypothesis]] = {}
+    parent_costs: dict[int, float] = {}
+    for candidate in candidates:
         if budget.spent:
             break
-        report(" + ".join(runner.mechanisms))
+        report(" + ".join(candidate.mechanisms))
         problem.cancellation.raise_if_cancelled()
-        parent = runner.parent
-        if id(parent) not in parents:
-            parents[id(parent)] = parent.cost if glance is problem else _cost_there(glance, parent)
-        found = _no_worse(glance, runner, parents[id(parent)])
-        if found is not None:
-            first.setdefault((frozenset(runner.mechanisms), runner.form), []).append(found)
-    leaders = {key: min(ones, key=_cost) for key, ones in first.items()}
-    ahead = _in_reach(_sorted(leaders.values()), SECOND)
-    going = {key: one for key, one in leaders.items() if _among(one, ahead)}
+        parent = candidate.parent
+        if id(parent) not in parent_costs:
+            parent_costs[id(parent)] = parent.cost if whole else _evaluate_cost(problem, parent)
+        fit = _fit_no_worse(problem, candidate, parent_costs[id(parent)])
+        if fit is not None:
+            fits.setdefault((frozenset(candidate.mechanisms), candidate.form), []).append(fit)
+    return fits
+
+
+def _fit_second_round(
+    problem: Problem, fits: Mapping[Key, Sequence[Hypothesis]], budget: WorkBudget
+) -> dict[Key, Hypothesis]:
+    """Fit the better half, and those that promise more than any of it, some iterations further."""
+    limits = problem.thresholds.search
+    leaders = {key: min(ones, key=_cost) for key, ones in fits.items()}
+    ahead = _select_in_reach(_sort_by_cost(leaders.values()), limits.second_round, limits)
+    going = {key: one for key, one in leaders.items() if _is_among(one, ahead)}
     least = min((one.promised for one in ahead), default=np.inf)
-    going |= _promising({key: ones for key, ones in first.items() if key not in going}, least)
+    going |= select_promising({key: ones for key, ones in fits.items() if key not in going}, least, limits)
     for key, one in sorted(going.items(), key=lambda item: item[1].cost):
         if not budget.spent:
-            leaders[key] = min(leaders[key], _further(glance, one, SECOND_LAP), key=_cost)
-    field = _sorted(leaders.values())
-    last = _in_reach(field, LAST)
-    last += _in_another_form(field, last)
-    if glance is not problem:  # costs of few samples and of all cannot be compared
-        finished = [one for one in (_on_all(problem, each) for each in last[:FINISHED]) if one is not None]
-        return _sorted([*finished, *_slow_ones(problem, runners, finished)])
-    gone = [one if budget.spent else _to_its_end(problem, one) for one in last]
-    for _ in range(FURTHER_LAPS):
-        least = min((one.cost for one in gone), default=0.0)
-        on = [_in_contention(one, least) and one.promised < (1.0 - DONE) * one.cost for one in gone]
-        if not any(on):
-            break
-        gone = [
-            _to_its_end(problem, one) if more and not budget.spent else one
-            for one, more in zip(gone, on, strict=True)
+            leaders[key] = min(leaders[key], _fit_further(problem, one), key=_cost)
+    return leaders
+
+
+def _finish(problem: Problem, finalists: Sequence[Hypothesis], budget: WorkBudget) -> list[Hypothesis]:
+    """Fit the finalists to the end, those in contention further while they descend, and the leaders across kinks."""
+    limits = problem.thresholds.search
+    fits = [one if budget.spent else _polish_to_end(problem, one) for one in finalists]
+    for _ in range(limits.further_rounds):
+        least = min((one.cost for one in fits), default=0.0)
+        descending = [
+            is_in_contention(one, least, limits) and one.promised < (1.0 - limits.converged_share) * one.cost
+            for one in fits
         ]
-    near = LEADING * min((one.cost for one in gone), default=0.0)
-    gone = [past_kinks(problem, one) if one.cost < near and not budget.spent else one for one in gone]
-    return _sorted([*gone, *(one for one in field if not _among(one, last))])
+        if not any(descending):
+            break
+        fits = [
+            _polish_to_end(problem, one) if further and not budget.spent else one
+            for one, further in zip(fits, descending, strict=True)
+        ]
+    near = limits.leading_cost * min((one.cost for one in fits), default=0.0)
+    return [past_kinks(problem, one) if one.cost < near and not budget.spent else one for one in fits]
 
 
-def _begun(problem: Problem, runner: Candidate) -> Hypothesis | None:
+def _finish_on_all_samples(
+    problem: Problem, candidates: Sequence[Candidate], finalists: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Fit the first finalists to the end and to all samples, and slow mechanisms beside them."""
+    count = problem.thresholds.search.finalists_on_all_samples
+    fits = [_fit_all_samples(problem, one) for one in finalists[:count]]
+    finished = [one for one in fits if one is not None]
+    return _sort_by_cost([*finished, *_fit_slow_mechanisms(problem, candidates, finished)])
+
+
+def _fit_start(problem: Problem, candidate: Candidate) -> Hypothesis | None:
+    iterations = problem.thresholds.search.first_iterations
     return fit_hypothesis(
-        problem, runner.simulation, runner.mechanisms, runner.starts, FIRST_LAP, still=runner.still
+        problem,
+        candidate.simulation,
+        candidate.mechanisms,
+        candidate.starts,
+        iterations,
+        still=candidate.still,
     )
 
 
-def _cost_there(problem: Problem, one: Hypothesis) -> float:
-    """Of these records, where it was fitted to more of them; infinite where it diverges."""
-    same = fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, 0, still=one.still)
+def _evaluate_cost(problem: Problem, hypothesis: Hypothesis) -> float:
+    """Return the cost on these records of a hypothesis fitted to more of them; infinite where it diverges."""
+    same = _refit(problem, hypothesis, 0)
     return np.inf if same is None else same.cost
 
 
-def _no_worse(problem: Problem, runner: Candidate, most: float) -> Hypothesis | None:
-    """Begun with a shorter step, at last with none, where it ended above `most`, its parent's cost."""
-    best = _begun(problem, runner)
-    for step in SHORTER:
-        if best is not None and best.cost <= most:
-            break
-        again = _begun(problem, runner.shorter(step))
-        best = min((one for one in (best, again) if one is not None), key=_cost, default=None)
-    return best
-
-
-def _to_its_end(problem: Problem, one: Hypothesis) -> Hypothesis:
-    """From where its records fit best, with every shape that they can determine."""
-    one = at_better_starts(problem, one)
-    return _better(one, polish(problem, one, LAST_LAP))
-
-
-def _on_all(problem: Problem, one: Hypothesis) -> Hypothesis | None:
-    """To the end at a glance, then on all samples."""
-    end = past_kinks(problem.glance, _to_its_end(problem.glance, one))
-    return fit_hypothesis(problem, end.simulation, end.mechanisms, end.starts, FIRST_LAP, still=end.still)
-
-
-def _slow_ones(
-    problem: Problem, runners: Sequence[Candidate], finished: Sequence[Hypothesis]
-) -> list[Hypothesis]:
-    """What a glance at the records' beginnings does not show: the best parent's set with each slow mechanism, fitted to
-    all samples, to its end where it is near the best.
-    """
-    slow: list[tuple[str, Candidate]] = []
-    for runner in runners:
-        added = [one for one in runner.simulation.mechanisms if one.id not in runner.parent.mechanisms]
-        if len(added) == 1 and added[0].slow:
-            slow.append((added[0].id, runner))
-    least = min((runner.parent.cost for _, runner in slow), default=0.0)
-    first = {name: runner for name, runner in slow[::-1] if runner.parent.cost == least}
-    begun = [one for one in (_no_worse(problem, each, least) for each in first.values()) if one is not None]
-    least = min((one.cost for one in (*finished, *begun)), default=0.0)
-    near = [one.cost < IN_CONTENTION * least for one in begun]
-    return [
-        _better(one, polish(problem, one, SECOND_LAP)) if on else one
-        for one, on in zip(begun, near, strict=True)
-    ]
-
-
-def _in_contention(one: Hypothesis, least: float) -> bool:
-    return one.cost < (COULD_WIN if one.promised < least else IN_CONTENTION) * least
-
-
-def _in_reach(field: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
-    return [one for one in field[:most] if one.cost <= HOPELESS * field[0].cost]
-
-
-def _in_another_form(field: Sequence[Hypothesis], last: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Further ones of `field` of the same sets as `last`: what acts in another way may need a shape that is still at
-    its default, and is far behind until it moves.
-    """
-    sets = [frozenset(one.mechanisms) for one in last]
-    others = (one for one in field if not _among(one, last) and frozenset(one.mechanisms) in sets)
-    return [one for one in others if one.cost < OTHER_FORM * last[0].cost][:FORMS]
-
-
-def _promising(begun: Mapping[Key, Sequence[Hypothesis]], least: float) -> dict[Key, Hypothesis]:
-    """The best starts by what a linear step promises, if that is below `least`."""
-    best = {key: min(ones, key=lambda one: one.promised) for key, ones in begun.items()}
-    promising = [key for key, one in best.items() if one.promised < least]
-    return {key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[:PROMISING]}
-
-
-def _among(one: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-    return any(one is other for other in others)
-
-
-def _further(problem: Problem, one: Hypothesis, laps: int) -> Hypothesis:
-    one = at_better_starts(problem, one)
-    return _better(
-        one, fit_hypothesis(problem, one.simulation, one.mechanisms, one.starts, laps, still=one.still)
+def _refit(problem: Problem, hypothesis: Hypothesis, iterations: int) -> Hypothesis | None:
+    return fit_hypothesis(
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        iterations,
+        still=hypothesis.still,
     )
 
 
-def _better(one: Hypothesis, found: Hypothesis | None) -> Hypothesis:
-    return found if found is not None and found.cost <= one.cost else one
+def _fit_no_worse(problem: Problem, candidate: Candidate, most: float) -> Hypothesis | None:
+    """Fit a start; with a shorter step, at last with none, where that ends above its parent's cost `most`."""
+    best = _fit_start(problem, candidate)
+    for factor in problem.thresholds.search.shorter_steps:
+        if best is not None and best.cost <= most:
+            break
+        fit = _fit_start(problem, candidate.shortened(factor))
+        best = min((one for one in (best, fit) if one is not None), key=_cost, default=None)
+    return best
 
 
-def best_of_each_set(field: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Of each set the first."""
-    found: dict[frozenset[str], Hypothesis] = {}
-    for one in field:
-        found.setdefault(frozenset(one.mechanisms), one)
-    return list(found.values())
+def _polish_to_end(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """Fit from the initial states that suit each record best, with every shape that the records determine."""
+    hypothesis = at_better_starts(problem, hypothesis)
+    return _lower(hypothesis, polish(problem, hypothesis, problem.thresholds.search.last_iterations))
 
 
-def _sorted(field: Iterable[Hypothesis]) -> list[Hypothesis]:
+def _fit_all_samples(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
+    """Fit to the end on the initial part of the records, then to all samples."""
+    end = past_kinks(problem.glance, _polish_to_end(problem.glance, hypothesis))
+    return _refit(problem, end, problem.thresholds.search.first_iterations)
+
+
+def _fit_slow_mechanisms(
+    problem: Problem, candidates: Sequence[Candidate], finished: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Fit the best parent's set with each slow mechanism to all samples, to its end where it is near the best.
+
+    What grows with time (a drift, ageing, creep) does next to nothing in the initial part of the records.
+    """
+    limits = problem.thresholds.search
+    slow: list[tuple[str, Candidate]] = []
+    for candidate in candidates:
+        added = [one for one in candidate.simulation.mechanisms if one.id not in candidate.parent.mechanisms]
+        if len(added) == 1 and added[0].slow:
+            slow.append((added[0].id, candidate))
+    least = min((candidate.parent.cost for _, candidate in slow), default=0.0)
+    first = {name: candidate for name, candidate in slow[::-1] if candidate.parent.cost == least}
+    fits = [
+        one for one in (_fit_no_worse(problem, each, least) for each in first.values()) if one is not None
+    ]
+    least = min((one.cost for one in (*finished, *fits)), default=0.0)
+    near = [one.cost < limits.contending_cost * least for one in fits]
+    return [
+        _lower(one, polish(problem, one, limits.second_iterations)) if further else one
+        for one, further in zip(fits, near, strict=True)
+    ]
+
+
+def is_in_contention(hypothesis: Hypothesis, least: float, limits: SearchThresholds) -> bool:
+    """Return whether a finalist may still end near the lowest cost `least`."""
+    promising = hypothesis.promised < least
+    most = limits.contending_cost_if_promising if promising else limits.contending_cost
+    return hypothesis.cost < most * least
+
+
+def _select_in_reach(field: Sequence[Hypothesis], most: int, limits: SearchThresholds) -> list[Hypothesis]:
+    return [one for one in field[:most] if one.cost <= limits.hopeless_cost * field[0].cost]
+
+
+def select_other_forms(
+    field: Sequence[Hypothesis], finalists: Sequence[Hypothesis], limits: SearchThresholds
+) -> list[Hypothesis]:
+    """Select further forms of the finalists' sets.
+
+    Another form may need a shape that is still at its default, and is far behind until that moves.
+    """
+    sets = [frozenset(one.mechanisms) for one in finalists]
+    others = (one for one in field if not _is_among(one, finalists) and frozenset(one.mechanisms) in sets)
+    near = (one for one in others if one.cost < limits.other_form_cost * finalists[0].cost)
+    return list(near)[: limits.other_forms]
+
+
+def select_promising(
+    fits: Mapping[Key, Sequence[Hypothesis]], least: float, limits: SearchThresholds
+) -> dict[Key, Hypothesis]:
+    """Select the sets with the largest predicted cost reduction, each from its most promising start.
+
+    Args:
+        fits: Fits of each form of each set.
+        least: Predicted cost that they have to promise less than.
+        limits: Thresholds of the search.
+    """
+    best = {key: min(ones, key=lambda one: one.promised) for key, ones in fits.items()}
+    promising = [key for key, one in best.items() if one.promised < least]
+    return {
+        key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[: limits.promising]
+    }
+
+
+def _is_among(hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+    return any(hypothesis is other for other in others)
+
+
+def _fit_further(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    hypothesis = at_better_starts(problem, hypothesis)
+    return _lower(hypothesis, _refit(problem, hypothesis, problem.thresholds.search.second_iterations))
+
+
+def _lower(before: Hypothesis, after: Hypothesis | None) -> Hypothesis:
+    return after if after is not None and after.cost <= before.cost else before
+
+
+def _sort_by_cost(field: Iterable[Hypothesis]) -> list[Hypothesis]:
     return sorted(field, key=_cost)
 
 
-def _cost(one: Hypothesis) -> float:
-    return one.cost
+def _cost(hypothesis: Hypothesis) -> float:
+    return hypothesis.cost

@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 
 from rtctl.diagnosis.search.holdout_error import Gain
-from rtctl.diagnosis.search.outcome import HALF, LEAST_GAIN, SearchResult
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.thresholds import SearchThresholds
+
+LIMITS = SearchThresholds()
 
 DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
 QUIET = 1.1
@@ -18,7 +21,7 @@ def doubtful(search: SearchResult, allowed: bool) -> bool:
     slow as that, passing says little of what was removed.
     """
     left = search.chosen.hypothesis.cost / search.nominal.hypothesis.cost
-    return allowed and search.passes and left > 1.0 - HALF
+    return allowed and search.passes and left > 1.0 - LIMITS.removed_share
 
 
 def confirmed(
@@ -41,7 +44,9 @@ def confirmed(
     if verdict != "partly_explained" and not (verdict == "explained" and doubted):
         return verdict
     measured = [one for one in gains if one is not None]
-    held = not measured or any(one.ratio > LEAST_GAIN and one.ratio_low > 1.0 for one in measured)
+    held = not measured or any(
+        one.ratio > LIMITS.least_holdout_gain and one.ratio_low > 1.0 for one in measured
+    )
     imitated = verdict == "partly_explained" and len(DISSIPATION & set(causes)) > 1
     if held and not imitated:
         return verdict

@@ -25,26 +25,26 @@ class CornerRows(NamedTuple):
     """Rows (samples, cells) of shares, kept as weights of nodes; node (a, b), a > b, is numbered as cell (a - 1, b)."""
 
     begins: IntArray
-    """(samples + 1,) where each row's weights begin."""
+    """Offsets (samples + 1,) where each row's weights begin."""
     nodes: IntArray
     weights: FloatArray
     cells: int
-    """Along each field; n (n + 1) / 2 masses."""
+    """Number of cells n along each field; there are n (n + 1) / 2 masses."""
 
     def of(self, mu: FloatArray) -> FloatArray:
-        """rows @ mu (samples,)."""
+        """Return rows @ mu (samples,)."""
         table = mu.copy()
         _sum_to_nodes(table, self.cells)
         return _weighted(self.begins, self.nodes, self.weights, table)
 
     def against(self, columns: FloatArray) -> FloatArray:
-        """rows^T @ columns: (masses, m) for columns (samples, m)."""
+        """Return rows^T @ columns (masses, m) for columns (samples, m)."""
         found = _scattered(self.begins, self.nodes, self.weights, columns, self.masses)
         _sum_to_cells(found, self.cells)
         return found
 
     def gram(self) -> FloatArray:
-        """rows^T @ rows, (masses, masses)."""
+        """Return rows^T @ rows (masses, masses)."""
         products = _products(self.begins, self.nodes, self.weights, self.masses)
         _sum_to_cells(products, self.cells)
         turned = np.ascontiguousarray(products.T)
@@ -53,12 +53,12 @@ class CornerRows(NamedTuple):
 
     @property
     def masses(self) -> int:
-        """How many cells there are."""
+        """Number of masses."""
         return self.cells * (self.cells + 1) // 2
 
 
 def corner_rows(v: FloatArray, grid: FloatArray, wanted: NDArray[np.bool_]) -> CornerRows:
-    """As `preisach_regressors` from a full cooling, of the samples that are `wanted` (samples,)."""
+    """Return the rows of `preisach_regressors` from a full cooling, for the samples that are `wanted` (samples,)."""
     grid = rising_grid(grid)
     clipped = np.clip(inputs(v), grid[0], grid[-1])
     wanted = np.ascontiguousarray(wanted, dtype=bool)
@@ -109,7 +109,7 @@ def _filled(
 def _corners(
     alpha: float, beta: float, sign: float, grid: FloatArray, nodes: IntArray, weights: FloatArray
 ) -> None:
-    """sign E(alpha, beta) by the nodes around it (4,), see `everett.everett`."""
+    """Add the nodes and weights (4,) around sign E(alpha, beta), see `everett.everett`."""
     i, j = cell_above(grid, alpha), cell_below(grid, beta)
     nodes[:] = 0
     weights[:] = 0.0
@@ -164,7 +164,7 @@ def _products(begins: IntArray, nodes: IntArray, weights: FloatArray, masses: in
 
 @kernel
 def _sum_to_nodes(table: FloatArray, n: int) -> None:
-    """Masses (masses,) to E at the nodes, in place: the sum over i < a and j >= b."""
+    """Turn masses (masses,) into E at the nodes, in place: the sum over i < a and j >= b."""
     for i in range(n):
         begin, before = i * (i + 1) // 2, (i - 1) * i // 2
         for j in range(i - 1, -1, -1):
@@ -175,7 +175,7 @@ def _sum_to_nodes(table: FloatArray, n: int) -> None:
 
 @kernel
 def _sum_to_cells(table: FloatArray, n: int) -> None:
-    """Its transpose: of what each node (masses, m) is worth, what each cell is, in place."""
+    """Apply the transpose: turn the value of each node (masses, m) into that of each cell, in place."""
     for i in range(n - 2, -1, -1):
         begin, after = i * (i + 1) // 2, (i + 1) * (i + 2) // 2
         for j in range(i + 1):

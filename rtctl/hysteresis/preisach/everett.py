@@ -19,7 +19,11 @@ from rtctl.border.kernels import kernel
 
 
 def rising_grid(nodes: FloatArray) -> FloatArray:
-    """`nodes` (n + 1,) as the kernels take them. Raises ValueError for fewer than two, or such that do not rise."""
+    """Return `nodes` (n + 1,) as the kernels take them.
+
+    Raises:
+        ValueError: There are fewer than two nodes, or they do not rise.
+    """
     grid = np.ascontiguousarray(nodes, dtype=np.float64)
     if grid.size < 2 or not (np.diff(grid) > 0.0).all():
         raise ValueError(f"grid needs two nodes or more that rise strictly, got {grid.tolist()}")
@@ -27,12 +31,12 @@ def rising_grid(nodes: FloatArray) -> FloatArray:
 
 
 def cell_index(i: int, j: int) -> int:
-    """Where the mass of cell (i, j), i >= j, stands in mu."""
+    """Return the index in mu of cell (i, j), i >= j."""
     return i * (i + 1) // 2 + j
 
 
 def everett_table(mu: FloatArray, n: int) -> FloatArray:
-    """N[a, b] = E(x_a, x_b) = sum of mu over i < a and j >= b, shape (n + 1, n + 1); 0 for a <= b."""
+    """Return N[a, b] = E(x_a, x_b) = sum of mu over i < a and j >= b, shape (n + 1, n + 1); 0 for a <= b."""
     mass = np.zeros((n, n))
     mass[np.tril_indices(n)] = mu
     nodes = np.zeros((n + 1, n + 1))
@@ -42,7 +46,7 @@ def everett_table(mu: FloatArray, n: int) -> FloatArray:
 
 @kernel
 def cell_above(grid: FloatArray, x: float) -> int:
-    """The cell with grid[i] <= x < grid[i + 1], the last one at the upper end."""
+    """Return the cell with grid[i] <= x < grid[i + 1], the last one at the upper end."""
     low, high = 0, grid.size - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -55,7 +59,7 @@ def cell_above(grid: FloatArray, x: float) -> int:
 
 @kernel
 def cell_below(grid: FloatArray, x: float) -> int:
-    """The cell with grid[j] < x <= grid[j + 1], the first one at the lower end."""
+    """Return the cell with grid[j] < x <= grid[j + 1], the first one at the lower end."""
     low, high = 0, grid.size - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -68,7 +72,7 @@ def cell_below(grid: FloatArray, x: float) -> int:
 
 @kernel
 def everett(alpha: float, beta: float, grid: FloatArray, nodes: FloatArray) -> float:
-    """E(alpha, beta) for beta <= alpha within the grid."""
+    """Return E(alpha, beta) for beta <= alpha within the grid."""
     i, j = cell_above(grid, alpha), cell_below(grid, beta)
     if j > i:
         return 0.0
@@ -85,7 +89,7 @@ def everett(alpha: float, beta: float, grid: FloatArray, nodes: FloatArray) -> f
 
 @kernel
 def everett_rising_slope(alpha: float, beta: float, grid: FloatArray, nodes: FloatArray) -> float:
-    """dE / d alpha just above alpha (just below at the upper end): the slope of a rising branch from beta."""
+    """Return dE / d alpha just above alpha (just below at the upper end): the slope of a rising branch from beta."""
     i, j = cell_above(grid, alpha), cell_below(grid, beta)
     h = grid[i + 1] - grid[i]
     if j >= i:
@@ -98,7 +102,7 @@ def everett_rising_slope(alpha: float, beta: float, grid: FloatArray, nodes: Flo
 
 @kernel
 def everett_falling_slope(alpha: float, beta: float, grid: FloatArray, nodes: FloatArray) -> float:
-    """-dE / d beta just below beta (above, at the lower end): the slope of a falling branch from alpha."""
+    """Return -dE / d beta just below beta (above, at the lower end): the slope of a falling branch from alpha."""
     i, j = cell_above(grid, alpha), cell_below(grid, beta)
     h = grid[j + 1] - grid[j]
     if j >= i:
@@ -111,7 +115,7 @@ def everett_falling_slope(alpha: float, beta: float, grid: FloatArray, nodes: Fl
 
 @kernel
 def add_shares(row: FloatArray, alpha: float, beta: float, sign: float, grid: FloatArray) -> None:
-    """row += sign * e(alpha, beta): the shares of all cells, in the order of mu, in place."""
+    """Add sign * e(alpha, beta), the shares of all cells in the order of mu, to `row` in place."""
     first, last = cell_below(grid, beta), cell_above(grid, alpha)
     for i in range(first, last + 1):
         fa = min(max((alpha - grid[i]) / (grid[i + 1] - grid[i]), 0.0), 1.0)

@@ -43,10 +43,10 @@ def check_invertible(model: PreisachModel) -> None:
 
 @kernel
 def preisach_invert(state: FloatArray, y: float, params: PreisachParams) -> BranchPoint:
-    """v that gives y from `state`, which is left alone; the model must pass `check_invertible`.
+    """Return the v that gives y from `state`, which is left alone; the model must pass `check_invertible`.
 
     A y beyond the grid's outputs is answered with the end of the grid, flagged SATURATED and OUT_OF_RANGE;
-    where y stands still with v (slope 0), the v nearest to the last one, flagged IN_GAP; a y not finite
+    where y stands still with v (slope 0), the v nearest to the last one, flagged IN_GAP; a y that is not finite
     with the last v.
     """
     top = int(state[0])
@@ -77,13 +77,13 @@ def preisach_invert(state: FloatArray, y: float, params: PreisachParams) -> Bran
 
 @kernel
 def _mass_at(state: FloatArray, m: int) -> float:
-    """H_m, the mass that was on at the extremum s_m."""
+    """Return H_m, the mass that was on at the extremum s_m."""
     return float(state[1 + state.size // 2 + m])
 
 
 @kernel
 def _exceeds(y: float, limit: float) -> bool:
-    """Whether y > limit by more than the rounding of sums of that size."""
+    """Return whether y > limit by more than the rounding of sums of that size."""
     return y > limit + 1e-14 * (1.0 + abs(limit))
 
 
@@ -91,7 +91,7 @@ def _exceeds(y: float, limit: float) -> bool:
 def _on_branch(
     y: float, low: float, high: float, base: float, mass: float, params: PreisachParams
 ) -> tuple[float, bool]:
-    """v in [low, high] on the branch from `base`, where `mass` was on; True where y lies beyond."""
+    """Find v in [low, high] on the branch from `base`, where `mass` was on; True where y lies beyond."""
     grid = params.grid
     y_low = branch_output(low, base, mass, params)
     y_high = branch_output(high, base, mass, params)
@@ -111,7 +111,7 @@ def _on_branch(
 
 @kernel
 def _quadratic_step(gain: float, total: float, width: float, curvature: float) -> float:
-    """t in [0, width] with m t + curvature t^2 = gain, where m follows from the gain `total` at t = width."""
+    """Return t in [0, width] with m t + curvature t^2 = gain, where m follows from the gain `total` at t = width."""
     if not (gain > 0.0 and total > 0.0):
         return 0.0
     m = total / width - curvature * width
@@ -121,7 +121,7 @@ def _quadratic_step(gain: float, total: float, width: float, curvature: float) -
 
 @kernel
 def branch_output(v: float, base: float, mass: float, params: PreisachParams) -> float:
-    """y at v on the branch from the extremum `base`, where the mass `mass` was on; rising for v >= base."""
+    """Return y at v on the branch from the extremum `base`, where the mass `mass` was on; rising for v >= base."""
     if v >= base:
         mass += everett(v, base, params.grid, params.nodes)
     else:
@@ -142,7 +142,7 @@ def _answer(v: float, base: float, rising: bool, beyond: bool, params: PreisachP
 
 @kernel
 def preisach_inverse_step(state: FloatArray, y: float, params: PreisachParams) -> BranchPoint:
-    """`preisach_invert`, then `state` advanced to the answer in place."""
+    """Apply `preisach_invert`, then advance `state` to the answer in place."""
     point = preisach_invert(state, y, params)
     preisach_step(state, point.v, params)
     return point
@@ -152,7 +152,7 @@ def preisach_inverse_step(state: FloatArray, y: float, params: PreisachParams) -
 def preisach_inverse_run(
     state: FloatArray, y: FloatArray, params: PreisachParams
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """v, slope and status, each (samples,), for the outputs y (samples,); advances `state` in place."""
+    """Return v, slope and status, each (samples,), for the outputs y (samples,); advance `state` in place."""
     v, slope, status = np.empty_like(y), np.empty_like(y), np.zeros(y.size, np.int64)
     for k in range(y.size):
         point = preisach_inverse_step(state, y[k], params)
@@ -163,7 +163,7 @@ def preisach_inverse_run(
 def invert_preisach(
     model: PreisachModel, y: FloatArray, state: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """v, slope, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
+    """Return v, slope, status (samples,) for y (samples,), from a copy of `state` or from a full cooling."""
     check_invertible(model)
     start = model.initial_state(model.grid[0]) if state is None else state.copy()
     return preisach_inverse_run(start, inputs(y), model.params)

@@ -33,7 +33,7 @@ MAX_EXTREMA = 256
 
 
 class PreisachParams(NamedTuple):
-    """grid (n + 1,) [v unit]; nodes (n + 1, n + 1), E at the nodes [y unit]; sign +-1; c, c1, c2."""
+    """Parameters: grid (n + 1,) [v unit]; nodes (n + 1, n + 1), E at the nodes [y unit]; sign +-1; c, c1, c2."""
 
     grid: FloatArray
     nodes: FloatArray
@@ -44,7 +44,7 @@ class PreisachParams(NamedTuple):
 
 
 class PreisachStep(NamedTuple):
-    """y [y unit]; status: OUT_OF_RANGE if the input was clipped to the grid, NOT_FINITE if it was held."""
+    """Output y [y unit]; status: OUT_OF_RANGE if the input was clipped to the grid, NOT_FINITE if it was held."""
 
     y: float
     status: int
@@ -52,7 +52,7 @@ class PreisachStep(NamedTuple):
 
 @kernel
 def uncounted_params(params: PreisachParams) -> PreisachParams:
-    """See `uncounted`."""
+    """Return the parameters without reference counting; see `uncounted`."""
     return PreisachParams(
         uncounted(params.grid), uncounted(params.nodes), params.sign, params.c, params.c1, params.c2
     )
@@ -60,7 +60,7 @@ def uncounted_params(params: PreisachParams) -> PreisachParams:
 
 @kernel
 def move_input(state: FloatArray, v: float) -> int:
-    """Stack the input v, which lies within the grid, and wipe what it passes; returns k, the top."""
+    """Push the input v, which lies within the grid, on the stack and wipe what it passes; return k, the top."""
     top = int(state[0])
     last = state[1 + top]
     if v == last:
@@ -83,14 +83,14 @@ def move_input(state: FloatArray, v: float) -> int:
 
 @kernel
 def output_at(state: FloatArray, m: int, params: PreisachParams) -> float:
-    """y [y unit] that the model gave at the extremum s_m; m = k is the present one."""
+    """Return the y [y unit] that the model gave at the extremum s_m; m = k is the present one."""
     v = float(state[1 + m])
     return params.c + params.sign * float(state[1 + state.size // 2 + m]) + v * (params.c1 + params.c2 * v)
 
 
 @kernel
 def preisach_step(state: FloatArray, v: float, params: PreisachParams) -> PreisachStep:
-    """y after the input v; advances `state` in place."""
+    """Return y after the input v; advance `state` in place."""
     if not math.isfinite(v):
         return PreisachStep(output_at(state, int(state[0]), params), NOT_FINITE)
     inside = min(max(v, params.grid[0]), params.grid[-1])
@@ -109,7 +109,7 @@ def preisach_step(state: FloatArray, v: float, params: PreisachParams) -> Preisa
 
 @kernel
 def preisach_run(state: FloatArray, v: FloatArray, params: PreisachParams) -> FloatArray:
-    """y (samples,) for the inputs v (samples,); advances `state` in place."""
+    """Return y (samples,) for the inputs v (samples,); advance `state` in place."""
     y = np.empty_like(v)
     for k in range(v.size):
         y[k] = preisach_step(state, v[k], params).y
@@ -118,7 +118,7 @@ def preisach_run(state: FloatArray, v: FloatArray, params: PreisachParams) -> Fl
 
 @kernel
 def preisach_slope(state: FloatArray, params: PreisachParams) -> float:
-    """dy/dv if the input goes on as it last moved; at negative saturation, as it rises."""
+    """Return dy/dv if the input goes on as it last moved; at negative saturation, as it rises."""
     top = int(state[0])
     v = float(state[1 + top])
     if top % 2 == 1:
@@ -131,7 +131,7 @@ def preisach_slope(state: FloatArray, params: PreisachParams) -> float:
 
 
 def cooled_stack(grid: FloatArray) -> FloatArray:
-    """The state with all relays off: one extremum, at the lower end of the grid."""
+    """Return the state with all relays off: one extremum, at the lower end of the grid."""
     state = np.zeros(1 + 2 * MAX_EXTREMA)
     state[1] = grid[0]
     return state
@@ -164,27 +164,27 @@ class PreisachModel:
 
     @property
     def params(self) -> PreisachParams:
-        """The arguments of the kernels."""
+        """Return the parameters of the kernels."""
         return PreisachParams(self.grid, self.nodes, self.sign, self.c, self.c1, self.c2)
 
     def initial_state(self, v0: float) -> FloatArray:
-        """The stack after a full cooling, then up to v0."""
+        """Return the stack after a full cooling, then up to v0."""
         state = cooled_stack(self.grid)
         preisach_step(state, float(v0), self.params)
         return state
 
     def simulate(self, v: FloatArray, state: FloatArray | None = None) -> FloatArray:
-        """y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
+        """Return y (samples,) for v (samples,), from a copy of `state` or from a full cooling."""
         v = inputs(v)
         if not v.size:
             return v
         return preisach_run(self.initial_state(v[0]) if state is None else state.copy(), v, self.params)
 
     def to_table(self) -> Table:
-        """Plain floats and lists, `kind = "preisach"`."""
+        """Return plain floats and lists, with `kind = "preisach"`."""
         return table_of(self, "preisach")
 
     @classmethod
     def from_table(cls, table: Table) -> PreisachModel:
-        """The model of a table. Raises InputError that names the key."""
+        """Return the model of a table. Raises InputError that names the key."""
         return model_of(cls, "preisach", table)

@@ -23,10 +23,10 @@ def preisach_regressors(
     state: FloatArray | None = None,
     wanted: NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """Rows (samples, cells) for the inputs v (samples,), in the order of `everett.cell_index`; of those `wanted` alone.
+    """Return rows (samples, cells) for the inputs v (samples,), in the order of `everett.cell_index`.
 
-    From a full cooling, or from the stack of a model's `state`, which is not modified. Inputs are clipped
-    to the grid.
+    They start from a full cooling, or from the stack of a model's `state`, which is not modified. Inputs are clipped
+    to the grid. Only the samples that are `wanted` give a row.
     """
     grid = rising_grid(grid)
     stack = cooled_stack(grid) if state is None else state.copy()
@@ -57,7 +57,7 @@ def _regressors(stack: FloatArray, v: FloatArray, grid: FloatArray, wanted: NDAr
 
 @kernel
 def _fill_level(levels: FloatArray, m: int, stack: FloatArray, grid: FloatArray) -> None:
-    """Shares at the extremum s_m (stack[1 + m]) from those at s_{m-1}."""
+    """Compute the shares at the extremum s_m (stack[1 + m]) from those at s_{m-1}."""
     if m == 0:
         levels[0] = 0.0
     elif m % 2 == 1:

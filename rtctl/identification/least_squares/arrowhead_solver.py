@@ -1,11 +1,11 @@
-"""Least squares whose normal equations are an arrow: shared unknowns, and each segment's own ones.
+"""Solver for least squares with arrowhead normal equations: shared unknowns, and local ones of each segment.
 
     [ S  B^T ] [ step_shared ]     [ g_shared ]        S (p, p), B (K q, p),
-    [ B  T   ] [ step_own    ] = - [ g_own    ]        T block tridiagonal, blocks (q, q)
+    [ B  T   ] [ step_local  ] = - [ g_local  ]        T block tridiagonal, blocks (q, q)
 
-Segments are coupled to the next one at most (continuity), so T is a band matrix: its elimination costs as much as
-there are segments, not their cube, and the Schur complement S - B^T T^-1 B is what the data say of the shared
-unknowns when the own ones are nobody's business.
+A segment is coupled at most to the next one (continuity), so T is a band matrix: its elimination costs time
+proportional to the number of segments, not to their cube. The Schur complement S - B^T T^-1 B is the information on
+the shared unknowns after the local ones, which are nuisance parameters, have been eliminated.
 """
 
 from __future__ import annotations
@@ -22,25 +22,26 @@ LEAST_DIAGONAL = 1e-14
 
 
 class NormalEquations(NamedTuple):
-    """Of K segments with q own unknowns each and p shared ones; `cost` is half the sum of squares."""
+    """Normal equations of K segments with q local unknowns each and p shared ones."""
 
     cost: float
+    """Half the sum of squared residuals."""
     shared: FloatArray
-    """(p, p)"""
+    """Block S (p, p)."""
     shared_gradient: FloatArray
-    """(p,)"""
+    """Gradient (p,) by the shared unknowns."""
     border: FloatArray
-    """(K, q, p)"""
+    """Block B (K, q, p)."""
     diagonal: FloatArray
-    """(K, q, q)"""
+    """Diagonal blocks of T (K, q, q)."""
     next: FloatArray
-    """(K - 1, q, q): rows of segment k, columns of segment k + 1."""
+    """Off-diagonal blocks of T (K - 1, q, q): rows of segment k, columns of segment k + 1."""
     local_gradient: FloatArray
-    """(K, q)"""
+    """Gradient (K, q) by the local unknowns."""
 
 
 def make_zero_equations(p: int, segments: int, q: int) -> NormalEquations:
-    """All zeros, to add to."""
+    """Return equations of zeros for `p` shared unknowns and `segments` segments of `q` local ones, to add to."""
     return NormalEquations(
         0.0, np.zeros((p, p)), np.zeros(p), np.zeros((segments, q, p)), np.zeros((segments, q, q)),
         np.zeros((max(segments - 1, 0), q, q)), np.zeros((segments, q)),
@@ -50,9 +51,15 @@ def make_zero_equations(p: int, segments: int, q: int) -> NormalEquations:
 def solve_step(
     equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    """Marquardt's step of the shared (p,) and own (K, q) unknowns; `frozen` (p,) shared ones stay.
+    """Return Marquardt's step of the shared (p,) and local (K, q) unknowns.
 
-    Raises LinAlgError where the damped equations are not positive definite.
+    Args:
+        equations: Normal equations at the current point.
+        damping: Factor of the diagonal that is added to it.
+        frozen: (p,) shared unknowns that stay where they are.
+
+    Raises:
+        LinAlgError: The damped equations are not positive definite.
     """
     count, q, p = equations.border.shape
     kept = np.flatnonzero(~frozen)
@@ -72,7 +79,7 @@ def solve_step(
 
 
 def eliminate_local(equations: NormalEquations) -> tuple[FloatArray, FloatArray]:
-    """Schur complement (p, p): information on the shared unknowns alone; and T^-1 B (K, q, p)."""
+    """Return the Schur complement (p, p), the information on the shared unknowns alone, and T^-1 B (K, q, p)."""
     count, q, p = equations.border.shape
     if count * q == 0:
         return equations.shared, np.zeros((count, q, p))
@@ -82,6 +89,7 @@ def eliminate_local(equations: NormalEquations) -> tuple[FloatArray, FloatArray]
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a scaled positive definite system by Cholesky; raise LinAlgError where it is not one."""
     if len(right) == 0:
         return right
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
@@ -91,13 +99,14 @@ def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def _damped_diagonal(diagonal: FloatArray, damping: float) -> FloatArray:
+    """Return what damping adds to a diagonal, with a floor against zeros."""
     floor = LEAST_DIAGONAL * max(float(diagonal.max(initial=0.0)), 1e-300)
     added: FloatArray = damping * diagonal + floor
     return added
 
 
 def _band(equations: NormalEquations, damping: float) -> FloatArray:
-    """T in the upper form of `solveh_banded`, its diagonal damped."""
+    """Return T in the upper form of `solveh_banded`, its diagonal damped."""
     count, q = equations.local_gradient.shape
     width = 2 * q - 1
     band = np.zeros((width + 1, count * q))

@@ -1,8 +1,8 @@
-"""What the data determine: directions of the parameters that they fix, and those that they leave open.
+"""Which combinations of parameters the data determine, and which they leave open.
 
-In relative parameters (value / |value|) the covariance's long axes are what the data do not tell. A parameter is
-confounded if it would be known well were the others given, yet is not: then a combination is known, and is named.
-A parameter that is small and known to be small is not significant, which is another thing.
+In relative parameters (value / |value|) the long axes of the covariance are what the data do not determine. A
+parameter is confounded if it would be known well, were the others given, yet is not: then only a combination is known,
+and is named. A parameter that is small and known to be small is insignificant, which is a different matter.
 """
 
 from __future__ import annotations
@@ -18,46 +18,48 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 
 CONFOUNDED_RELATIVE_ERROR = 0.05
-"""A direction whose relative standard error is larger is open, if it is so because of the others."""
+"""Relative standard error of a direction above which it is confounded, if that is because of the other parameters."""
 VARIANCE_INFLATION = 10.0
-"""Standard error over that with all other parameters given."""
+"""Ratio of a standard error to that with all other parameters given, above which a parameter is confounded."""
 LEAST_SHARE = 0.1
-"""Of a direction: a parameter with less is not named in it."""
+"""Smallest component of a direction, relative to its largest, with which a parameter is named in it."""
 INSENSITIVE_RATIO = 1e-9
+"""Information relative to the largest, below which a parameter has no effect."""
 SIGNIFICANT_RATIO = 1.96
+"""Value over standard error below which the 95 % interval contains zero."""
 
 
 class ConfoundedDirection(NamedTuple):
-    """Parameters that can be traded against each other, and what of them is fixed."""
+    """Parameters that can be traded against each other, and the combination of them that is determined."""
 
     names: tuple[str, ...]
     relative_error: float
-    """Along the direction."""
+    """Relative standard error along the direction."""
     fixed: str
-    """The combination that the data fix, in words; "" where none is."""
+    """The combination that the data fix, in words; "" where there is none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Determinability:
-    """An honest word; all empty where the data determine everything."""
+    """Findings on what the data determine; all empty where they determine everything."""
 
     insensitive: tuple[str, ...]
     """Parameters without any effect on these data."""
     confounded: tuple[ConfoundedDirection, ...]
     insignificant: tuple[str, ...]
-    """Whose interval holds zero."""
+    """Parameters whose interval contains zero."""
     condition: float
-    """Of the information matrix in relative parameters."""
+    """Condition number of the information matrix in relative parameters."""
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """Names that have no trustworthy value of their own."""
+        """Names of parameters without a trustworthy value of their own."""
         return tuple(
             dict.fromkeys([*self.insensitive, *(name for one in self.confounded for name in one.names)])
         )
 
     def describe(self) -> tuple[str, ...]:
-        """For a person, and for the model file's warnings."""
+        """Return the findings as sentences, for a person and for the model file's warnings."""
         said = [f"these data say nothing of {name}: it has no effect on them" for name in self.insensitive]
         for one in self.confounded:
             fixed = f"; they fix {one.fixed}" if one.fixed else ""
@@ -79,7 +81,15 @@ def assess_determinability(
     covariance: FloatArray,
     scale: FloatArray,
 ) -> Determinability:
-    """`information` (p, p) per unit noise variance and `covariance` (p, p), both of `values` / `scale`."""
+    """Assess which of the p parameters the data determine.
+
+    Args:
+        names: Names of the parameters.
+        values: (p,) values in their units.
+        information: (p, p) information per unit noise variance, by `values` / `scale`.
+        covariance: (p, p) covariance of `values` / `scale`.
+        scale: (p,) sizes of the parameters in their units.
+    """
     diagonal = np.diag(information)
     silent = diagonal <= INSENSITIVE_RATIO * max(float(diagonal.max(initial=0.0)), 1e-300)
     kept = np.flatnonzero(~silent)
@@ -108,7 +118,7 @@ def assess_determinability(
 
 
 def _compute_conditional_errors(covariance: FloatArray) -> FloatArray:
-    """Standard errors with all other parameters known."""
+    """Return the standard errors (p,) with all other parameters known."""
     found: FloatArray = 1.0 / np.sqrt(np.maximum(np.diag(np.linalg.pinv(covariance, rcond=1e-15)), 1e-300))
     return found
 
@@ -116,6 +126,7 @@ def _compute_conditional_errors(covariance: FloatArray) -> FloatArray:
 def _find_confounded_directions(
     names: Sequence[str], covariance: FloatArray, confounded: NDArray[np.bool_]
 ) -> tuple[ConfoundedDirection, ...]:
+    """Return the confounded directions among the `confounded` parameters, the worst first."""
     if not confounded.any():
         return ()
     inside = np.flatnonzero(confounded)
@@ -139,7 +150,7 @@ def _find_confounded_directions(
 
 
 def _describe_fixed_combination(names: Sequence[str], direction: FloatArray, least: float) -> str:
-    """Combinations that do not change along `direction`: products of powers, pair by pair."""
+    """Name combinations that do not change along `direction`: products of powers, pair by pair."""
     said = []
     for (first, a), (second, b) in pairwise(zip(names, direction, strict=True)):
         power = -a / b

@@ -1,8 +1,8 @@
-"""From a minimum to values with errors: curvature by the sensitivities, scatter by the residuals' colour.
+"""From a minimum to values with standard errors: a sandwich of sensitivities and the residuals' colour.
 
-    covariance = S^-1 (sum over records of J_p R J_p^T) S^-1,   J_p = J_shared - J_own T^-1 B
+    covariance = S^-1 (sum over records of J_p R J_p^T) S^-1,   J_p = J_shared - J_local T^-1 B
 
-S is the information on the shared unknowns with the own ones (initial states) eliminated, R the residuals'
+S is the information on the shared unknowns with the local ones (initial states) eliminated, R the residuals'
 covariance by an autoregression fitted to them. H. White, Econometrica 48 (1980) 817, with a parametric middle.
 """
 
@@ -21,7 +21,7 @@ from rtctl.identification.simulation_error.segments import SegmentCost
 
 
 def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
-    """The fit that ended at `found`."""
+    """Return the fit by `method` that ended at `found`, with its covariance and determinability."""
     sensitivity = cost.sensitivity
     residuals = _collect_residuals(cost, found)
     by_record = _group_by_record(cost, residuals)
@@ -52,7 +52,7 @@ def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
 
 
 def _collect_residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[FloatArray]]:
-    """By output, one array a segment."""
+    """Return the residuals by output, one array a segment; raise FitError where the model diverges at the minimum."""
     residuals: dict[str, list[FloatArray]] = {name: [] for name in cost.sensitivity.outputs}
     for k in range(len(cost.segments)):
         run = cost.linearise(k, found.unknowns)
@@ -66,7 +66,7 @@ def _collect_residuals(cost: SegmentCost, found: Minimum) -> dict[str, list[Floa
 def _group_by_record(
     cost: SegmentCost, residuals: dict[str, list[FloatArray]]
 ) -> dict[str, dict[str, FloatArray]]:
-    """The segments of a record put together."""
+    """Concatenate the segments of each record."""
     names = [segment.record.name for segment in cost.segments]
     return {
         record: {
@@ -80,7 +80,7 @@ def _group_by_record(
 def _compute_covariance(
     cost: SegmentCost, found: Minimum, noise: dict[str, NoiseModel]
 ) -> tuple[FloatArray, FloatArray]:
-    """Information per unit variance and covariance (p, p) of the scaled shared unknowns."""
+    """Return information per unit variance and covariance, both (p, p), of the scaled shared unknowns."""
     information, inner = eliminate_local(found.equations)
     middle = np.zeros_like(information)
     for k in range(len(cost.segments)):
@@ -104,6 +104,7 @@ def _compute_covariance(
 
 
 def _find_first_segments(cost: SegmentCost) -> NDArray[np.intp]:
+    """Return the indices of the segments with which a record begins."""
     joined = np.array([False] + [segment.joined for segment in cost.segments[:-1]])
     return np.flatnonzero(~joined)
 

@@ -1,11 +1,11 @@
-"""Levenberg-Marquardt within bounds on a cost whose normal equations are an arrow.
+"""Levenberg-Marquardt within bounds, on a cost with arrowhead normal equations.
 
 K. Madsen, H. Nielsen, O. Tingleff, Methods for Non-Linear Least Squares Problems (2004), algorithm 3.16. A trial
-where the simulation diverges has infinite cost: it is rejected as any other that is worse. Evaluating gives the
-derivatives as well: as lanes of the same simulation they cost less than a second one.
+point where the simulation diverges has infinite cost and is rejected like any other that is worse. Every evaluation
+returns the derivatives as well: as lanes of the same simulation they cost less than a second one.
 
-Along a narrow valley that is bent straight steps have to be short. Where one disappoints, the next ones follow the
-bend: to the step is added half of the acceleration of the geodesic that it begins.
+Along a narrow, curved valley straight steps have to be short. After a step with a poor gain the next ones follow the
+curve: half of the geodesic acceleration is added to the step.
 M. Transtrum, J. Sethna, Improvements to the Levenberg-Marquardt algorithm (2012), arXiv:1201.5885, section 4.
 """
 
@@ -23,7 +23,7 @@ from rtctl.identification.least_squares.arrowhead_solver import LinAlgError, Nor
 
 
 class Status(StrEnum):
-    """Why it ended, as advice."""
+    """Why the minimisation ended, worded as advice."""
 
     CONVERGED = "converged"
     ITERATIONS = "stopped before it converged: start nearer (--model), or the data hardly determine it"
@@ -35,13 +35,13 @@ class Unknowns(NamedTuple):
     """Scaled unknowns, all of order one."""
 
     shared: FloatArray
-    """(p,)"""
+    """Shared unknowns (p,)."""
     local: FloatArray
-    """(segments, q)"""
+    """Local unknowns (segments, q): initial states and parameters of a record."""
 
 
 class Minimum(NamedTuple):
-    """Where it ended."""
+    """The point where a minimisation ended."""
 
     unknowns: Unknowns
     equations: NormalEquations
@@ -51,16 +51,19 @@ class Minimum(NamedTuple):
 
 Evaluate = Callable[[Unknowns], NormalEquations | None]
 SecondDerivative = Callable[[Unknowns, Unknowns], Unknowns | None]
-"""At a point, along a step: J^T r'', where r'' is the residuals' second derivative along the step; None: unknown."""
+"""Function of a point and a step: J^T r'', with r'' the residuals' second derivative along the step; None if unknown.
+
+"""
 POOR_GAIN_RATIO = 0.5
-"""Of what the linear model promises of a step."""
+"""Share of the gain predicted by the linear model, below which a step counts as poor."""
 MAX_ACCELERATION_RATIO = 0.75
-"""Twice the acceleration over the step: beyond, a parabola is no better than a line."""
+"""Twice the acceleration over the step: above it a parabola is no better than a line."""
 MIN_ACCELERATION_RATIO = 0.05
-"""The same, below which the next step is not asked for its bend."""
+"""The same ratio, below which the acceleration is not computed for the next step."""
 
 
-def minimise(
+# nine parameters because each is one independent choice of a solver, and all but five have defaults
+def minimise(  # noqa: PLR0913
     evaluate: Evaluate,
     start: Unknowns,
     low: FloatArray,
@@ -72,9 +75,21 @@ def minimise(
     should_stop: Callable[[], bool] = lambda: False,
     second_derivative: SecondDerivative = lambda here, move: None,
 ) -> Minimum | None:
-    """From `start` until a step lowers the cost by less than `tolerance` of it; None: diverged at the start.
+    """Minimise from `start` until a step lowers the cost by less than `tolerance` of it.
 
-    `should_stop` is asked before each step: then it ends there, as if that had been the last of `iterations`.
+    Args:
+        evaluate: Returns the normal equations at a point, or None where the simulation diverges.
+        start: Scaled unknowns to start from.
+        low: (p,) lower bounds of the shared unknowns.
+        high: (p,) upper bounds of the shared unknowns.
+        iterations: Most steps that are tried.
+        tolerance: Relative decrease of the cost below which the minimum has converged.
+        report: Receives the number of each iteration.
+        should_stop: Asked before each step; if true, that step is the last of `iterations`.
+        second_derivative: Enables geodesic acceleration.
+
+    Returns:
+        The minimum, or None where the simulation diverges at the start.
     """
     here, equations = start, evaluate(start)
     if equations is None:
@@ -115,7 +130,7 @@ def minimise(
 
 
 def _solve_or_none(equations: NormalEquations, damping: float, frozen: NDArray[np.bool_]) -> Unknowns | None:
-    """A damped step; None where there is none."""
+    """Return a damped step, or None where the equations have no finite solution."""
     try:
         shared, own = solve_step(equations, damping, frozen)
     except (LinAlgError, ValueError):
@@ -124,12 +139,12 @@ def _solve_or_none(equations: NormalEquations, damping: float, frozen: NDArray[n
 
 
 def _apply_step(here: Unknowns, move: Unknowns, low: FloatArray, high: FloatArray) -> Unknowns:
-    """Cut at the bounds."""
+    """Return the point after a step, clipped at the bounds."""
     return Unknowns(np.clip(here.shared + move.shared, low, high), here.local + move.local)
 
 
 def _predict_reduction(equations: NormalEquations, move: Unknowns) -> float:
-    """What a step lowers the cost by in a linear model, at least."""
+    """Return the reduction of the cost that the linear model predicts for a step, at least."""
     return -0.5 * float(
         equations.shared_gradient @ move.shared + np.sum(equations.local_gradient * move.local)
     )
@@ -142,7 +157,7 @@ def _add_acceleration(
     move: Unknowns,
     second: Unknowns | None,
 ) -> tuple[Unknowns, bool]:
-    """The step with half of its acceleration, as it is where that is too large; and whether it is bent at all."""
+    """Add half of the geodesic acceleration to a step, unless it is too large; also return whether the path curves."""
     if second is None:
         return move, True
     along = equations._replace(shared_gradient=second.shared, local_gradient=second.local)
@@ -159,14 +174,14 @@ def _add_acceleration(
 
 
 def _compute_step_norm(equations: NormalEquations, move: Unknowns) -> float:
-    """Norm of a step in the units of Marquardt's damping."""
+    """Return the norm of a step in the units of Marquardt's damping."""
     diagonal = np.einsum("kqq->kq", equations.diagonal)
     squares = np.diag(equations.shared) @ move.shared**2 + np.sum(diagonal * move.local**2)
     return float(np.sqrt(squares))
 
 
 def predict_gain(found: Minimum, low: FloatArray, high: FloatArray) -> float:
-    """What one more full step would lower the cost by in a linear model; 0 where there is none."""
+    """Return the reduction of the cost that a linear model predicts for one more full step; 0 without a step."""
     frozen = _find_active_bounds(found.unknowns, found.equations, low, high)
     move = _solve_or_none(found.equations, 0.0, frozen)
     gain = _predict_reduction(found.equations, move) if move is not None else 0.0
@@ -176,7 +191,7 @@ def predict_gain(found: Minimum, low: FloatArray, high: FloatArray) -> float:
 def _find_active_bounds(
     here: Unknowns, equations: NormalEquations, low: FloatArray, high: FloatArray
 ) -> NDArray[np.bool_]:
-    """(p,) which shared unknowns are at a bound that their gradient pushes them through."""
+    """Return which shared unknowns (p,) are at a bound that their gradient pushes them through."""
     pushed_down, pushed_up = equations.shared_gradient > 0.0, equations.shared_gradient < 0.0
     frozen: NDArray[np.bool_] = ((here.shared <= low) & pushed_down) | ((here.shared >= high) & pushed_up)
     return frozen

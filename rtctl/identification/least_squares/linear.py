@@ -18,7 +18,7 @@ from rtctl.border.arrays import FloatArray
 
 
 class LinearFit(NamedTuple):
-    """Coefficients of the free (a) and the non-negative (p) columns, and the residual `y - F a - W p`."""
+    """Coefficients of the free (a) and the non-negative (p) columns, and the residual y - F a - W p."""
 
     free: FloatArray
     nonnegative: FloatArray
@@ -26,7 +26,13 @@ class LinearFit(NamedTuple):
 
 
 def fit_partly_nonnegative(free: FloatArray, nonnegative: FloatArray, y: FloatArray) -> LinearFit:
-    """Solve the problem above; `free` (n, q), `nonnegative` (n, m), `y` (n,). q, m of a few tens at most."""
+    """Solve the problem above.
+
+    Args:
+        free: (n, q) columns with coefficients of any sign; q of a few tens at most.
+        nonnegative: (n, m) columns with coefficients >= 0; m of a few tens at most.
+        y: (n,) target.
+    """
     q_free, r_free = qr(free, mode="economic")
     projected = nonnegative - q_free @ (q_free.T @ nonnegative)
     target = y - q_free @ (q_free.T @ y)

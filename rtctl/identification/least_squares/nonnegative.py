@@ -1,11 +1,12 @@
-"""Least squares in quantities that cannot be negative, from the normal equations: block principal pivoting.
+"""Non-negative least squares from the normal equations, by block principal pivoting.
 
     minimise 1/2 x' G x - b' x   over x >= 0,   G positive definite
 
-Which of x are zero is guessed, the others solved for exactly; all that then have the wrong sign (x < 0, or a gradient
-that says that a zero should grow) change sides at once, and one by one where that stops helping. A handful of
-factorisations gives the optimum itself, where descent by coordinates is far from it after thousands of sweeps if
-neighbours are alike. Reference: L. Portugal, J. Judice, L. Vicente, Mathematics of Computation 63(208), 1994.
+The set of zeros is guessed and the others are solved for exactly; all variables that then have the wrong sign (x < 0,
+or a gradient by which a zero should grow) change sides at once, or one by one where that stops helping. A handful of
+factorisations gives the optimum itself, where coordinate descent is far from it after thousands of sweeps if
+neighbouring columns are similar. Reference: L. Portugal, J. Judice, L. Vicente, Mathematics of Computation 63(208),
+1994.
 """
 
 from __future__ import annotations
@@ -17,20 +18,25 @@ from scipy.optimize import nnls
 from rtctl.border.arrays import FloatArray
 
 MAX_FACTORISATIONS = 300
-"""Factorisations, before the slow method that never fails."""
+"""Factorisations before the slow method that never fails is used."""
 PATIENCE = 4
-"""Exchanges of whole blocks without fewer wrong signs, before single ones."""
+"""Exchanges of whole blocks without fewer wrong signs, before single variables are exchanged."""
 RELATIVE_ROUND_OFF = 1e-11
-"""Of the largest: a sign within it is no sign."""
+"""Magnitude relative to the largest below which a value has no sign."""
 
 
 def nonnegative_least_squares(
     gram: FloatArray, right: FloatArray, start: FloatArray | None = None
 ) -> FloatArray:
-    """x (n,) >= 0 that minimises 1/2 x' gram x - right' x; gram (n, n) positive definite, right (n,).
+    """Return the x (n,) >= 0 that minimises 1/2 x' gram x - right' x.
 
-    `start`: of a problem alike; its zeros are the first guess. Raises numpy.linalg.LinAlgError for a gram that is not
-    positive definite.
+    Args:
+        gram: (n, n) positive definite matrix.
+        right: (n,) right-hand side.
+        start: (n,) solution of a similar problem; its zeros are the first guess.
+
+    Raises:
+        numpy.linalg.LinAlgError: `gram` is not positive definite.
     """
     free = np.zeros(len(right), dtype=bool) if start is None else start > 0.0
     fewest, patience = len(right) + 1, PATIENCE

@@ -1,11 +1,12 @@
-"""What is left after a fit as coloured noise: an autoregression, to whiten with and to state honest errors by.
+"""Residuals as coloured noise: an autoregression to whiten them with and to compute honest standard errors.
 
     e_t + a_1 e_{t-1} + ... + a_m e_{t-m} = w_t,   w white
 
-by Yule-Walker and Levinson over all records at once, the order by BIC. Treating coloured residuals as white makes
-every interval too short (often many times). The first m samples of a record are predicted from the fewer that are
-there, by the predictors of lower order: so w is white from the first sample on. What is slower than the order
-reaches (1/f) is a part of its own, see `slow_noise`; only restricted likelihood looks for one (`projection.noise_of`).
+by Yule-Walker and Levinson over all records at once, with the order chosen by BIC. Treating coloured residuals as
+white
+makes every interval too short, often many times. The first m samples of a record are predicted from the fewer samples
+before them by the predictors of lower order, so w is white from the first sample on. Noise slower than the
+order reaches (1/f) is modelled apart in `slow_noise`; only restricted likelihood estimates it (`projection.noise_of`).
 
 Reference: J. Durbin, The fitting of time-series models (1960).
 """
@@ -24,30 +25,30 @@ from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_par
 
 HIGHEST_ORDER = 60
 ROWS_AT_ONCE = 16
-"""Of a spectrum of many: memory, and what a processor keeps at hand."""
+"""Rows transformed at once: limits memory, and they stay in the processor's cache."""
 FINE_LENGTH = 4096
 """Length of a spectrum whose mean is the mean square."""
 LONG_LENGTH = 2**16
-"""Length of one that tells lags of many samples."""
+"""Length of a spectrum that resolves lags of many samples."""
 SAME_PERIOD_RATIO = 1.02
-"""Ratio of two periods below which records are sampled alike."""
+"""Ratio of two sample periods below which they count as the same."""
 MAX_DIRECT_ORDER = 10
-"""Highest order that is filtered sample by sample; above, by FFT."""
+"""Highest order that is filtered sample by sample; above it FFTs are used."""
 
 
 class NoiseModel(NamedTuple):
-    """Coefficients a (order,), the variance of w and what of w is slow; of records of one period."""
+    """Autoregressive coefficients a (order,), the variance of w, and the slow part of w, for one sample period."""
 
     coefficients: FloatArray
     variance: float
     slow: SlowPart | None = None
     period_s: float = 0.0
-    """Between samples; 0: whatever it is."""
+    """Sample period [s]; 0 where the model holds for any."""
     others: tuple[NoiseModel, ...] = ()
-    """Of records that are sampled at other periods: an autoregression is of samples, a sensor's noise of seconds."""
+    """Models for other sample periods: an autoregression is one of samples, a sensor's noise one of seconds."""
 
     def for_period(self, period_s: float) -> NoiseModel:
-        """Of records sampled every `period_s`: its own, one of the others, or what every so many samples have of it."""
+        """Return the model for a sample period [s]: this one, one of the others, or this one decimated."""
         for one in (self, *self.others):
             if not (one.period_s and period_s) or _are_same_period(one.period_s, period_s):
                 return one
@@ -55,18 +56,18 @@ class NoiseModel(NamedTuple):
         return self.decimate(times) if times > 1 else self
 
     def decimate(self, times: int) -> NoiseModel:
-        """Of one sample in `times`; the slow part of it as far as an autoregression reaches."""
+        """Return the model of every `times`-th sample; its slow part as far as an autoregression reaches."""
         correlation = irfft(self.power(LONG_LENGTH), LONG_LENGTH)[: times * (HIGHEST_ORDER + 1) : times]
         made = fit_autoregression(correlation * LONG_LENGTH, LONG_LENGTH)
         return made._replace(period_s=times * self.period_s)
 
     def scale_variance(self, times: float) -> NoiseModel:
-        """Of so many times the variance, at every period."""
+        """Return the model with `times` the variance, at every sample period."""
         others = tuple(one.scale_variance(times) for one in self.others)
         return self._replace(variance=times * self.variance, others=others)
 
     def whiten(self, series: FloatArray) -> FloatArray:
-        """w of the series (..., n), standardised to variance 1 from the first sample on; without its slow part."""
+        """Whiten a series (..., n): variance 1 from the first sample on, the slow part removed."""
         order = len(self.coefficients)
         kernel = np.append(1.0, self.coefficients) / np.sqrt(self.variance or 1.0)
         if order <= MAX_DIRECT_ORDER:
@@ -78,7 +79,7 @@ class NoiseModel(NamedTuple):
         return whitened if self.slow is None else self.slow.whiten(whitened)
 
     def _begin(self) -> FloatArray:
-        """Lower triangle (m, m): the predictors of order 0 to m - 1, each over its own standard deviation."""
+        """Return a lower triangle (m, m): predictors of order 0 to m - 1, each over its standard deviation."""
         a, variance = self.coefficients, self.variance or 1.0
         triangle = np.zeros((len(a), len(a)))
         for order in range(len(a) - 1, -1, -1):  # Levinson's recurrence backwards
@@ -93,18 +94,18 @@ class NoiseModel(NamedTuple):
 
     @property
     def mean_square(self) -> float:
-        """Of the noise itself."""
+        """Mean square of the noise itself."""
         return float(np.mean(self.power(FINE_LENGTH)))
 
     def power(self, length: int) -> FloatArray:
-        """Power (length // 2 + 1,) at the frequencies of a real FFT of `length`; white noise: its variance."""
+        """Return the power (length // 2 + 1,) at the frequencies of a real FFT of `length`."""
         response = np.abs(rfft(np.append(1.0, self.coefficients), length)) ** 2
         density: FloatArray = self.variance / np.maximum(response, 1e-300)
         return density if self.slow is None else density * self.slow.power(np.arange(len(density)) / length)
 
 
 def _filter_by_fft(kernel: FloatArray, series: FloatArray) -> FloatArray:
-    """The series (..., n) through a filter of finite response, as long as they were."""
+    """Apply a finite impulse response to the series (..., n) and keep their length."""
     rows = series.reshape(-1, series.shape[-1])
     length = int(next_fast_len(rows.shape[1] + len(kernel) - 1, real=True))
     response = rfft(kernel, length)
@@ -116,14 +117,14 @@ def _filter_by_fft(kernel: FloatArray, series: FloatArray) -> FloatArray:
 
 
 def fit_noise_by_period(series: Sequence[FloatArray], periods_s: Sequence[float]) -> NoiseModel:
-    """Of residuals, one array (n,) a record, that are sampled every so often."""
+    """Fit a noise model to residuals, one array (n,) a record, with the sample period [s] of each record."""
     groups = group_by_period(periods_s)
     made = [fit_noise([series[k] for k in own])._replace(period_s=periods_s[own[0]]) for own in groups]
     return combine_models(made, [sum(len(series[k]) for k in own) for own in groups])
 
 
 def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) -> NoiseModel:
-    """Of residuals, one array (n,) a record. Constant zero gives variance 0."""
+    """Fit an autoregression to residuals, one array (n,) a record. Constant zero gives variance 0."""
     count = sum(len(one) for one in series)
     highest = limit_order([len(one) for one in series], highest_order)
     correlation = np.sum([sum_lagged_products(one, highest) for one in series], axis=0)
@@ -131,7 +132,7 @@ def fit_noise(series: Sequence[FloatArray], highest_order: int = HIGHEST_ORDER) 
 
 
 def group_by_period(periods_s: Sequence[float]) -> list[list[int]]:
-    """Indices of periods that are the same, the shortest first."""
+    """Return groups of indices with the same sample period, the shortest period first."""
     groups: list[list[int]] = []
     for k in sorted(range(len(periods_s)), key=lambda k: periods_s[k]):
         if groups and _are_same_period(periods_s[groups[-1][0]], periods_s[k]):
@@ -142,23 +143,28 @@ def group_by_period(periods_s: Sequence[float]) -> list[list[int]]:
 
 
 def _are_same_period(one_s: float, other_s: float) -> bool:
+    """Return whether two periods [s] count as the same."""
     return max(one_s, other_s) <= SAME_PERIOD_RATIO * min(one_s, other_s)
 
 
 def combine_models(models: Sequence[NoiseModel], samples: Sequence[int]) -> NoiseModel:
-    """One model of records sampled at several periods: that of the most `samples` speaks for all where one has to."""
+    """Return one model for records of several periods; that with the most `samples` is the main one."""
     main = max(range(len(models)), key=lambda k: samples[k])
     return models[main]._replace(others=tuple(one for k, one in enumerate(models) if k != main))
 
 
 def limit_order(lengths: Sequence[int], highest_order: int = HIGHEST_ORDER) -> int:
-    """Highest order that records of these lengths can carry."""
+    """Return the highest order that records of these lengths can support."""
     return max(0, min(highest_order, sum(lengths) // 20, min(lengths) - 1))
 
 
 def fit_noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> NoiseModel:
-    """Of residuals (rows, n), one array a record, of which the first row is what is left and the others, in squares,
-    what was taken of it; with a `slow` part where asked and seen.
+    """Fit a noise model to residuals, with a slow part where `slow` asks for it and the data show one.
+
+    Args:
+        series: One array (rows, n) a record. Its first row is the residual; the squares of the others restore what a
+            projection removed from it.
+        slow: Whether to look for a slow part.
     """
     lengths = [one.shape[1] for one in series]
     highest = limit_order(lengths)
@@ -174,7 +180,7 @@ def fit_noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> Noi
 
 
 def fit_autoregression(correlation: FloatArray, count: int) -> NoiseModel:
-    """From sums of products (lags,) over `count` samples; the order by BIC."""
+    """Fit an autoregression to sums of products (lags,) over `count` samples, with the order by BIC."""
     correlation = correlation / count
     if not correlation[0] > 0.0:
         return NoiseModel(np.empty(0), 0.0)
@@ -193,7 +199,7 @@ def fit_autoregression(correlation: FloatArray, count: int) -> NoiseModel:
 
 
 def compute_coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
-    """J R J^T (p, p) for slopes J (p, n) and the noise's covariance R, by its power spectrum."""
+    """Return J R J^T (p, p) for slopes J (p, n) and the noise's covariance R, by its power spectrum."""
     n = slopes.shape[1]
     length = int(next_fast_len(n + min(n, 4096), real=True))
     spectrum = rfft(slopes, length)
@@ -204,7 +210,7 @@ def compute_coloured_gram(slopes: FloatArray, noise: NoiseModel) -> FloatArray:
 
 
 def sum_lagged_products(series: FloatArray, highest: int) -> FloatArray:
-    """Sums of products (highest + 1,) at lags from 0 of a series (n,), or of all of several (rows, n) together."""
+    """Return sums of products (highest + 1,) at lags from 0 of a series (n,), or of several (rows, n) together."""
     rows = np.atleast_2d(series)
     length = int(next_fast_len(rows.shape[1] + highest, real=True))
     power = np.zeros(length // 2 + 1)

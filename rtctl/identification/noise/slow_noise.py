@@ -1,8 +1,8 @@
-"""The slow part of a noise, whose power grows towards zero frequency without end (1/f): no autoregression reaches it.
+"""The slow part of a noise, whose power grows towards zero frequency (1/f) and which no autoregression reaches.
 
-Of what an autoregression leaves, the unbalanced Haar details at blocks of 2^j samples are all but uncorrelated, and
-those of the long blocks are larger than the others. Their transform is orthonormal, so with each over its standard
-deviation a series of any length is white. How large they are is smoothed over the levels, as few details are long.
+After whitening by an autoregression the unbalanced Haar details at blocks of 2^j samples are nearly uncorrelated, and
+those of long blocks are larger than the others. The transform is orthonormal, so dividing each detail by its
+standard deviation whitens a series of any length. The sizes are smoothed over the levels, as few details are long.
 
 Reference: G. W. Wornell, Wavelet-based representations for the 1/f family of fractal processes, Proc. IEEE 81 (1993)
 1428.
@@ -18,28 +18,31 @@ from scipy.stats import chi2
 from rtctl.border.arrays import FloatArray
 
 LEVELS = 40
-"""Enough for any record."""
+"""Number of levels: enough for any record."""
 LEVEL_STEP = 0.5
-"""From level to level, of the logarithm of a variance; 1/f doubles it, a random walk takes it four times."""
+"""Standard deviation of the log variance from level to level; 1/f doubles it, a random walk quadruples it."""
 SIGNIFICANCE = 0.3
-"""Of white noise to look as slow, about; what it is then given is little."""
+"""Approximate chance that white noise looks as slow; the slow part that it is then given is small."""
 ROUND_OFF_VARIANCE = 1e-6
-"""Of white noise: details below it were taken out with the mean."""
+"""Variance relative to white noise below which details were removed with the mean."""
 
 
 class SlowPart(NamedTuple):
-    """Variance of the details of blocks of 2^level samples, level 1 first, (LEVELS,); white noise has 1 in each."""
+    """Variances (LEVELS,) of the details of blocks of 2^level samples, level 1 first; white noise has 1 in each."""
 
     variances: FloatArray
 
     def power(self, frequencies: FloatArray) -> FloatArray:
-        """At frequencies in periods a sample, in units of white noise's; at 0 as at the lowest that is given."""
+        """Return the power at `frequencies` in periods per sample, relative to white noise.
+
+        At frequency 0 it is that of the lowest frequency given.
+        """
         lowest = np.min(frequencies[frequencies > 0.0], initial=0.5)
         levels = -np.log2(np.maximum(frequencies, lowest))
         return np.exp(np.interp(levels, 1.5 + np.arange(LEVELS), np.log(self.variances)))
 
     def whiten(self, series: FloatArray) -> FloatArray:
-        """`series` (..., n) with each detail over its standard deviation."""
+        """Return `series` (..., n) with each detail divided by its standard deviation."""
         sums, counts = _build_pyramid(series)
         gains = 1.0 / np.sqrt(self.variances)
         found: FloatArray = gains[len(sums) - 1] * sums[-1] / counts[-1]
@@ -52,9 +55,12 @@ class SlowPart(NamedTuple):
 
 
 def fit_slow_part(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
-    """Of `squares` (LEVELS,) of `numbers` (LEVELS,) details; None where white noise explains them.
+    """Fit the variances to `squares` (LEVELS,), sums over `numbers` (LEVELS,) details.
 
-    The variances' logarithms are a random walk over the levels, with an error of sqrt(2 / number) each.
+    The logarithms of the variances are a random walk over the levels, with an error of sqrt(2 / number) each.
+
+    Returns:
+        The slow part, or None where white noise explains the details.
     """
     seen = (numbers > 0.0) & (squares > ROUND_OFF_VARIANCE * numbers)
     if not seen.any():
@@ -71,7 +77,10 @@ def fit_slow_part(squares: FloatArray, numbers: FloatArray) -> SlowPart | None:
 
 
 def sum_by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sums of squared details (LEVELS,) over all of `series` (rows, n), their numbers a row; the mean is the last."""
+    """Return sums of squared details over all rows of `series` (rows, n), and their numbers in a row, both (LEVELS,).
+
+    The last level that is used is the mean.
+    """
     squares, numbers = np.zeros(LEVELS), np.zeros(LEVELS)
     sums, counts = _build_pyramid(series)
     energy = [float(np.sum(one**2 / count)) for one, count in zip(sums, counts, strict=True)]
@@ -83,8 +92,10 @@ def sum_by_level(series: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _build_pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Sums over blocks of 1, 2, 4 ... samples up to the whole, the last block of each as long as there is, and how
-    many samples each has."""
+    """Return sums over blocks of 1, 2, 4 ... samples up to the whole, and how many samples each block has.
+
+    The last block of each level is as long as there are samples.
+    """
     sums, counts = [series], [np.ones(series.shape[-1])]
     while sums[-1].shape[-1] > 1:
         sums.append(_sum_pairs(sums[-1]))
@@ -93,7 +104,7 @@ def _build_pyramid(series: FloatArray) -> tuple[list[FloatArray], list[FloatArra
 
 
 def _sum_pairs(series: FloatArray) -> FloatArray:
-    """Sums of each two of (..., n); the last one alone where n is odd."""
+    """Return the sums of neighbouring pairs of (..., n); the last value alone where n is odd."""
     both = series.shape[-1] // 2
     found = np.empty((*series.shape[:-1], series.shape[-1] - both))
     np.add(series[..., : 2 * both : 2], series[..., 1::2], out=found[..., :both])

@@ -1,15 +1,15 @@
-"""Simulated annealing of a few coefficients: Algorithm 1 of the ME paper as it is meant, and by its letter.
+"""Simulated annealing of a few coefficients: Algorithm 1 of the ME paper as it is meant, and as it is printed.
 
-At temperature T a move x -> x + D of randomly chosen coefficients is taken where the cost falls, and else with
+At temperature T a move x -> x + D of randomly chosen coefficients is accepted where the cost falls, and else with
 
     P = exp(-(f_new - f) / T),   T <- cooling T after `moves` moves                                     (3)
 
 T_0 is the mean |f_new - f| of `pre_runs` times `moves` trials from the start. All `moves` of a temperature are
-proposed around where it began, so that one call evaluates them together, and judged in order.
+proposed around the point where it began, so that one call evaluates them together, and are judged in order.
 
-Corrected of the paper's Algorithm 1: `FAULTS` has the list. Added, because steps that suit the start are far too coarse
-and too square for the end: the moves' covariance follows those that were good (D. Vanderbilt, S. Louie, J. Comput.
-Phys. 56, 259, 1984), their size the share of these (A. Corana et al., ACM Trans. Math. Software 13, 262, 1987).
+`FAULTS` lists the corrections of the paper's Algorithm 1. Because steps that suit the start are far too coarse and
+too isotropic for the end, the covariance of the moves follows the accepted ones (D. Vanderbilt, S. Louie, J. Comput.
+Phys. 56, 259, 1984) and their size the accepted share (A. Corana et al., ACM Trans. Math. Software 13, 262, 1987).
 `anneal_as_printed` runs the printed lines instead.
 """
 
@@ -24,7 +24,7 @@ import numpy as np
 from rtctl.border.arrays import BoolArray, FloatArray
 
 Cost = Callable[[FloatArray], FloatArray]
-"""Of parameter sets (n, p); infinite where there is none."""
+"""Cost (n,) of parameter sets (n, p); infinite where the model cannot run."""
 
 FAULTS = (
     "Line 7 takes a move where f rises: right for a correlation, the opposite of what is wanted for an error "
@@ -39,25 +39,25 @@ FAULTS = (
     "Lines 4 to 22 keep one step size: as large as the start needs, it is too coarse to converge.",
 )
 TARGET_SHARE = (0.2, 0.4)
-"""Share of moves that would be taken from where a temperature began, between which the steps stay."""
+"""Share of accepted moves between which the step size stays."""
 STEP_CHANGE = 1.15
 MIN_STEP, MAX_STEP = 1e-9, 0.5
 """Of a coefficient's range."""
 COVARIANCE_GAIN = 0.15
-"""Weight of a temperature's accepted moves in the covariance of the next ones."""
+"""Weight of one temperature's accepted moves in the covariance of the next ones."""
 MIN_VARIANCE = 1e-14
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnnealingOptions:
-    """The paper's numbers are the defaults where it gives any."""
+    """Options of the annealing; the paper's numbers are the defaults where it gives any."""
 
     temperatures: int = 300
     moves: int = 30
-    """At each temperature."""
+    """Moves at each temperature."""
     cooling: float = 0.9
     first_step: float = 0.1
-    """Of a coefficient's range: the largest change of the first moves."""
+    """Largest change of the first moves relative to a coefficient's range."""
     pre_runs: int = 5
     seed: int = 0
 
@@ -74,23 +74,34 @@ class AnnealingOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AnnealingResult:
-    """What was found, and how it went."""
+    """The result of an annealing and its course."""
 
     values: FloatArray
-    """(p,) of the best that was seen; by the paper's letter the last that was taken."""
+    """Best point (p,); as printed, the last one accepted."""
     cost: float
     first_temperature: float
     best: FloatArray
-    """(temperatures,) lowest cost so far; by the letter the current one."""
+    """Lowest cost so far (temperatures,); as printed, the current one."""
     taken: FloatArray
-    """(temperatures,) share of moves that were good enough to be taken from where the temperature began."""
+    """Share of moves (temperatures,) that were acceptable from the point where the temperature began."""
     evaluations: int
 
 
 def anneal(
     cost: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
 ) -> AnnealingResult:
-    """Minimise `cost` within [low, high] (p,) from `start`. Raises ValueError where the start has no finite cost."""
+    """Minimise `cost` within bounds from `start`.
+
+    Args:
+        cost: Cost of parameter sets.
+        start: (p,) start.
+        low: (p,) lower bounds.
+        high: (p,) upper bounds.
+        options: Temperatures, moves and steps.
+
+    Raises:
+        ValueError: The start has no finite cost.
+    """
     options = options or AnnealingOptions()
     rng = np.random.default_rng(options.seed)
     x, width = np.asarray(start, dtype=np.float64), high - low
@@ -125,7 +136,15 @@ def anneal(
 def anneal_as_printed(
     score: Cost, start: FloatArray, low: FloatArray, high: FloatArray, options: AnnealingOptions | None = None
 ) -> AnnealingResult:
-    """Lines 1 to 25 as printed; `score` is the paper's f itself: the correlation, or an error. One move a call."""
+    """Run lines 1 to 25 as printed, one move a call.
+
+    Args:
+        score: The paper's f itself: the correlation, or an error.
+        start: (p,) start.
+        low: (p,) lower bounds.
+        high: (p,) upper bounds.
+        options: Temperatures, moves and steps.
+    """
     options = options or AnnealingOptions()
     rng = np.random.default_rng(options.seed)
     x, width = np.asarray(start, dtype=np.float64), high - low
@@ -165,7 +184,7 @@ def _evaluate_start(cost: Cost, x: FloatArray, low: FloatArray, high: FloatArray
 
 
 def _choose_coefficients(rng: np.random.Generator, coefficients: int, moves: int) -> BoolArray:
-    """(moves, p): which coefficients a move changes, half of them on average and one at least."""
+    """Draw which coefficients each move changes (moves, p): half of them on average, at least one."""
     chosen = rng.random((moves, coefficients)) < 0.5
     chosen[np.arange(moves), rng.integers(coefficients, size=moves)] = True
     return chosen
@@ -174,9 +193,9 @@ def _choose_coefficients(rng: np.random.Generator, coefficients: int, moves: int
 def _propose_moves(
     rng: np.random.Generator, x: FloatArray, root: FloatArray, low: FloatArray, high: FloatArray, moves: int
 ) -> FloatArray:
-    """(moves, p) around x: each a step in some of the directions of `root` (p, p), columns in parts of the range.
+    """Propose points (moves, p) around x: steps in some of the directions of `root` (p, p), relative to the range.
 
-    Reflected at the bounds: clipped ones would pile up there.
+    Steps are reflected at the bounds: clipped ones would pile up there.
     """
     steps = rng.standard_normal((moves, len(x))) * _choose_coefficients(rng, len(x), moves)
     found = x + (high - low) * (steps @ root.T)
@@ -185,19 +204,19 @@ def _propose_moves(
 
 
 def _compute_root(shape: FloatArray) -> FloatArray:
-    """Principal axes of the moves' covariance, each as long as its deviation."""
+    """Return the principal axes of the moves' covariance, each scaled to its standard deviation."""
     power, axes = np.linalg.eigh(shape)
     return np.asarray(axes * np.sqrt(np.maximum(power, MIN_VARIANCE)))
 
 
 def _compute_mean_change(costs: FloatArray, f: float) -> float:
-    """T_0: mean |df| of the trials that have a cost; a smallest number where none differs."""
+    """Return T_0: mean |df| of the trials that have a cost; a smallest number where none differs."""
     changes = np.abs(costs[np.isfinite(costs)] - f)
     return max(float(changes.mean()) if len(changes) else 0.0, 1e-300)
 
 
 def _adapt_step(step: float, share: float) -> float:
-    """The next temperature's step."""
+    """Return the step size of the next temperature."""
     if share > TARGET_SHARE[1]:
         return min(step * STEP_CHANGE, MAX_STEP)
     return max(step / STEP_CHANGE, MIN_STEP) if share < TARGET_SHARE[0] else step

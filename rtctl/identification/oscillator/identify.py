@@ -1,4 +1,4 @@
-"""An oscillator's dataset to its model: weak-form starts, output error or multiple shooting, values with intervals."""
+"""Identify an oscillator: weak-form starts, output error or multiple shooting, values with intervals."""
 
 from __future__ import annotations
 
@@ -27,9 +27,12 @@ KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
 CONFIDENCE_95 = 1.96
 MAX_RESIDUAL_SHARE = 0.3
-"""Of the motion, RMS: a free run in the wrong well or out of step is off by more."""
+"""RMS residual relative to the motion above which a fit is not trusted.
+
+A free run in the wrong well or out of step is off by more.
+"""
 CONSTANT_RESIDUAL_RATIO = 0.7
-"""Mean over RMS: half of the power."""
+"""Mean over RMS of a residual above which it is called constant: half of its power."""
 NOT_TRUSTED = (
     f"this fit leaves more than {100.0 * MAX_RESIDUAL_SHARE:.0f} % of the motion: do not use it. Check that drive and "
     "displacement are not swapped and belong together, the sample rate, and the units; give a start model (--model) "
@@ -40,7 +43,7 @@ Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OscillatorFitOptions:
-    """What a user may choose."""
+    """Options of the identification."""
 
     starts: int = 6
     seed: int = 0
@@ -53,19 +56,19 @@ class OscillatorFitOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OscillatorFit:
-    """A model file, and how it came about."""
+    """A model file and the fit behind it."""
 
     model: ModelFile
-    """Without provenance."""
+    """Model file without provenance."""
     fit: Fit
     weak: WeakFit
     reason: str
-    """Why this method."""
+    """Why the method was chosen."""
     warnings: tuple[str, ...]
     records: tuple[FitRecord, ...]
-    """That were fitted."""
+    """The fitted records."""
     trusted: bool = True
-    """Whether the fit follows the data at all; if not, errors of its parameters would mean nothing."""
+    """Whether the fit follows the data at all; if not, standard errors of its parameters mean nothing."""
 
 
 def identify_oscillator(
@@ -77,10 +80,19 @@ def identify_oscillator(
     source: str = "model",
     report: ReportProgress = lambda text, share: None,
 ) -> OscillatorFit:
-    """Fit the parameters of `model` that are not fixed; without one the nominal four.
+    """Fit the parameters of `model` that are not fixed, or the nominal four without a model.
 
-    `build` binds a model to units (`rtctl.wiring.build_simulation`). Raises InputError where there is nothing to fit,
-    FitError where no start leads anywhere.
+    Args:
+        dataset: Oscillator dataset.
+        model: Start model, or None.
+        build: Binds a model to units (`rtctl.wiring.build_simulation`).
+        options: Numbers of starts and iterations.
+        source: Name of the start model in messages.
+        report: Receives the progress.
+
+    Raises:
+        InputError: There is nothing to fit.
+        FitError: No start leads to a bounded simulation.
     """
     options = options or OscillatorFitOptions()
     records = _select_usable_records(dataset)
@@ -110,7 +122,7 @@ def _fit_by_suitable_method(
     options: OscillatorFitOptions,
     report: ReportProgress,
 ) -> tuple[Fit, str]:
-    """By the method that the data allow, and why it was taken."""
+    """Fit by the method that the data allow, and return why it was chosen."""
     shooting = ShootingOptions(fit=options.fit)
     parts = measure_divergence(simulation, records, starts[0])
     if parts.is_chaotic:
@@ -134,9 +146,9 @@ def _fit_by_suitable_method(
 
 
 def _compute_residual_share(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
-    """RMS residual of the displacement in parts of its motion about the mean.
+    """Return the RMS residual of the displacement relative to its motion about the mean.
 
-    `without_mean`: of each record, for a constant has a simple cause, which is told.
+    `without_mean` removes each record's mean residual first: a constant has a simple cause, which is reported apart.
     """
     output = next(iter(fit.rms))
     motion = float(np.std(np.concatenate([one.measured[output][one.first :] for one in records])))
@@ -161,7 +173,7 @@ def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
 
 
 def _make_nominal_model(build: Build, units: Mapping[str, str]) -> ModelFile:
-    """The nominal model with everything free, in the data's units."""
+    """Return the nominal model with all parameters free, in the data's units."""
     empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
     return ModelFile(
         model=ModelTable(
@@ -176,14 +188,14 @@ def _make_nominal_model(build: Build, units: Mapping[str, str]) -> ModelFile:
 
 
 def _simplify_unit(unit: str) -> str:
-    """A unit without brackets around single names: 1/((V)^2*s^2) is 1/(V^2*s^2)."""
+    """Remove brackets around single names: 1/((V)^2*s^2) becomes 1/(V^2*s^2)."""
     while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
         unit = shorter
     return unit
 
 
 def _write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
-    """`start` with the fitted values, errors and 95 % intervals, in its own units."""
+    """Return `start` with the fitted values, errors and 95 % intervals, in its own units."""
     numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
     parameters = {one.name: one for one in fit.simulation.parameters}
 
@@ -211,7 +223,7 @@ def _write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
 
 
 def _write_value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
-    """In the unit of `old`; without errors where the data say nothing."""
+    """Return a value in the unit of `old`; without errors where the data do not determine it."""
     unit = old.unit
     factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
     known: dict[str, Any] = {}
@@ -238,7 +250,7 @@ def _collect_warnings(fit: Fit) -> tuple[str, ...]:
 
 
 def _describe_offsets(fit: Fit) -> list[str]:
-    """A residual that is mostly a constant has a simple cause."""
+    """Describe residuals that are mostly a constant, which has a simple cause."""
     said = []
     for record, outputs in fit.residuals.items():
         for name, residual in outputs.items():

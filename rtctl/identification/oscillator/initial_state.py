@@ -1,4 +1,4 @@
-"""State of a motion at an instant from noisy displacements: a local cubic by least squares, never a difference."""
+"""Estimate of the state at an instant from noisy displacements: a local cubic by least squares, never a difference."""
 
 from __future__ import annotations
 
@@ -11,16 +11,22 @@ from rtctl.identification.fit_record import FitRecord
 
 DEGREE = 3
 SHARE_OF_HALF_WIDTH = 1.0 / 3.0
-"""Of the weak form's: a tenth of a period, over which a cubic follows a motion within its curvature's noise."""
+"""Reach relative to the weak form's half-width: a tenth of a period, over which a cubic follows a motion."""
 MIN_REACH_SAMPLES = 3  # samples to each side: seven points for four coefficients
 
 
 def estimate_initial_state(
     record: FitRecord, at: int, half_width_s: float, states: Sequence[str] = ("displacement", "velocity")
 ) -> FloatArray:
-    """States (states,) at sample `at`; `half_width_s` is the weak form's. One-sided at the record's ends.
+    """Estimate the states (states,) at a sample; one-sided at the record's ends.
 
-    A velocity that was measured is smoothed itself; a state that is neither is 0.
+    A velocity that was measured is smoothed itself; a state that is neither displacement nor velocity is 0.
+
+    Args:
+        record: Record with measured displacements.
+        at: Index of the sample.
+        half_width_s: Half-width of the weak form [s].
+        states: Names of the states.
     """
     reach = max(MIN_REACH_SAMPLES, round(SHARE_OF_HALF_WIDTH * half_width_s / record.period_s))
     begin, end = max(0, at - reach), min(record.samples, at + reach + 1)
@@ -38,7 +44,7 @@ def estimate_initial_state(
 
 
 def read_initial_state(record: FitRecord, states: Sequence[str] = ("displacement", "velocity")) -> FloatArray:
-    """What the record says of its start: `initial`, else its first sample at rest."""
+    """Return the initial state that the record gives: `initial`, else its first sample at rest."""
     found = []
     for name in states:
         default = float(record.measured[name][0]) if name == "displacement" else 0.0

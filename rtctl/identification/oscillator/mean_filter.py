@@ -1,9 +1,9 @@
-"""The beam paper's regression, as it is: a mean filter over 21 samples, central differences, least squares.
+"""The beam paper's regression as published: a mean filter over 21 samples, central differences, least squares.
 
     z'' = - damping z' - stiffness z - stiffness_cubic z^3 + drive_gain u
 
-It is here to be compared with: the filter flattens the acceleration's peaks, where the higher terms live, and the
-regression mistakes that for damping and for terms that are not there. `weak_form` is the default for a reason.
+It serves for comparison: the filter flattens the acceleration's peaks, where the higher terms show, and the
+regression takes that for damping and for terms that are not there. `weak_form` is therefore the default.
 
 Reference: the bistable beam paper, sections 2.3 and 3.2 (filter of order 20, ten neighbours to each side).
 """
@@ -24,7 +24,7 @@ NEIGHBOURS = 10
 def regress_filtered(
     records: Iterable[FitRecord], terms: Sequence[str], neighbours: int = NEIGHBOURS
 ) -> dict[str, float]:
-    """Coefficients of `terms` over all records, one in memory at a time."""
+    """Return the coefficients of `terms` over all records, which are read one at a time."""
     gram = np.zeros((1 + len(terms), 1 + len(terms)))
     for record in records:
         rows = np.stack(_build_columns(record, terms, neighbours))
@@ -35,7 +35,7 @@ def regress_filtered(
 
 
 def apply_mean_filter(signal: FloatArray, neighbours: int = NEIGHBOURS) -> FloatArray:
-    """Mean over `neighbours` on both sides, (n - 2 neighbours,)."""
+    """Return the mean over `neighbours` on both sides, (n - 2 neighbours,)."""
     total = np.cumsum(np.concatenate(([0.0], signal)))
     width = 2 * neighbours + 1
     averaged: FloatArray = (total[width:] - total[:-width]) / width
@@ -43,7 +43,7 @@ def apply_mean_filter(signal: FloatArray, neighbours: int = NEIGHBOURS) -> Float
 
 
 def _build_columns(record: FitRecord, terms: Sequence[str], neighbours: int) -> list[FloatArray]:
-    """Acceleration and terms (n - 2 neighbours - 4,) each."""
+    """Return acceleration and terms, (n - 2 neighbours - 4,) each."""
     z = apply_mean_filter(record.measured["displacement"], neighbours)
     inner = slice(neighbours, record.samples - neighbours)
     drive = record.stimulus.inputs.get("drive")
@@ -59,6 +59,6 @@ def _build_columns(record: FitRecord, terms: Sequence[str], neighbours: int) -> 
 
 
 def _differentiate(signal: FloatArray, period_s: float) -> FloatArray:
-    """Central difference (n - 2,)."""
+    """Return the central difference (n - 2,)."""
     slope: FloatArray = (signal[2:] - signal[:-2]) / (2.0 * period_s)
     return slope

@@ -1,4 +1,4 @@
-"""Where the fits of an oscillator start: its own values, the weak form at several widths, and chances around them."""
+"""Start values for oscillator fits: the model's own, those of the weak form at several widths, and random ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rtctl.identification.scales import compute_parameter_scales, estimate_scale
 
 WIDTHS = (1.0, 1.6)
 SPREAD = 0.15
-"""Of a chance start, in natural logarithms; of a shape ten times that, because nothing is known of it."""
+"""Standard deviation of a random start's logarithm; ten times that for a shape, of which nothing is known."""
 
 
 class Starts(NamedTuple):
@@ -28,7 +28,15 @@ class Starts(NamedTuple):
 def generate_starts(
     simulation: Simulation, records: Sequence[FitRecord], count: int, seed: int, *, trust_own: bool
 ) -> Starts:
-    """At least one start; `trust_own`: the simulation's own values are somebody's belief and not zeros."""
+    """Return at least one start.
+
+    Args:
+        simulation: Model with its own values.
+        records: Records for the regressions.
+        count: Number of starts.
+        seed: Seed of the random starts.
+        trust_own: Whether the simulation's own values are an estimate, and not zeros.
+    """
     own = np.array([parameter.value for parameter in simulation.parameters])
     scales = estimate_scales(records)
     width_s = choose_half_width(records, scales.rate)
@@ -44,7 +52,7 @@ def generate_starts(
 
 
 def _regress_free_terms(simulation: Simulation, records: Sequence[FitRecord], width_s: float) -> WeakFit:
-    """All parameters that are terms of the weak form and free; those that are fixed are known."""
+    """Regress all free parameters that are terms of the weak form; those that are fixed are known."""
     terms = [one.name for one in simulation.parameters if one.name in TERMS and not one.fixed]
     known = {
         one.name: one.value
@@ -55,7 +63,7 @@ def _regress_free_terms(simulation: Simulation, records: Sequence[FitRecord], wi
 
 
 def _fill_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatArray:
-    """`own` with what the regression found, within bounds."""
+    """Return `own` with the regressed coefficients, within bounds."""
     values = own.copy()
     for k, parameter in enumerate(simulation.parameters):
         if parameter.name in weak.coefficients and not parameter.fixed:
@@ -66,7 +74,7 @@ def _fill_in(simulation: Simulation, own: FloatArray, weak: WeakFit) -> FloatArr
 def _perturb(
     simulation: Simulation, values: FloatArray, scale: FloatArray, draw: np.random.Generator
 ) -> FloatArray:
-    """Free values by chance around `values`; signs stay, and what is zero moves by a share of its scale."""
+    """Draw free values around `values`; signs stay, and a zero moves by a share of its scale."""
     moved = values.copy()
     for k, parameter in enumerate(simulation.parameters):
         if parameter.fixed:

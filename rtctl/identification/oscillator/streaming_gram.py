@@ -31,7 +31,7 @@ _BLOCK = 512
 
 
 def _compiled(function: KernelT) -> KernelT:
-    """Sums over a block may be taken in any order (`fastmath`): that is what makes them eight at a time."""
+    """Compile with `fastmath`: sums over a block may be taken in any order, which allows eight at a time."""
     made = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)(function)
     return cast(KernelT, made)
 
@@ -44,10 +44,16 @@ def compute_filtered_gram(
     *,
     each: bool = True,
 ) -> FloatArray:
-    """(11, 11) of `displacement` (n,) and `frame_velocity` (n,), by the paper's filter; z in the data's unit.
+    """Return the Gram matrix (11, 11) of the columns by the paper's filter; z in the data's unit.
 
-    `each`: the filter comes before each derivative, as the paper says ("several numerical derivatives ... by performing
-    the same procedure"), so twice before the acceleration; else once, before both.
+    Args:
+        displacement: (n,) displacement.
+        frame_velocity: (n,) velocity of the frame.
+        period_s: Sample period [s].
+        neighbours: Samples of the filter to each side.
+        each: Filter before each derivative, as the paper says ("several numerical derivatives ... by performing the
+            same
+            procedure"), so twice before the acceleration; else once, before both.
     """
     gram = np.zeros((_N, _N))
     _accumulate_filtered(displacement, frame_velocity, period_s, neighbours, neighbours if each else 0, gram)
@@ -57,7 +63,7 @@ def compute_filtered_gram(
 def compute_weak_gram(
     displacement: FloatArray, frame_velocity: FloatArray, period_s: float, half_width_s: float
 ) -> FloatArray:
-    """(11, 11) of the same by bumps of `half_width_s`, an eighth of it apart; each row's integral over its bump.
+    """Return the Gram matrix (11, 11) of the columns integrated over bumps an eighth of `half_width_s` apart.
 
     Two neighbouring samples share a weight: an error of (w h)^2 / 6 in a motion of angular frequency w, which is 1e-4
     of a fifth harmonic at 10 kHz and the same in all columns.
@@ -75,7 +81,7 @@ def compute_weak_gram(
 
 @_compiled
 def _add_block(block: Any, count: int, gram: Any) -> None:
-    """The lower triangle of the Gram matrix of `block` (columns, rows)."""
+    """Add the lower triangle of the Gram matrix of `block` (columns, rows)."""
     for i in range(_N):
         for j in range(i + 1):
             total = 0.0
@@ -86,7 +92,7 @@ def _add_block(block: Any, count: int, gram: Any) -> None:
 
 @_compiled
 def _average_block(signal: Any, begin: int, count: int, width: int, out: Any) -> None:
-    """Means over `width` samples from `begin` on, so many of them; the sum begins anew, so rounding does not grow."""
+    """Write `count` means over `width` samples from `begin` on; each call restarts the sum to bound rounding."""
     total = 0.0
     for k in range(begin, begin + width):
         total += signal[k]
@@ -98,7 +104,7 @@ def _average_block(signal: Any, begin: int, count: int, width: int, out: Any) ->
 
 @_compiled
 def _accumulate_filtered(x: Any, w: Any, h: float, neighbours: int, again: int, gram: Any) -> None:
-    """`again`: neighbours of the filter before the second derivative; 0 leaves it out."""
+    """Add the filtered columns; `again`: neighbours of the filter before the second derivative, 0 for none."""
     width, halo = 2 * neighbours + 1, again + 2
     rows = len(x) - 2 * neighbours - 2 * halo
     z = np.empty(_BLOCK + 2 * halo)
@@ -144,7 +150,7 @@ def _dot(a: Any, b: Any) -> float:
 
 @_compiled
 def _accumulate_weak(x: Any, w: Any, h: float, kernels: Any, hop: int, neighbours: int, gram: Any) -> None:
-    """Sums of pairs of samples, kernels (3, pairs), `hop` in pairs.
+    """Add the integrated columns from sums of pairs of samples; kernels (3, pairs), `hop` in pairs.
 
     The velocity in abs(v) v and sign v is the filtered one: a few per cent of the motion's is enough for them.
     """

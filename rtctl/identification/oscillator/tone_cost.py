@@ -1,4 +1,4 @@
-"""What a Duffing oscillator under one tone leaves of a record: simulated and scored in the cache, 32 sets at a time.
+"""Cost of a Duffing oscillator under one tone against a record: simulated and scored in the cache, 32 sets at a time.
 
     z'' + c z' + k z + b z^3 = F cos(w t),   z(0), z'(0) given
 
@@ -49,25 +49,25 @@ from rtctl.identification.oscillator.tone_kernels import (
 )
 
 NAMES = ("damping", "stiffness", "stiffness_cubic", "force", "rate")
-"""Of a parameter set, in this order: 1/s, 1/s^2, 1/(z^2 s^2), z/s^2, rad/s."""
+"""Order of a parameter set, in 1/s, 1/s^2, 1/(z^2 s^2), z/s^2 and rad/s."""
 MIN_SAMPLES_PER_PERIOD = 12.0
 
 
 class Objective(StrEnum):
-    """What is made small; all are 0 for a perfect model."""
+    """Quantity to be minimised; all are 0 for a perfect model."""
 
     PEAK_TO_PEAK = "peak-to-peak"
-    """Of the error, in parts of the record's."""
+    """Peak-to-peak error relative to the record's peak-to-peak value."""
     PEAK_INDEX = "peak index"
-    """Mean distance of a peak from the record's, in parts of half a period. Blind to the amplitude."""
+    """Mean distance of a peak from the record's, in half periods. Insensitive to the amplitude."""
     CORRELATION = "correlation"
-    """1 - the coefficient. Blind to the amplitude."""
+    """1 minus the correlation coefficient. Insensitive to the amplitude."""
     RMS = "rms"
-    """Of the error, in parts of the record's: ours, for comparison."""
+    """RMS error relative to the record's RMS; not in the paper, for comparison."""
 
 
 class Scores(NamedTuple):
-    """Of each lane (n,)."""
+    """Scores of each parameter set (n,)."""
 
     rms: FloatArray
     correlation: FloatArray
@@ -76,7 +76,7 @@ class Scores(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ToneRecord:
-    """A displacement (n,) sampled every `period_s` from the start of the tone; `first`: samples that are not scored."""
+    """A displacement (n,) sampled every `period_s` from the start of the tone, scored from sample `first` on."""
 
     displacement: FloatArray
     period_s: float
@@ -101,9 +101,10 @@ class ToneRecord:
 
 
 def compute_cost(record: ToneRecord, objective: Objective, sets: FloatArray) -> FloatArray:
-    """The objective (n,) of parameter sets (n, 5) as `NAMES`; infinite where a set is no underdamped oscillator.
+    """Return the objective (n,) of parameter sets (n, 5) as `NAMES`; infinite where a set is not underdamped.
 
-    Raises ValueError where the tone has fewer than 12 samples a period.
+    Raises:
+        ValueError: The tone has fewer than 12 samples a period.
     """
     if objective is Objective.PEAK_INDEX:
         return _compute_peak_cost(record, sets)
@@ -114,7 +115,7 @@ def compute_cost(record: ToneRecord, objective: Objective, sets: FloatArray) -> 
 
 
 def compute_scores(record: ToneRecord, sets: FloatArray) -> Scores:
-    """All but the peaks' index of parameter sets (n, 5); infinite errors where a set is no underdamped oscillator."""
+    """Return all scores but the peaks' index of parameter sets (n, 5); infinite where a set is not underdamped."""
     scored = record.displacement[record.first :]
     mean, size = float(scored.mean()), float(np.sqrt(np.mean(scored**2)))
     spread = float(np.ptp(scored))
@@ -133,13 +134,13 @@ def compute_scores(record: ToneRecord, sets: FloatArray) -> Scores:
 
 
 def compute_sizes(record: ToneRecord, sets: FloatArray) -> FloatArray:
-    """RMS (n,) of the motions themselves over the scored samples; infinite where there is none."""
+    """Return the RMS (n,) of the motions themselves over the scored samples; infinite where there is none."""
     table, valid = _accumulate_sums(record, sets)
     return np.where(valid, np.sqrt(table[SQUARE] / (len(record.displacement) - record.first)), np.inf)
 
 
 def _accumulate_sums(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Sums (5, n) of all sets, and which of them are underdamped oscillators (n,)."""
+    """Return sums (5, n) of all sets, and which of them are underdamped oscillators (n,)."""
     table, valid = np.empty((5, len(sets))), np.empty(len(sets), dtype=np.bool_)
     for part in _split_lanes(sets):
         work, valid[part] = pack_lanes(sets[part], record)
@@ -151,7 +152,7 @@ def _accumulate_sums(record: ToneRecord, sets: FloatArray) -> tuple[FloatArray, 
 
 
 def simulate_tone(record: ToneRecord, values: FloatArray) -> FloatArray:
-    """Displacement (n,) of one parameter set (5,) at the record's samples."""
+    """Return the displacement (n,) of one parameter set (5,) at the record's samples."""
     work, valid = pack_lanes(values[None, :], record)
     if not valid[0]:
         raise ValueError("these values are no underdamped oscillator: stiffness must be > damping^2 / 4")
@@ -161,7 +162,7 @@ def simulate_tone(record: ToneRecord, values: FloatArray) -> FloatArray:
 
 
 def pack_lanes(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(ROWS LANES,) what the kernels march, from up to `LANES` sets; and which of them are underdamped oscillators."""
+    """Pack up to `LANES` sets for the kernels (ROWS LANES,); also return which are underdamped oscillators."""
     h = record.period_s
     c, k, b, force, w = np.asarray(sets, dtype=np.float64).T
     if (w * h * MIN_SAMPLES_PER_PERIOD > 2.0 * math.pi * (1.0 + 1e-9)).any():
@@ -187,13 +188,13 @@ def pack_lanes(sets: FloatArray, record: ToneRecord) -> tuple[FloatArray, NDArra
 
 
 def _split_lanes(sets: FloatArray) -> Iterator[slice]:
-    """As many sets at a time as there are lanes."""
+    """Yield slices of as many sets as there are lanes."""
     for begin in range(0, len(sets), LANES):
         yield slice(begin, min(begin + LANES, len(sets)))
 
 
 def _compute_peak_cost(record: ToneRecord, sets: FloatArray) -> FloatArray:
-    """(n,) mean mismatch of the peaks' index."""
+    """Return the mean mismatch (n,) of the peaks' index."""
     found = np.full(len(sets), np.inf)
     for part in _split_lanes(sets):
         work, valid = pack_lanes(sets[part], record)
@@ -202,7 +203,7 @@ def _compute_peak_cost(record: ToneRecord, sets: FloatArray) -> FloatArray:
 
 
 def _compute_lane_mismatch(record: ToneRecord, work: FloatArray) -> FloatArray:
-    """(LANES,) mean mismatch of one packed part."""
+    """Return the mean mismatch (LANES,) of one packed part."""
     found = record.peaks
     ends = (found[:-1] + found[1:]) // 2 + 1
     longest = int(max(ends[0], np.diff(ends).max()))

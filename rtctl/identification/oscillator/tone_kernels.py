@@ -1,8 +1,8 @@
 """Kernels of `tone_cost`: 32 Duffing oscillators marched through a tone, scored while the samples are in the cache.
 
-All that the lanes need stands in one flat array, row after row, with a number of lanes that is known when it is
-compiled: then the compiler sees that no two rows overlap and uses vector instructions. A block of samples is marched,
-then scored: no trajectory is ever kept.
+All values of the lanes stand in one flat array, row after row, with a number of lanes that is known at compile time:
+then the compiler sees that no two rows overlap and uses vector instructions. A block of samples is marched, then
+scored: no trajectory is stored.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SUM, SQUARE, PRODUCT, MIN_ERROR, MAX_ERROR = range(5)
 
 @background_kernel
 def _march(w: FloatArray, out: FloatArray, samples: int) -> None:
-    """`samples` displacements of every lane into `out` (samples x LANES), the first where the state stands."""
+    """Write `samples` displacements of every lane to `out` (samples x LANES), the first at the current state."""
     for n in range(samples):
         row = n * LANES
         for j in range(LANES):
@@ -47,7 +47,7 @@ def _march(w: FloatArray, out: FloatArray, samples: int) -> None:
 def march_and_sum(
     w: FloatArray, measured: FloatArray, first: int, buffer: FloatArray, sums: FloatArray
 ) -> None:
-    """Sums (5 LANES) over the samples from `first` on: z, z^2, z m, least and largest z - m."""
+    """Add sums (5 LANES) over the samples from `first` on: z, z^2, z m, least and largest z - m."""
     total = len(measured)
     for begin in range(0, total, BLOCK):
         count = min(BLOCK, total - begin)
@@ -67,7 +67,7 @@ def march_and_sum(
 
 @background_kernel
 def march_and_keep(w: FloatArray, buffer: FloatArray, out: FloatArray) -> None:
-    """The first lane's displacement into `out`."""
+    """Write the first lane's displacement to `out`."""
     total = len(out)
     for begin in range(0, total, BLOCK):
         count = min(BLOCK, total - begin)
@@ -78,7 +78,7 @@ def march_and_keep(w: FloatArray, buffer: FloatArray, out: FloatArray) -> None:
 
 @background_kernel
 def _find_highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
-    """(LANES,) over `count` rows of the buffer."""
+    """Write the highest value (LANES,) over `count` rows of the buffer."""
     for j in range(LANES):
         highest[j] = -np.inf
     for n in range(count):
@@ -90,7 +90,10 @@ def _find_highest(buffer: FloatArray, count: int, highest: FloatArray) -> None:
 
 @background_kernel
 def _find_highest_row(buffer: FloatArray, count: int, highest: FloatArray, where: FloatArray) -> None:
-    """Which row the highest is in (LANES,). Not in the loop that finds it: that would branch, and not be vectorised."""
+    """Write the row of the highest value (LANES,).
+
+    This is not done in the loop that finds the value: that would branch, and could not be vectorised.
+    """
     for n in range(count):
         here, row = float(n), n * LANES
         for j in range(LANES):
@@ -107,7 +110,7 @@ def march_and_match(
     state: FloatArray,
     mismatch: FloatArray,
 ) -> None:
-    """Sum (LANES,) over the record's peaks of how far the highest sample of their window is from them.
+    """Add up (LANES,) how far the highest sample of each peak's window is from the record's peak.
 
     A window reaches from halfway to the peak before (`ends` of it) to halfway to the next; `peaks` has one less.
     """

@@ -33,11 +33,11 @@ _BLOCK = 4096  # bumps at a time: memory stays flat however long a record is
 
 
 class Sampled(NamedTuple):
-    """Signals of one record that the terms are made of."""
+    """Signals of one record from which the terms are computed."""
 
     z: FloatArray
     v: FloatArray
-    """Velocity by the weak derivative; only terms that ask for its sign or magnitude use it."""
+    """Velocity by the weak derivative; used only for its sign or magnitude."""
     u: FloatArray
     noise: float
     """Standard deviation of the white part of z."""
@@ -49,7 +49,7 @@ class Term(NamedTuple):
     feature: Callable[[Sampled], FloatArray]
     order: int = 0
     sign: float = -1.0
-    """Of the term on the side of the acceleration: -1 resists."""
+    """Sign on the side of the acceleration: -1 resists."""
     is_drive: bool = False
 
 
@@ -68,23 +68,23 @@ TERMS: Mapping[str, Term] = {
     "damping.quadratic.coefficient": Term(lambda s: np.abs(s.v) * s.v),
     "friction.coulomb.level": Term(lambda s: np.sign(s.v)),
 }
-"""By the name of the parameter that they give a value for."""
+"""Terms by the name of the parameter that they estimate."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeakFit:
-    """What the regression found, in the units of the data."""
+    """Result of the regression, in the units of the data."""
 
     coefficients: Mapping[str, float]
     half_width_s: float
     residual_share: float
-    """RMS of what no term explains, relative to the acceleration's."""
+    """RMS residual relative to the acceleration's RMS."""
     condition: float
-    """Of the scaled regressors: large where the data cannot tell the terms apart."""
+    """Condition number of the scaled regressors: large where the data cannot distinguish the terms."""
 
 
 def choose_half_width(records: Sequence[FitRecord], rate: float) -> float:
-    """Of the bump [s] for motion of the dominant angular frequency `rate` [1/s]."""
+    """Return the half-width [s] of the bump for motion of the dominant angular frequency `rate` [1/s]."""
     period_s = max(record.period_s for record in records)
     shortest = min(record.samples * record.period_s for record in records)
     wanted = max(HALF_WIDTH_PERIODS * 2.0 * np.pi / rate, MIN_HALF_WIDTH_SAMPLES * period_s)
@@ -97,7 +97,14 @@ def regress(
     half_width_s: float,
     known: Mapping[str, float] | None = None,
 ) -> WeakFit:
-    """Coefficients of `terms` over all records, one in memory at a time; `known` ones are taken as they are."""
+    """Regress the coefficients of `terms` over all records, which are read one at a time.
+
+    Args:
+        records: Records.
+        terms: Names of terms in `TERMS`.
+        half_width_s: Half-width of the bumps [s].
+        known: Coefficients of further terms that are taken as given.
+    """
     known = known or {}
     names = [*terms, *known]
     gram = np.zeros((1 + len(names), 1 + len(names)))
@@ -108,7 +115,7 @@ def regress(
 
 
 def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_width_s: float) -> WeakFit:
-    """Least squares from the Gram matrix of (acceleration, terms, known terms), columns scaled."""
+    """Solve the least squares from the Gram matrix of (acceleration, terms, known terms), columns scaled."""
     taken = np.concatenate(([1.0], np.zeros(len(terms)), [-value for value in known.values()]))
     inner = gram[1 : 1 + len(terms), 1 : 1 + len(terms)]
     right = (gram @ taken)[1 : 1 + len(terms)]
@@ -130,9 +137,9 @@ def _solve(gram: FloatArray, terms: list[str], known: Mapping[str, float], half_
 def _build_rows(
     record: FitRecord, names: Sequence[str], half_width_s: float
 ) -> Iterable[tuple[FloatArray, FloatArray]]:
-    """Blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps.
+    """Yield blocks (bumps, 1 + terms): the acceleration and each term in the equation, integrated over bumps.
 
-    With each what noise adds to its Gram matrix: the same samples are in all columns.
+    With each comes what noise adds to its Gram matrix: the same samples are in all columns.
     """
     h = record.period_s
     m = max(2, round(half_width_s / h))
@@ -160,11 +167,11 @@ class _Column(NamedTuple):
     feature: FloatArray
     kernel: FloatArray
     slope: FloatArray
-    """Of the feature by the displacement reading."""
+    """Derivative of the feature by the displacement reading."""
 
 
 def _differentiate_feature(term: Term, signals: Sampled) -> FloatArray:
-    """d feature / dz by a central difference of the function (not of the data)."""
+    """Return d feature / dz by a central difference of the function (not of the data)."""
     step = 1e-4 * float(np.abs(signals.z).max()) or 1.0
     above = term.feature(signals._replace(z=signals.z + step))
     below = term.feature(signals._replace(z=signals.z - step))
@@ -175,7 +182,7 @@ def _differentiate_feature(term: Term, signals: Sampled) -> FloatArray:
 def _compute_noise_gram(
     columns: Sequence[_Column], noise: float, positions: NDArray[np.intp], hop: int
 ) -> FloatArray:
-    """Expectation (columns, columns) of the Gram matrix of white noise of this standard deviation in z."""
+    """Return the expected Gram matrix (columns, columns) of white noise of this standard deviation in z."""
     found = np.zeros((len(columns), len(columns)))
     for i, one in enumerate(columns):
         for j, other in enumerate(columns[: i + 1]):
@@ -190,7 +197,7 @@ def _compute_noise_gram(
 def _integrate_windows(
     signal: FloatArray, kernel: FloatArray, positions: NDArray[np.intp], hop: int
 ) -> FloatArray:
-    """Sum of the signal times the kernel from each position on, `hop` apart."""
+    """Return the sum of the signal times the kernel from each position on, `hop` apart."""
     windows = np.lib.stride_tricks.sliding_window_view(signal, len(kernel))
     found: FloatArray = windows[positions[0] : positions[-1] + 1 : hop] @ kernel
     return found
@@ -209,7 +216,7 @@ def _sample_signals(record: FitRecord, m: int) -> Sampled:
 
 
 def estimate_white_noise(z: FloatArray) -> float:
-    """Standard deviation of the white part of `z`: from the upper fifth of its spectrum, where nothing else is."""
+    """Estimate the standard deviation of the white part of `z` from the upper fifth of its spectrum."""
     power = np.abs(np.fft.rfft((z - z.mean()) * np.hanning(len(z)))) ** 2
     top = power[-max(1, len(power) // 5) :]
     mean = float(np.median(top)) / np.log(2.0)  # of a chi^2 with two degrees of freedom
@@ -217,12 +224,12 @@ def estimate_white_noise(z: FloatArray) -> float:
 
 
 def _differentiate_bump(derivative: int) -> FloatArray:
-    """Coefficients of the bump's derivative by x = t/T."""
+    """Return the coefficients of the bump's derivative by x = t/T."""
     return np.asarray(polynomial.polyder(polynomial.polypow([1.0, 0.0, -1.0], ORDER), derivative), np.float64)
 
 
 def sample_bump(m: int, h: float, derivative: int) -> FloatArray:
-    """Samples (2 m + 1,) of a derivative by time, times the sampling period: a sum over samples is the integral."""
+    """Return samples (2 m + 1,) of a derivative by time, times the sample period, so that a sum is the integral."""
     x = np.arange(-m, m + 1) / m
     return np.asarray(
         polynomial.polyval(x, _differentiate_bump(derivative)) * h / (m * h) ** derivative, np.float64
@@ -230,7 +237,7 @@ def sample_bump(m: int, h: float, derivative: int) -> FloatArray:
 
 
 def _sample_held_bump(m: int, h: float, hold: str) -> FloatArray:
-    """Weights of the drive's samples: the bump averaged over what each sample holds."""
+    """Return weights of the drive's samples: the bump averaged over what each sample holds."""
     if hold == "band-limited":
         return sample_bump(m, h, 0)
     legendre, double = np.polynomial.legendre.leggauss(6)

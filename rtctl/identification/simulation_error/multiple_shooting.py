@@ -1,11 +1,11 @@
-"""Multiple shooting: records cut into short free runs with states of their own, which are then pulled together.
+"""Multiple shooting: records cut into short free runs with their own initial states, which are then joined.
 
-For chaotic or bistable motion a long free run says nothing of the parameters: two runs from nearly the same start
-part exponentially, so its cost has as many minima as turns. Segments of a few periods do not part; that they follow
-on each other is asked for ever more strictly, as long as the residual stays where it is. States start from local
-polynomials, never from differences.
+For chaotic or bistable motion a long free run does not determine the parameters: two runs from nearly the same start
+diverge exponentially, so the cost has many local minima. Segments of a few periods do not diverge. Their continuity is
+enforced ever more strictly, as long as the residual does not grow. States start from local polynomials, never
+from differences.
 
-Mechanisms with a memory or a clock of their own begin anew with each segment.
+Mechanisms with a memory or a clock of their own restart with each segment.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 MIN_SEGMENT_SAMPLES = 8
-"""Samples: fewer hardly determine their own state."""
+"""Samples below which a segment hardly determines its own state."""
 STATE_ITERATIONS = 8
 MAX_RESIDUAL_GROWTH = 1.05
-"""Of the residual: more than that, and the pull is too strict for this model."""
+"""Ratio of residuals above which the continuity is too strict for this model."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShootingOptions:
-    """What a caller may choose."""
+    """Options of a fit by multiple shooting."""
 
     segment_periods: float = 1.0
     """Length of a segment in dominant periods."""
     gaps: tuple[float, ...] = (3.0, 1.0, 0.3)
-    """Of a state between segments, in standard errors that one segment gives it; tried in this order."""
+    """Allowed gaps between segments, in standard errors of a state from one segment; tried in this order."""
     fit: FitOptions = FitOptions()  # noqa: RUF009 - frozen, so one may serve all
 
 
@@ -61,7 +61,11 @@ def fit_multiple_shooting(
     free: Sequence[int] | None = None,
     report: ReportProgress = lambda text, share: None,
 ) -> Fit:
-    """As `fit_output_error`. Raises FitError where a segment diverges from every start."""
+    """Fit the free parameters by multiple shooting; the arguments are those of `fit_output_error`.
+
+    Raises:
+        FitError: A segment diverges from every start.
+    """
     options = options or ShootingOptions()
     scales = estimate_scales(records)
     sensitivity = Sensitivity.of(simulation, records, free, scales=scales)
@@ -86,7 +90,14 @@ def fit_multiple_shooting(
 
 
 def cut_segments(record: FitRecord, simulation: Simulation, length_s: float, width_s: float) -> list[Segment]:
-    """Segments of about `length_s`, each ending with the next one's first sample; states by local polynomials."""
+    """Cut a record into segments that each end with the next one's first sample; states by local polynomials.
+
+    Args:
+        record: Record to cut from its first scored sample on.
+        simulation: Names the states.
+        length_s: Approximate length of a segment [s].
+        width_s: Half-width of the weak form [s], which sets the reach of the polynomials.
+    """
     wanted = max(MIN_SEGMENT_SAMPLES, round(length_s / record.period_s))
     begin = record.first
     count = max(1, round((record.samples - 1 - begin) / wanted))
@@ -102,7 +113,7 @@ def cut_segments(record: FitRecord, simulation: Simulation, length_s: float, wid
 
 
 def _fit_unjoined(cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions) -> Minimum:
-    """Segments with nothing between them, from the start that fits best. Raises FitError."""
+    """Fit the segments without continuity from each start, and return the best. Raises FitError."""
     low, high = cost.sensitivity.bounds
     reached = []
     for start in starts:
@@ -118,10 +129,13 @@ def _fit_unjoined(cost: SegmentCost, starts: Sequence[FloatArray], options: FitO
     return min(reached, key=lambda found: found.equations.cost)
 
 
-def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.0) -> Unknowns:
-    """Only the states, each segment at its own pace: one that starts near a ridge would hold up all the others.
+def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, least_gain: float = 0.0) -> Unknowns:
+    """Fit only the states, each segment with its own damping: one near a ridge would slow down all the others.
 
-    Ends early where the sum of costs falls by less than its share `enough`.
+    Args:
+        cost: Cost of segments that are not joined.
+        unknowns: Start; its shared unknowns stay.
+        least_gain: Stop where the sum of costs falls by less than this share of it.
     """
     q = unknowns.local.shape[1]
     damping = np.full(len(unknowns.local), 1e-3)
@@ -145,7 +159,7 @@ def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.
         here = [there if took else piece for there, piece, took in zip(trial, here, better, strict=True)]
         damping = np.where(better, damping / 5.0, damping * 5.0)
         gained = before - sum(piece.cost for piece in here)
-        if better.any() and gained < enough * before:
+        if better.any() and gained < least_gain * before:
             break
     return unknowns
 
@@ -153,7 +167,7 @@ def fit_segment_states(cost: SegmentCost, unknowns: Unknowns, enough: float = 0.
 def _close_gaps(
     cost: SegmentCost, found: Minimum, options: ShootingOptions, report: ReportProgress
 ) -> tuple[SegmentCost, Minimum]:
-    """Continuity ever stricter, as long as the residual does not grow."""
+    """Tighten the continuity step by step, as long as the residual does not grow."""
     low, high = cost.sensitivity.bounds
     sigma = compute_weights(cost, found)
     cost = cost.with_changes(sigma=sigma)

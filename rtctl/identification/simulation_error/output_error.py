@@ -1,9 +1,8 @@
-"""Output-error least squares: free runs over whole records against what was measured, any `Simulation`.
+"""Output-error least squares: free runs over whole records against the measurement, for any `Simulation`.
 
 Starts are screened with few iterations and coarse steps, the best is polished, and the last iterations take the
-simulation's own step. Outputs weigh by their residuals. Intervals come from a sandwich: curvature by the
-sensitivities, scatter by the residuals' own colour (an autoregression), because what is left of a measurement is
-seldom white.
+simulation's own step. Outputs are weighted by their residuals. Intervals come from a sandwich: curvature by the
+sensitivities, scatter by the residuals' own colour (an autoregression), because residuals are seldom white.
 """
 
 from __future__ import annotations
@@ -31,21 +30,21 @@ from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
 MIN_SCREENED_SAMPLES = 200
-"""Samples: shorter records are taken whole."""
+"""Samples below which a record is taken whole."""
 ReportProgress = Callable[[str, float], None]
-"""What is under way, and how much of all is done (0 to 1)."""
+"""Receives what is under way and the share of all work that is done (0 to 1)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """What a caller may choose."""
+    """Options of an output-error fit."""
 
     free_start: bool = True
-    """Each record's initial state is fitted too: its first sample is noisy, and what ran before is unknown."""
+    """Whether each record's initial state is fitted too: its first sample is noisy, and what ran before is unknown."""
     coarse_steps_per_period: float = 64.0
     screening_iterations: int = 12
     screening_periods: float = 40.0
-    """Of the dominant frequency: how much of each record the starts are compared on."""
+    """Dominant periods of each record on which the starts are compared."""
     iterations: int = 80
     final_iterations: int = 8
     threads: int = max(1, min(2, os.cpu_count() or 1))
@@ -60,10 +59,18 @@ def fit_output_error(
     free: Sequence[int] | None = None,
     report: ReportProgress = lambda text, share: None,
 ) -> Fit:
-    """Fit the parameters that are not fixed (or the indices `free`).
+    """Fit the parameters that are not fixed, or those with the indices `free`.
 
-    `starts` (parameters,) each: full parameter vectors; none: the simulation's own values. Raises FitError where the
-    model diverges from every start.
+    Args:
+        simulation: Model to fit.
+        records: Records to fit it to.
+        options: Numbers of iterations and periods.
+        starts: Full parameter vectors (parameters,); without any the simulation's own values.
+        free: Indices of the parameters to fit.
+        report: Receives the progress.
+
+    Raises:
+        FitError: The model diverges from every start.
     """
     options = options or FitOptions()
     scales = estimate_scales(records)
@@ -94,9 +101,9 @@ def fit_output_error(
 
 
 def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
-    """A stretch of `record` of this length that ends a quarter of it after the largest displacement.
+    """Return a part of `record` of length `span_s` that ends a quarter of it after the largest displacement.
 
-    Starts are compared on it: it costs little, and the basin of a short record is wide.
+    Starts are compared on it: it is cheap, and the basin of a short record is wide.
     """
     length = round(span_s / record.period_s)
     if length < MIN_SCREENED_SAMPLES or record.samples - record.first <= 2 * length:
@@ -108,7 +115,7 @@ def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
 
 @contextmanager
 def open_thread_pool(count: int) -> Iterator[Executor | None]:
-    """So many threads for segments or starts, while linear algebra on small matrices keeps to one each."""
+    """Open `count` threads for segments or starts, while linear algebra on small matrices keeps to one each."""
     with threadpool_limits(1, "blas"):
         if count < 2:
             yield None
@@ -118,7 +125,7 @@ def open_thread_pool(count: int) -> Iterator[Executor | None]:
 
 
 def compute_signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord]) -> FloatArray:
-    """RMS (outputs,) of what was measured: first weights."""
+    """Return the RMS (outputs,) of the measured outputs, the first weights."""
     sizes = [
         np.sqrt(np.mean(np.concatenate([one.measured[name][one.first :] for one in records]) ** 2))
         for name in sensitivity.outputs
@@ -130,7 +137,7 @@ def compute_signal_sizes(sensitivity: Sensitivity, records: Sequence[FitRecord])
 def polish(
     cost: SegmentCost, found: Minimum, options: FitOptions, report: ReportProgress = lambda text, share: None
 ) -> tuple[SegmentCost, Minimum]:
-    """Iterate until it converges, outputs reweighted, the last iterations at the simulation's own step."""
+    """Iterate to convergence with outputs reweighted, the last iterations at the simulation's own step."""
     low, high = cost.sensitivity.bounds
     iterations = found.iterations
     stages = [(cost.steps_per_period, options.iterations), (None, options.final_iterations)]
@@ -146,7 +153,7 @@ def polish(
 
 
 def compute_weights(cost: SegmentCost, found: Minimum) -> FloatArray:
-    """RMS residual (outputs,); an output that fits exactly keeps a floor."""
+    """Return the RMS residual (outputs,); an output that is fitted exactly keeps a floor."""
     pieces = cost.compute_terms(found.unknowns)
     if pieces is None:
         return cost.sigma
@@ -162,6 +169,7 @@ def compute_weights(cost: SegmentCost, found: Minimum) -> FloatArray:
 def _choose_initial_state(
     record: FitRecord, simulation: Simulation, width_s: float, options: FitOptions
 ) -> FloatArray:
+    """Return the state to start from: estimated where it is free, else as the record gives it."""
     if options.free_start:
         return estimate_initial_state(record, 0, width_s, simulation.state)
     return read_initial_state(record, simulation.state)
@@ -170,7 +178,7 @@ def _choose_initial_state(
 def _screen_starts(
     cost: SegmentCost, starts: Sequence[FloatArray], options: FitOptions, report: ReportProgress
 ) -> list[FloatArray]:
-    """Where a few iterations bring each start (p,), lowest cost first; those that diverge are left out."""
+    """Return the point (p,) that a few iterations reach from each start, lowest cost first; drop those that diverge."""
     low, high = cost.sensitivity.bounds
     reached = []
     for number, start in enumerate(starts):
@@ -185,7 +193,7 @@ def _screen_starts(
 
 
 def _scale_start(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
-    """Free parameters (p,) of a full vector, scaled, within bounds."""
+    """Return the free parameters (p,) of a full vector, scaled and within bounds."""
     low, high = sensitivity.bounds
     return np.asarray(np.clip(start[sensitivity.free] / sensitivity.scale, low, high), np.float64)
 
@@ -193,7 +201,7 @@ def _scale_start(sensitivity: Sensitivity, start: FloatArray) -> FloatArray:
 def _find_first_bounded(
     cost: SegmentCost, screened: Sequence[FloatArray], options: FitOptions
 ) -> tuple[SegmentCost, Minimum]:
-    """The best start that does not diverge over the whole records. Raises FitError."""
+    """Return the first start that does not diverge over the whole records. Raises FitError."""
     low, high = cost.sensitivity.bounds
     for shared in screened:
         found = minimise(

@@ -1,7 +1,7 @@
-"""The cost of a fit: free runs over segments of records, each from a state of its own, joined where they follow on.
+"""The cost of a fit: free runs over segments of records, each from its own state, joined where they follow each other.
 
 A segment that is a whole record makes it an output-error fit. Shorter ones make it multiple shooting: the reading at
-a segment's end less that at the next one's begin, over `gap` (all outputs,), is one more residual.
+a segment's end minus that at the next one's start, over `gap` (all outputs,), is one more residual.
 
 Reference: H. Bock, Recent advances in parameter identification techniques for ODE (1983).
 """
@@ -23,28 +23,31 @@ from rtctl.identification.simulation_error.sensitivity import Linearisation, Sen
 
 T = TypeVar("T")
 DIFFERENCE_STEP = 0.1
-"""Of a step: how far along it the second derivative is looked for."""
+"""Fraction of a step at which the second derivative is evaluated."""
 PRIOR_WEIGHT = 0.03
-"""A start that is near some state is held there as by so many readings of its size: what the scored samples still know
-of it outweighs that by far, and what they have forgotten would go anywhere."""
+"""Weight of the prior of a start state, in readings of its size.
+
+What the scored samples still show of the state outweighs it by far; a state that they have forgotten would drift
+without it.
+"""
 MIN_THREADED_SAMPLES = 4000
-"""Samples of a segment: shorter ones spend their time in the interpreter, where threads only wait for each other."""
+"""Samples of a segment below which threads do not pay: the time is spent in the interpreter, where they wait."""
 
 
 class Segment(NamedTuple):
-    """A stretch of a record. One that is joined ends with the first sample of the next segment."""
+    """A part of a record. One that is joined ends with the first sample of the next segment."""
 
     record: FitRecord
     start: FloatArray
-    """State at its first sample: where it is free, the fit starts here."""
+    """State (states,) at its first sample; where it is free, the fit starts here."""
     joined: bool
-    """The next segment goes on where this one ends."""
+    """Whether the next segment continues where this one ends."""
     prior: FloatArray | None = None
-    """(states,) What the start is known to be near, of a record of which the first samples are not scored."""
+    """Expected state (states,) of a record whose first samples are not scored; None without one."""
 
 
 class SegmentTerms(NamedTuple):
-    """What one segment adds to the normal equations, and its two ends for the continuity."""
+    """The terms of one segment in the normal equations, and its two ends for the continuity."""
 
     cost: float
     shared: FloatArray
@@ -53,15 +56,16 @@ class SegmentTerms(NamedTuple):
     local: FloatArray
     local_gradient: FloatArray
     square: FloatArray
-    """(outputs,) sums of squares in units."""
+    """Sums of squared residuals (outputs,) in squared units."""
     begin: FloatArray
-    """(1 + p + q, all outputs): the reading and its derivatives."""
+    """The reading at the start and its derivatives (1 + p + q, all outputs)."""
     end: FloatArray
+    """The reading at the end and its derivatives (1 + p + q, all outputs)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SegmentCost:
-    """Residuals in multiples of `sigma` (outputs,)."""
+    """Cost of segments with residuals in multiples of `sigma` (outputs,)."""
 
     sensitivity: Sensitivity
     segments: Sequence[Segment]
@@ -69,36 +73,36 @@ class SegmentCost:
     executor: Executor | None = None
     steps_per_period: float | None = None
     gap: FloatArray | None = None
-    """In units; None where nothing is joined."""
+    """Scale of the continuity residual (all outputs,) in units; None where nothing is joined."""
     cache_size: int = 0
-    """At how many points that were asked for last the derivatives are kept, for their `compute_second_derivative`."""
+    """Number of recent points whose derivatives are kept for `compute_second_derivative`."""
     cache: list[tuple[Unknowns, list[Linearisation | None]]] = field(
         default_factory=list, init=False, repr=False
     )
 
     def with_changes(self, **changes: object) -> SegmentCost:
-        """The same with other weights or steps."""
+        """Return the same cost with other weights or steps."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
     def start(self, shared: FloatArray) -> Unknowns:
-        """Unknowns with the segments' own starts."""
+        """Return unknowns with the segments' own initial states."""
         scale = self.sensitivity.state_scale
         own = np.array([segment.start[: len(scale)] / scale for segment in self.segments])
         return Unknowns(shared, own.reshape(len(self.segments), len(scale)))
 
     def state(self, index: int, unknowns: Unknowns) -> FloatArray:
-        """Initial state of a segment in units."""
+        """Return the initial state of a segment in units."""
         scale = self.sensitivity.state_scale
         return unknowns.local[index] * scale if len(scale) else self.segments[index].start
 
     def linearise(self, index: int, unknowns: Unknowns) -> Linearisation | None:
-        """One segment's free run and its derivatives."""
+        """Return one segment's free run and its derivatives; None where it diverges."""
         return self.sensitivity.linearise(
             self.segments[index].record, unknowns.shared, self.state(index, unknowns), self.steps_per_period
         )
 
     def compute_terms(self, unknowns: Unknowns) -> list[SegmentTerms] | None:
-        """All segments, on as many threads as there are; None where one diverges."""
+        """Compute the terms of all segments, in parallel where there are threads; None where one diverges."""
 
         def one(index: int) -> tuple[Linearisation | None, SegmentTerms | None]:
             found = self.linearise(index, unknowns)
@@ -117,7 +121,7 @@ class SegmentCost:
         return whole if len(whole) == len(made) else None
 
     def equations(self, unknowns: Unknowns) -> NormalEquations | None:
-        """Gauss-Newton's normal equations; None where a segment diverges."""
+        """Return the Gauss-Newton normal equations; None where a segment diverges."""
         pieces = self.compute_terms(unknowns)
         if pieces is None:
             return None
@@ -136,7 +140,7 @@ class SegmentCost:
         return total._replace(cost=cost)
 
     def compute_second_derivative(self, here: Unknowns, move: Unknowns) -> Unknowns | None:
-        """J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
+        """Return J^T r'' at `here` along `move` over segments that are not joined; None where one diverges."""
         known = next((lines for point, lines in self.cache if point is here), None)
         if known is not None:  # asked for again while steps from there are rejected
             self.cache.sort(key=lambda one: one[0] is here)
@@ -164,7 +168,7 @@ class SegmentCost:
         return Unknowns(np.sum([shared for shared, _ in whole], axis=0), np.array([own for _, own in whole]))
 
     def _of_each(self, one: Callable[[int], T]) -> list[T]:
-        """Of each segment, on as many threads as there are."""
+        """Apply `one` to each segment index, in parallel where there are threads."""
         indices = range(len(self.segments))
         length = sum(segment.record.samples for segment in self.segments) / len(self.segments)
         if self.executor is not None and length >= MIN_THREADED_SAMPLES:
@@ -194,7 +198,7 @@ class SegmentCost:
 def _add_state_prior(
     piece: SegmentTerms, own: FloatArray, segment: Segment, scale: FloatArray
 ) -> SegmentTerms:
-    """With HELD readings of the start where it is known to be near some state; `own` and `scale` (q,)."""
+    """Add the prior of the start state to a segment's terms; `own` and `scale` are (q,)."""
     if segment.prior is None:
         return piece
     states = len(segment.prior)
@@ -213,7 +217,7 @@ def _add_state_prior(
 def _add_continuity(
     total: NormalEquations, k: int, piece: SegmentTerms, after: SegmentTerms, gap: FloatArray, p: int
 ) -> float:
-    """Add the continuity between segments k and k + 1: what the last reads at its end and the next at its begin."""
+    """Add the gap between segments k and k + 1 to the equations, and return its cost."""
     miss = (piece.end[0] - after.begin[0]) / gap
     shared = (piece.end[1 : 1 + p] - after.begin[1 : 1 + p]) / gap
     here, there = piece.end[1 + p :] / gap, -after.begin[1 + p :] / gap

@@ -1,4 +1,4 @@
-"""What the outputs do when an unknown moves: a free run and its neighbours as lanes of one simulation.
+"""Sensitivities of the outputs: a free run and its neighbours as lanes of one simulation.
 
 Unknowns are scaled: values = scale x unknown, so that one step of the finite differences suits all of them.
 """
@@ -20,44 +20,47 @@ from rtctl.identification.scales import compute_parameter_scales, estimate_scale
 
 IntArray = NDArray[np.intp]
 FORWARD_STEP = 1e-7
-"""Of an unknown, or of its scale if that is more: round-off is 1e-6 of a derivative, cut-off Q times 1e-7."""
+"""Step of a forward difference, relative to an unknown or its scale.
+
+Round-off is 1e-6 of a derivative, truncation Q times 1e-7.
+"""
 MAX_LINEAR_SHARE = 1e-3
-"""Share of an output's swing: a neighbour that leaves the run by more is near a fold, and slopes change on the way."""
+"""Share of an output's swing: a neighbour that departs by more is near a fold, where forward slopes are wrong."""
 CENTRAL_SHARE = 5e-4
-"""The same of the two on both sides that take its place: cut-off and round-off are 1e-5 of a derivative."""
+"""Departure aimed at by the central difference that replaces it: truncation and round-off are 1e-5 of a derivative."""
 MIN_STEP_FACTOR = 1e-6
-"""Of a step: what moves further over less is no motion that has slopes."""
+"""Smallest factor of the forward step; a motion that departs further over less has no slope."""
 
 
 class Linearisation(NamedTuple):
     """A free run minus the measurement, and its derivatives by scaled unknowns."""
 
     residual: FloatArray
-    """(outputs, n) from the first scored sample on."""
+    """Simulated minus measured (outputs, n) from the first scored sample on."""
     shared: FloatArray
-    """(p, outputs, n)"""
+    """Derivatives by the shared unknowns (p, outputs, n)."""
     local: FloatArray
-    """(states or 0, outputs, n)"""
+    """Derivatives by the local unknowns (q, outputs, n)."""
     begin: FloatArray
-    """(1 + p + states or 0, all outputs of the simulation) at the first sample: the run and its derivatives."""
+    """The reading at the first sample and its derivatives (1 + p + q, all outputs of the simulation)."""
     end: FloatArray
-    """The same at the last sample."""
+    """The reading at the last sample and its derivatives (1 + p + q, all outputs of the simulation)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensitivity:
-    """A simulation, which of its parameters move, in which units, and whether initial states move too."""
+    """A simulation, its free parameters and their scales, and whether initial states are free too."""
 
     simulation: Simulation
     free: IntArray
     scale: FloatArray
-    """Of each free parameter."""
+    """Scale of each free parameter (p,) in its unit."""
     state_scale: FloatArray
-    """Of each initial state; (0,) where they are given."""
+    """Scale of each local unknown (q,); (0,) where initial states are given."""
     outputs: tuple[str, ...]
-    """That are compared."""
+    """Names of the outputs that are compared."""
     record_parameters: IntArray = field(default_factory=lambda: np.empty(0, np.intp))
-    """Indices of parameters that each record has for itself; they follow the initial state among its own unknowns."""
+    """Indices of parameters with one value a record; they follow the initial state among its local unknowns."""
 
     @classmethod
     def of(
@@ -70,7 +73,16 @@ class Sensitivity:
         scales: Scales | None = None,
         record_parameters: Sequence[int] = (),
     ) -> Sensitivity:
-        """Build from indices of parameters: `free` (None: all that are not fixed) and `record_parameters`."""
+        """Build the sensitivity of a simulation on these records.
+
+        Args:
+            simulation: Model and parameters.
+            records: Records that set the scales and the compared outputs.
+            free: Indices of the free parameters; None: all that are not fixed.
+            free_start: Whether initial states are free.
+            scales: Typical sizes of the motion; None: estimated from the records.
+            record_parameters: Indices of those free parameters that have one value a record.
+        """
         scales = scales or estimate_scales(records)
         moving = [k for k, one in enumerate(simulation.parameters) if not one.fixed] if free is None else free
         moving = [k for k in moving if k not in record_parameters]
@@ -90,18 +102,18 @@ class Sensitivity:
 
     @property
     def current_values(self) -> FloatArray:
-        """Of the simulation, all (parameters,)."""
+        """Values (parameters,) of the simulation itself."""
         return np.array([parameter.value for parameter in self.simulation.parameters])
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Of the scaled free parameters."""
+        """Lower and upper bounds (p,) of the scaled shared parameters."""
         found = [self.simulation.parameters[k] for k in self.free]
         low, high = np.array([one.low for one in found]), np.array([one.high for one in found])
         return low / self.scale, high / self.scale
 
     def values(self, shared: FloatArray) -> FloatArray:
-        """All parameters (parameters,) with the free ones at `shared` (p,), scaled."""
+        """Return all parameters (parameters,) with the shared ones at `shared` (p,), scaled."""
         values = self.current_values
         values[self.free] = shared * self.scale
         return values
@@ -109,9 +121,16 @@ class Sensitivity:
     def linearise(
         self, record: FitRecord, shared: FloatArray, start: FloatArray, steps_per_period: float | None = None
     ) -> Linearisation | None:
-        """Around scaled `shared` (p,) from the initial state `start` (states,) in units; None: it diverges there.
+        """Linearise the free run of a record.
 
-        `start` goes on with the record's own parameters, where there are any.
+        Args:
+            record: Inputs and measured outputs.
+            shared: (p,) scaled shared unknowns.
+            start: Initial state (states,) in units, followed by the record's own parameters where there are any.
+            steps_per_period: Steps of the integrator; None: the simulation's own.
+
+        Returns:
+            The linearisation, or None where the run diverges.
         """
         p = len(self.free)
         ahead = self._steps(shared, start)
@@ -138,9 +157,17 @@ class Sensitivity:
         move: FloatArray,
         steps_per_period: float | None = None,
     ) -> FloatArray | None:
-        """(outputs, n) of the free run by a `move` (p + q,) of all scaled unknowns.
+        """Return the change (outputs, n) of the free run by a step of all scaled unknowns.
 
-        None: it diverges there, or that is beyond a bound.
+        Args:
+            record: Inputs and measured outputs.
+            shared: (p,) scaled shared unknowns.
+            start: Initial state as in `linearise`.
+            move: (p + q,) step of the scaled unknowns.
+            steps_per_period: Steps of the integrator; None: the simulation's own.
+
+        Returns:
+            The change, or None where the run diverges or the step crosses a bound.
         """
         there = shared + move[: len(shared)]
         if (there < self.bounds[0]).any() or (there > self.bounds[1]).any():
@@ -154,7 +181,7 @@ class Sensitivity:
         return changed
 
     def _lanes(self, run: Prediction, record: FitRecord) -> FloatArray:
-        """(lanes, outputs, n) from the first scored sample on."""
+        """Return the lanes (lanes, outputs, n) from the first scored sample on."""
         return np.stack([run.outputs[name][:, record.first :] for name in self.outputs], axis=1)
 
     def _run(
@@ -165,9 +192,9 @@ class Sensitivity:
         moves: FloatArray,
         steps_per_period: float | None,
     ) -> Prediction | None:
-        """Lanes at `moves` (lanes, p + q) in units from the unknowns.
+        """Run lanes at `moves` (lanes, p + q) in units from the unknowns.
 
-        None: one diverges, or no sensible step of the integrator resolves the values.
+        None where one diverges, or where no sensible step of the integrator resolves the values.
         """
         p, states = len(self.free), len(start) - len(self.record_parameters)
         values = np.tile(self.values(shared), (len(moves), 1))
@@ -183,7 +210,7 @@ class Sensitivity:
         return None if (run.diverged_at >= 0).any() else run
 
     def _moved(self, run: Prediction, record: FitRecord) -> FloatArray:
-        """(p + q,) by how much each neighbour leaves the run at most, as a share of the output's swing."""
+        """Return the largest departure (p + q,) of each neighbour from the run, as a share of the output's swing."""
         shares = np.zeros(len(self.scale) + len(self.state_scale))
         for name in self.outputs:
             lanes = run.outputs[name][:, record.first :]
@@ -195,7 +222,7 @@ class Sensitivity:
     def _on_both_sides(
         self, shared: FloatArray, ahead: FloatArray, moved: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Steps ahead and behind, smaller where a neighbour `moved` far; none behind where a bound is near."""
+        """Return steps ahead and behind, smaller where a neighbour departed far; none behind near a bound."""
         small = ahead * np.clip(CENTRAL_SHARE / np.maximum(moved, CENTRAL_SHARE), MIN_STEP_FACTOR, 1.0)
         behind, p = small.copy(), len(self.free)
         low, high = self.bounds
@@ -204,11 +231,12 @@ class Sensitivity:
         return small, behind
 
     def _reading(self, run: Prediction, sample: int, behind: FloatArray, moves: FloatArray) -> FloatArray:
+        """Return the reading at a sample and its derivatives (1 + p + q, all outputs)."""
         lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
         return np.concatenate((lanes[:1], _compute_slopes(lanes[..., None], behind, moves)[..., 0]))
 
     def _steps(self, shared: FloatArray, start: FloatArray) -> FloatArray:
-        """(p + q,) finite differences in units, away from a bound."""
+        """Return finite-difference steps (p + q,) in units, away from a bound."""
         steps = FORWARD_STEP * self.scale * np.maximum(np.abs(shared), 1.0)
         steps = np.where(shared * self.scale + steps > self.bounds[1] * self.scale, -steps, steps)
         own = FORWARD_STEP * np.maximum(self.state_scale, np.abs(start[: len(self.state_scale)]))
@@ -216,12 +244,18 @@ class Sensitivity:
 
 
 def _build_lanes(ahead: FloatArray, behind: FloatArray) -> FloatArray:
-    """(lanes, p + q): none, each step ahead, each step behind that is not zero."""
+    """Return the lanes (lanes, p + q): no step, each step ahead, each step behind that is not zero."""
     return np.vstack((np.zeros_like(ahead), np.diag(ahead), -np.diag(behind)[behind != 0.0]))
 
 
 def _compute_slopes(lanes: FloatArray, behind: FloatArray, moves: FloatArray) -> FloatArray:
-    """(p + q, outputs, n) of `lanes` as `_build_lanes` orders them, over the `moves` (p + q,) from behind to ahead."""
+    """Return slopes (p + q, outputs, n) of lanes in the order of `_build_lanes`.
+
+    Args:
+        lanes: (lanes, outputs, n) outputs.
+        behind: (p + q,) steps behind, 0 for a forward difference.
+        moves: (p + q,) distance from behind to ahead in scaled units.
+    """
     other = np.zeros(len(behind), dtype=np.intp)
     other[behind != 0.0] = 1 + len(behind) + np.arange(np.count_nonzero(behind))
     slopes: FloatArray = (lanes[1 : 1 + len(behind)] - lanes[other]) / moves[:, None, None]

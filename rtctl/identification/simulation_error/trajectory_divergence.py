@@ -1,4 +1,4 @@
-"""Whether two runs from nearly the same start part: then a long free run says nothing of the parameters."""
+"""Divergence of neighbouring trajectories: where it is exponential, a long free run does not fix the parameters."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from rtctl.identification.oscillator.weak_form import choose_half_width
 from rtctl.identification.scales import estimate_scales
 
 PERTURBATION = 1e-8
-"""Of the motion's size."""
+"""Perturbation of the start relative to the size of the motion."""
 CHAOTIC_GROWTH = 1e4
-"""Growth of a nudge: a free mass's grows with time, this much only what parts exponentially reaches."""
+"""Growth of the perturbation above which motion is chaotic; that of a free mass grows only linearly with time."""
 STEPS_PER_PERIOD = 64.0
 
 
 class TrajectoryDivergence(NamedTuple):
-    """Of the record in which it is largest."""
+    """Divergence in the record where it is largest."""
 
     record: str
     growth: float
-    """Largest distance over the nudge."""
+    """Largest distance over the perturbation."""
     rate: float
-    """Mean exponential rate [1/s] until then: the largest Lyapunov exponent, roughly."""
+    """Mean exponential rate [1/s] up to there, roughly the largest Lyapunov exponent."""
 
     @property
     def is_chaotic(self) -> bool:
-        """Whether the runs part exponentially."""
+        """Whether the trajectories diverge exponentially."""
         return self.growth > CHAOTIC_GROWTH
 
 
 def measure_divergence(
     simulation: Simulation, records: Sequence[FitRecord], values: FloatArray
 ) -> TrajectoryDivergence:
-    """Runs of `values` (parameters,) from each record's start and from a nudge beside it."""
+    """Run `values` (parameters,) from each record's start and from a perturbed one; return the largest divergence."""
     scales = estimate_scales(records)
     width_s = choose_half_width(records, scales.rate)
     worst = TrajectoryDivergence(records[0].name, 0.0, 0.0)

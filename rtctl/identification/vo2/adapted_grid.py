@@ -1,9 +1,10 @@
-"""A Preisach grid whose cells are small where the relays' density bends: a few domains that switch at once need it.
+"""A Preisach grid with small cells where the relays' density changes, for films whose few domains switch at once.
 
-The output of a piecewise constant density errs by what the density changes within a cell, times the cell's width: for
-the least error of so many cells their widths go with one over the square root of the density's slope
-(C. de Boor, "Good approximation by splines with variable knots", 1973). The densities are those of the model's own
-masses along either switching field, so a grid is found from a fit on another one, and better from a fit on that.
+The output of a piecewise constant density errs by the change of the density within a cell, times the cell's width. The
+error of a given number of cells is least when their widths are inversely proportional to the square root of the
+density's slope (C. de Boor, "Good approximation by splines with variable knots", 1973). The densities are those of the
+model's own masses along either switching field, so a grid follows from a fit on another one, and a better one from a
+second fit.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from rtctl.border.arrays import FloatArray
 from rtctl.hysteresis.preisach.model import PreisachModel
 
 UNIFORM_SHARE = 0.3
-"""Of the cells, as on a uniform grid: a density that is zero somewhere may be so for want of data."""
+"""Share of the cells that is spread uniformly: a density may be zero somewhere for want of data."""
 
 
 def adapt_nodes(model: PreisachModel, cells: int) -> FloatArray:
-    """Nodes (cells + 1,) over the range of the model's own grid, small cells where its masses change most along it."""
+    """Return nodes (cells + 1,) over the range of the model's grid, dense where its masses change most."""
     widths = np.diff(model.grid)
     middles = 0.5 * (model.grid[1:] + model.grid[:-1])
     bend = np.zeros(len(widths))
@@ -33,7 +34,7 @@ def adapt_nodes(model: PreisachModel, cells: int) -> FloatArray:
 
 
 def compute_switching_densities(model: PreisachModel) -> tuple[FloatArray, FloatArray]:
-    """Mass that switches on heating, and on cooling, over each cell (n,) [y unit / v unit], all relays free to."""
+    """Return the mass that switches on heating and on cooling over each cell (n,) [y unit / v unit]."""
     widths = np.diff(model.grid)
     up, down = (np.bincount(field, model.mu, len(widths)) / widths for field in np.tril_indices(len(widths)))
     return up, down

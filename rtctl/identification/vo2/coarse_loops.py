@@ -1,10 +1,10 @@
-"""Whether identified loops are too coarse, by the staircases that they come from, and loops that are not.
+"""Test whether identified loops are too coarse, and refit them on a grid adapted to the film.
 
-A film whose domains switch one by one has steps in its loops that cells spread over the whole range smear. Two things
-show it, neither of which rests on a model of the noise: what a read-out leaves at states that the staircases reach more
-than once, against the scatter of the readings there (lack of fit against pure error, as in the analysis of variance);
-and that as many cells, placed where the relays switch, leave much less. Where between two levels of a staircase a
-domain switches only records that move through there can tell: `refit_loop` takes both together.
+A film whose domains switch one by one has steps in its loops, which cells spread over the whole range smear. Two tests
+show it, and neither rests on a model of the noise: the residual of a read-out at states that the staircases reach
+more than once, against the scatter of the readings there (lack of fit against pure error, as in the analysis of
+variance); and whether as many cells, placed where the relays switch, leave a much smaller residual. Only
+records that move through a step can tell where it lies between two levels of a staircase; `refit_loop` uses both.
 """
 
 from __future__ import annotations
@@ -29,26 +29,32 @@ from rtctl.models.vo2 import Vo2Model
 ReadOuts = Mapping[str, PreisachModel]
 """Read-outs of a model by output: `resistance` gives -ln R."""
 COARSE_LIMITS = ((0.8, 1e-3), (0.92, 2.5e-3))
-"""Of what the given read-out leaves, one of as many cells elsewhere leaves less; and the RMS that this certainly (95 %)
-removes, of the output's variation: in noise of half a percent less of a larger misfit is all that shows. Of twelve
-devices of the blind generator that have such domains 0.16 to 0.79 % of the deflection, of two among 40 others that such
-a grid suits better 0.09 and 0.10 %, in the middle of their intervals; of 30 more with nothing hidden and 30 with
-another effect (250200 to 250229, 250300 to 250331) none is coarse.
+"""Pairs of the residual ratio and the least misfit with which a read-out is too coarse.
+
+The first is the RMS residual of as many cells elsewhere over that of the given read-out; the second the RMS misfit,
+relative to the output's standard deviation, that the other cells certainly (95 %) remove. In noise of half a percent
+the larger misfit reduces the residual less, so there are two pairs. Measured: in twelve generated devices with such
+domains the misfit was 0.16 to 0.79 % of the deflection; in two of 40 others 0.09 and 0.10 %; of 60 more none was
+coarse.
 """
 MIN_REPEATED_STATES = 30
-"""States that staircases reach more than once: fewer do not say what is lack of fit."""
+"""Repeated states below which lack of fit cannot be tested."""
 MIN_LACK_OF_FIT = 2.0
-"""Times the pure error: where mean square lacks of fit of both read-outs are below it, no fit is worth it. One film
-moves both, and its domains may show in one alone."""
+"""Ratio of lack of fit to pure error below which no refit is tried, if both read-outs are below it.
+
+One film moves both read-outs, and its domains may show in one alone.
+"""
 CLAIMED_ERROR_FACTOR = 1.1
-"""Times what the identification left: a read-out that leaves more on these staircases was not learned from them."""
+"""Multiple of the identification's own residual above which a read-out was not learned from these staircases."""
 MAX_CELLS = 80
-"""Along each field, of finer loops: time and memory go with the fourth power."""
+"""Cells along each field of finer loops: time and memory grow with the fourth power."""
 SAMPLE_BUDGETS = (3000, 6000)
-"""Samples of records that the loops are learned from beside the staircases, evenly spread: for a grid, and on it."""
+"""Evenly spread samples of records used beside the staircases, for choosing the grid and for the fit on it."""
 SMOOTH_CELLS = 40
-"""Cells along each field of which loops tell where finer ones are wanted, unless relays are known to switch together:
-fewer cells take a tenth of the time, and hunt less for what is no step."""
+"""Cells along each field of the first fit, unless relays are known to switch together.
+
+Fewer cells take a tenth of the time, and fit noise less where there is no step.
+"""
 BLOCK_SAMPLES = 50
 UNITS = {"deflection": "um", "resistance": "dimensionless"}
 OUTPUT_NAMES = {"deflection": "the deflection", "resistance": "ln R"}
@@ -56,7 +62,7 @@ RESAMPLES = 200
 
 
 class Samples(NamedTuple):
-    """Of one read-out: where the relays go, in order, and what was read at the samples that are `scored` (all (n,))."""
+    """Samples of one read-out in order: surrogate v, reading y, and which are `scored`, all (n,)."""
 
     v: FloatArray
     y: FloatArray
@@ -64,36 +70,37 @@ class Samples(NamedTuple):
 
 
 class LoopResolution(NamedTuple):
-    """What the staircases say of one read-out of a model."""
+    """Comparison of a read-out with one of as many cells placed where the relays switch."""
 
     given: PreisachModel
     finer: PreisachModel
-    """Of as many cells where the relays switch."""
+    """Read-out of as many cells, placed where the relays switch."""
     staircases: Samples
     left: FloatArray
-    """By the given read-out, at the scored samples."""
+    """Residual of the given read-out at the scored samples."""
     left_finer: FloatArray
+    """Residual of the finer read-out at the scored samples."""
 
     @property
     def rms(self) -> tuple[float, float]:
-        """Of what the given read-out leaves, and the finer one."""
+        """RMS residuals of the given and of the finer read-out."""
         return _compute_rms(self.left), _compute_rms(self.left_finer)
 
     @property
     def share(self) -> float:
-        """RMS that the finer one leaves, of what the given one does."""
+        """RMS residual of the finer read-out over that of the given one."""
         given, finer = self.rms
         return finer / given
 
     @property
     def is_coarse(self) -> bool:
-        """Whether that is much less, and certainly of a size that matters."""
+        """Whether the residual shrinks much, and certainly by a size that matters."""
         size = float(self.staircases.y[self.staircases.scored].std())
         return any(self.share < share and self.misfit[1] > least * size for share, least in COARSE_LIMITS)
 
     @property
     def misfit(self) -> tuple[float, float, float]:
-        """RMS that the given read-out leaves beyond the finer one, and its 95 % interval: resampled in blocks."""
+        """RMS residual of the given read-out beyond the finer one, and its 95 % interval, resampled in blocks."""
         count = max(1, len(self.left) // BLOCK_SAMPLES)
         beyond = [part.mean() for part in np.array_split(self.left**2 - self.left_finer**2, count)]
         draws = np.random.default_rng(0).integers(0, count, (RESAMPLES, count))
@@ -103,7 +110,7 @@ class LoopResolution(NamedTuple):
 
 
 def find_coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution]:
-    """By output, `deflection` and `resistance`; empty where no read-out is too coarse, or no staircase says so."""
+    """Compare read-outs by output; empty where none is too coarse, or no staircase can show it."""
     ends = _find_steady_states(dataset)
     if ends is None:
         return {}
@@ -117,7 +124,10 @@ def find_coarse_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolu
 
 
 def collect_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution]:
-    """Return the identified loops by output, for `refit_loop` where other records show that they are off."""
+    """Return the identified loops by output, for `refit_loop` where other records show that they are off.
+
+    None of them is marked as coarse.
+    """
     ends = _find_steady_states(dataset)
     if ends is None:
         return {}
@@ -130,7 +140,7 @@ def collect_loops(model: Vo2Model, dataset: Dataset) -> dict[str, LoopResolution
 
 
 def describe_improvement(coarse: Mapping[str, LoopResolution]) -> str:
-    """For a person: of each that is too coarse, what as many cells elsewhere leave, and what the given ones do."""
+    """Describe the residuals of the finer read-outs against the given ones, for each output that is too coarse."""
     said = []
     for output, one in ((output, one) for output, one in coarse.items() if one.is_coarse):
         unit = "" if UNITS[output] == "dimensionless" else f" {UNITS[output]}"
@@ -140,7 +150,7 @@ def describe_improvement(coarse: Mapping[str, LoopResolution]) -> str:
 
 
 def refit_loop(coarse: LoopResolution, records: Sequence[Samples]) -> PreisachModel:
-    """The read-out from the staircases and from records behind a known temperature, cells where the relays switch."""
+    """Refit a read-out to the staircases and to `records` of a known temperature, on a grid adapted to the film."""
     model = coarse.finer
     with threadpool_limits(1, "blas"):
         cells = _count_cells(coarse.given)
@@ -158,8 +168,13 @@ def refit_loop(coarse: LoopResolution, records: Sequence[Samples]) -> PreisachMo
 
 
 def compute_lack_of_fit(left: FloatArray, states: Sequence[int]) -> float:
-    """Mean square at the states (n,) that are met more than once, of the mean of what is left there, over that of one
-    mean's pure error; NaN where they are fewer than REPEATED.
+    """Return the lack of fit over the pure error of the residuals `left` (n,) at repeated `states` (n,).
+
+    The lack of fit is the mean square of the mean residual at states that are reached more than once, the pure error
+    that of the scatter about it.
+
+    Returns:
+        The ratio, or NaN where fewer than `MIN_REPEATED_STATES` states are repeated.
     """
     _, place, count = np.unique(np.asarray(states), return_inverse=True, return_counts=True)
     means = np.bincount(place, left) / count
@@ -184,7 +199,7 @@ class _GivenReadOut(NamedTuple):
 
 
 def _find_steady_states(dataset: Dataset) -> SteadyStates | None:
-    """None where nothing is known of the loops: no staircase, or one of too few holds."""
+    """Return the staircases' steady states; None where there is no staircase or it has too few holds."""
     try:
         return extract_steady_states(dataset)
     except InputError:
@@ -192,7 +207,7 @@ def _find_steady_states(dataset: Dataset) -> SteadyStates | None:
 
 
 def _collect_given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _GivenReadOut]:
-    """By output, those that were measured."""
+    """Return the given read-outs and their residuals by output, for the measured outputs."""
     v = simulate_hold_ends(dataset, model.time_constant_s)
     reading = -np.log(np.maximum(ends.resistance_ohm, 1e-300))
     found = {}
@@ -208,7 +223,11 @@ def _collect_given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dic
 
 
 def _compute_residual(read: PreisachModel, claimed: float, staircases: Samples) -> FloatArray:
-    """At the scored samples, by the read-out or by one on its grid that was learned from these staircases."""
+    """Return the residual at the scored samples.
+
+    It is that of the read-out, or of one on its grid fitted to these staircases where the read-out was learned
+    elsewhere.
+    """
     v, y, scored = staircases
     left: FloatArray = (y - read.simulate(v))[scored]
     return (
@@ -229,12 +248,12 @@ def _fit_on_nodes(staircases: Samples, read: PreisachModel, nodes: FloatArray) -
 
 
 def _count_cells(read: PreisachModel) -> int:
-    """As many as it has itself."""
+    """Return the read-out's own number of cells, limited."""
     return min(len(read.grid) - 1, MAX_CELLS)
 
 
 def _number_states(ends: SteadyStates) -> NDArray[np.intp]:
-    """(n,): the same number where the extremes of current that the relays remember are the same."""
+    """Return a number (n,) for each hold, equal where the relays remember the same extremes of current."""
     known: dict[tuple[float, ...], int] = {}
     grid = np.array([0.0, float(ends.current_mA.max())])
     stack, found = cooled_stack(grid), []
@@ -246,7 +265,7 @@ def _number_states(ends: SteadyStates) -> NDArray[np.intp]:
 
 
 def _prepend_cold_sample(one: Samples) -> Samples:
-    """With a full cooling in front."""
+    """Put a full cooling in front."""
     first = np.zeros(1)
     return Samples(prepend_full_cooling(one.v), np.append(first, one.y), np.append([False], one.scored))
 

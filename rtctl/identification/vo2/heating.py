@@ -3,7 +3,7 @@
     ds/dt = (i^2 - s) / tau,   v = sqrt(s)
 
 s is the surrogate of the temperature rise as a current's square [mA^2]: at rest s = i^2, so the hysteresis models
-identified on staircases apply to v as they are, and only tau is left to find (paper, equations 1 and 2).
+identified on staircases apply to v as they are, and only tau remains to be identified (paper, equations 1 and 2).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 
 
 
 class ReadOut(Protocol):
-    """A static hysteresis model of one output against v [mA]."""
+    """Static hysteresis model of one output against v [mA]."""
 
     def simulate(self, v: FloatArray) -> FloatArray:
-        """Output for each v, from the state that a full cooling leaves."""
+        """Return the output for each v, from the state that a full cooling leaves."""
         ...
 
 
 class TimeConstant(NamedTuple):
-    """tau [s] with its standard error, and how many moving samples decided it."""
+    """Time constant tau [s], its standard error, and the number of moving samples it rests on."""
 
     value_s: float
     standard_error_s: float
@@ -44,7 +44,7 @@ class TimeConstant(NamedTuple):
 
 @kernel
 def simulate_heating(current_mA: FloatArray, period_s: float, time_constant_s: float) -> FloatArray:
-    """Surrogate v (n,) [mA] at the sample instants, before each sample's current takes effect.
+    """Return the surrogate v (n,) [mA] at the sample instants, before each sample's current takes effect.
 
     The current is held between samples; the first sample is at rest.
     """
@@ -59,17 +59,26 @@ def simulate_heating(current_mA: FloatArray, period_s: float, time_constant_s: f
 
 
 def prepend_full_cooling(v: FloatArray) -> FloatArray:
-    """v with one sample far below in front: any hysteresis model forgets what came before."""
+    """Return v with one sample far below in front, which resets any hysteresis model."""
     return np.concatenate((np.zeros(1), v))
 
 
 def fit_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
-    """tau from the samples that move; None where it cannot be seen: sampled too slowly, too few, or off the scale.
+    """Fit the time constant to the moving samples.
 
-    `resistance` gives -ln R. Residuals are in parts of each record's range. A read-out errs alike all along a hold,
-    so the standard error counts holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
+    Residuals are relative to each record's range. A read-out errs alike all along a hold, so the standard error counts
+    holds, not samples, and a read-out on a grid of finite cells adds `READ_OUT_SHARE`.
+
+    Args:
+        records: Records with transients.
+        resistance: Read-out of -ln R.
+        deflection: Read-out of the deflection, where there is one.
+        nominal_s: Nominal time constant [s] about which the search runs.
+
+    Returns:
+        The time constant; None where it cannot be seen: sampled too slowly, too few samples, or out of range.
     """
     usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
     moving = sum(int(_find_moving_samples(record).sum()) for record in usable)
@@ -100,13 +109,13 @@ def fit_time_constant(
 
 
 def shows_heating(record: Record) -> bool:
-    """Whether a record has rows between the ends of its holds; a staircase of one row a hold is at rest in each."""
+    """Return whether a record has rows between the ends of its holds; one row a hold is at rest in each."""
     changes = int(np.count_nonzero(np.diff(record.signals["current"])))
     return record.use != "identify" or changes < 0.5 * record.samples
 
 
 def _find_moving_samples(record: Record) -> NDArray[np.bool_]:
-    """The nine samples that follow a change of current: row k is measured before its own current acts."""
+    """Return a mask of the nine samples after each change of current; row k is measured before its own current acts."""
     current = record.signals["current"]
     changed = np.flatnonzero(np.diff(current) != 0.0) + 1
     mask = np.zeros(len(current) + MOVING_SAMPLES + 1, dtype=bool)
@@ -118,7 +127,7 @@ def _find_moving_samples(record: Record) -> NDArray[np.bool_]:
 
 
 def _number_holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
-    """Which hold each residual belongs to, in the order of the residuals."""
+    """Return the number of the hold of each residual, in the order of the residuals."""
     parts: list[NDArray[np.intp]] = []
     first = 0
     for record in records:
@@ -133,7 +142,7 @@ def _number_holds(records: Sequence[Record], with_deflection: bool) -> NDArray[n
 def _compute_residual(
     record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float
 ) -> FloatArray:
-    """Errors of the moving samples in parts of the record's range: resistance, then deflection where there is one."""
+    """Return errors of the moving samples relative to the record's range: resistance, then deflection if present."""
     v = prepend_full_cooling(simulate_heating(record.signals["current"], record.period_s, tau_s))
     moving = _find_moving_samples(record)
     reading = -np.log(record.signals["resistance"])

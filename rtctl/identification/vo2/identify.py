@@ -1,4 +1,4 @@
-"""A vo2 dataset to a `Vo2Model`: staircases to read-outs, transients to the heating's time constant.
+"""Identify a `Vo2Model`: read-outs from staircases, the time constant of the heating from transients.
 
 The read-outs are fitted to the ends of the holds (v = current there), each baseline of the paper on the same data.
 """
@@ -36,7 +36,7 @@ MIN_LN_CHANGE = 0.05  # of resistance; a VO2 film's is 2 and more
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vo2FitOptions:
-    """What a user may choose."""
+    """Options of the identification."""
 
     plays: int = 6
     starts: int = 14
@@ -64,7 +64,16 @@ class _Data:
 
 
 def identify_vo2(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
-    """Identify everything. `report` is told each stage. Raises InputError where the data cannot do it."""
+    """Identify all parts of the model.
+
+    Args:
+        dataset: Dataset with at least one staircase.
+        options: Numbers of plays, starts and cells.
+        report: Receives the name of each stage.
+
+    Raises:
+        InputError: The data are not sufficient.
+    """
     with threadpool_limits(1, "blas"):  # on small matrices threads cost thirty times what they give
         return _identify(dataset, options, report)
 
@@ -138,9 +147,9 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
 def _fit_fine_and_heating(
     dataset: Dataset, data: _Data, options: Vo2FitOptions
 ) -> tuple[PreisachFit, PreisachFit, TimeConstant | None]:
-    """Fine models and tau by turns: tau says how far from rest the holds were, the models what tau explains.
+    """Fit fine read-outs and tau in turns: tau tells how far from rest the holds were, the read-outs explain the rest.
 
-    The first turns are of fewer cells, which tell tau nearly as well.
+    The first turns use fewer cells, which determine tau nearly as well.
     """
     records = [record for record in dataset.records if record.use != "test"]
     v, tau = data.v, None
@@ -186,7 +195,7 @@ def _prepare_data(dataset: Dataset) -> _Data:
 
 
 def _refuse_impossible(dataset: Dataset) -> None:
-    """Raise InputError where a record that the fits use has a current below 0 or a resistance with no logarithm."""
+    """Raise InputError for a current below 0 or a resistance without a logarithm in a record that the fits use."""
     found = []
     for record in (record for record in dataset.records if record.use != "test"):
         for name, unit, bound in (("current", "mA", ">= 0"), ("resistance", "ohm", "> 0")):
@@ -208,11 +217,17 @@ def compute_surrogate(
     invert: Callable[[FloatArray], tuple[FloatArray, FloatArray, Any]],
     resistance_scale: float | None,
 ) -> FloatArray:
-    """Surrogate (n,) that an inverse gives for the measured resistance, each staircase from a full cooling.
+    """Return the surrogate (n,) that an inverse gives for the measured resistance, each staircase from a full cooling.
 
     The deflection model behind an inverse is identified on what that inverse really gives, gaps and saturation
-    included: the cascade is right as a whole where its first half alone is not (the paper fits both halves to the
-    current). `resistance_scale` None: the inverse takes -ln R, else R times the scale.
+    included,
+    so that the cascade is right as a whole where its first half alone is not (the paper fits both halves to the
+    current).
+
+    Args:
+        data: Samples of the staircases.
+        invert: Inverse of a resistance model.
+        resistance_scale: Factor of R in the inverse's input; None: it takes -ln R.
     """
     low, high = data.v[data.scored].min(), data.v[data.scored].max()
     margin = 0.1 * (high - low)
@@ -312,7 +327,7 @@ def _make_span(values: FloatArray) -> Span:
 
 
 def compute_quality(residual: FloatArray, unit: str, width: float) -> FitQuality:
-    """Of a read-out's residual (n,) [unit], whose output is `width` wide."""
+    """Return the error measures of a read-out's residual (n,) [unit] whose output has the range `width` [unit]."""
     error = np.abs(residual)
     return FitQuality(
         mean_abs=float(error.mean()),

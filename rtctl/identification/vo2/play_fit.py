@@ -53,22 +53,22 @@ class PlayProblem:
     scored: NDArray[np.bool_]
     radii: FloatArray
     common: bool
-    """One pair of envelopes for all plays (an analytic inverse exists), or one each."""
+    """Whether all plays share one pair of envelopes (an analytic inverse exists), or have one each."""
     free: FloatArray
-    """Columns with coefficients of any sign, (n, q)."""
+    """Columns (n, q) with coefficients of any sign."""
     nonnegative: FloatArray
-    """Further columns with non-negative coefficients, (n, m)."""
+    """Further columns (n, m) with non-negative coefficients."""
     least_first_weight: float = 0.0
     """Lower bound of the weight of the radius-zero play (the analytic inverse divides by it)."""
 
     @property
     def range(self) -> tuple[float, float]:
-        """Of the input where it is scored."""
+        """Lowest and highest scored input."""
         return float(self.v[self.scored].min()), float(self.v[self.scored].max())
 
 
 class PlayFit(NamedTuple):
-    """The best of all starts."""
+    """The best fit of all starts."""
 
     envelopes: EnvelopePairs
     weights: FloatArray
@@ -78,9 +78,14 @@ class PlayFit(NamedTuple):
 
 
 def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) -> PlayFit:
-    """Solve the outer problem from every start (theta of one pair each), then the most promising ones to the end.
+    """Solve the outer problem from every start, then the most promising ones to the end.
 
-    Promise is judged on every fourth sample. The first start, which has no scatter, always goes to the end.
+    The starts are compared on every fourth sample. The first one, which has no scatter, always goes to the end.
+
+    Args:
+        problem: Data and structure.
+        starts: Theta of one pair each.
+        evaluations: Most evaluations of the outer problem in the final descents.
     """
     pairs = 1 if problem.common else len(problem.radii)
     thinned = replace(problem, scored=_thin_scored(SCREENING_STRIDE, problem.scored))
@@ -98,7 +103,7 @@ def fit_plays(problem: PlayProblem, starts: list[FloatArray], evaluations: int) 
 
 
 def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple[FloatArray, float]:
-    """theta and cost after at most so many evaluations of the outer problem."""
+    """Return theta and cost after at most `evaluations` evaluations of the outer problem."""
     pairs = 1 if problem.common else len(problem.radii)
     span = problem.range[1] - problem.range[0]
     low, high = _make_bounds(problem, pairs)
@@ -129,7 +134,7 @@ def _descend(problem: PlayProblem, guess: FloatArray, evaluations: int) -> tuple
 
 
 def _thin_scored(stride: int, scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """One of so many scored samples, at least a hundred; the plays still see all of them."""
+    """Keep one in `stride` scored samples, at least a hundred; the plays still see all of them."""
     index = np.flatnonzero(scored)
     kept = np.zeros(len(scored), dtype=bool)
     kept[index[:: max(1, min(stride, len(index) // 100))]] = True
@@ -137,7 +142,7 @@ def _thin_scored(stride: int, scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def spread_starts(problem: PlayProblem, count: int, seed: int) -> list[FloatArray]:
-    """Starts around the middle of the output's change, the first without scatter; per play where not common."""
+    """Draw starts around the middle of the output's change, the first without scatter; per play where not common."""
     low, high = problem.range
     v, y = problem.v, problem.y
     together = problem.scored[1:] & problem.scored[:-1]  # not across the jump from one record to the next
@@ -176,7 +181,7 @@ def _make_bounds(problem: PlayProblem, pairs: int) -> tuple[FloatArray, FloatArr
 
 
 def compute_envelopes(theta: FloatArray, plays: int) -> EnvelopePairs:
-    """Envelope coefficients of theta; a single pair is repeated for all plays."""
+    """Return the envelope coefficients of theta; a single pair is repeated for all plays."""
     ln_width, skew, centre, gap = theta.reshape(-1, PARAMETERS).T
     half_skew = gap / (2.0 * SATURATED_ARGUMENT)
     a_right = 1.0 / (np.exp(ln_width) + half_skew * (1.0 + skew))
@@ -186,22 +191,22 @@ def compute_envelopes(theta: FloatArray, plays: int) -> EnvelopePairs:
 
 
 class Columns(NamedTuple):
-    """The inner problem and how its plays move with theta; a row is a sample, or a combination of samples."""
+    """Columns of the inner problem and their derivatives by theta; a row is a sample, or a combination of samples."""
 
     free: FloatArray
-    """(rows, q)."""
+    """Free columns (rows, q)."""
     plays: FloatArray
-    """Outputs (rows, n)."""
+    """Outputs of the plays (rows, n)."""
     nonnegative: FloatArray
-    """(rows, m)."""
+    """Further non-negative columns (rows, m)."""
     y: FloatArray
-    """(rows,)."""
+    """Target (rows,)."""
     derivatives: FloatArray
-    """Of each output by the four parameters of its envelopes, (rows, n, 4)."""
+    """Derivatives (rows, n, 4) of each output by the four parameters of its envelopes."""
 
 
 def _build_columns(problem: PlayProblem, theta: FloatArray) -> Columns:
-    """A row a scored sample."""
+    """Build columns with one row per scored sample."""
     plays, scored = len(problem.radii), problem.scored
     moved = compute_play_columns(
         problem.v, scored, problem.radii, *_compute_arguments(problem.v, compute_envelopes(theta, plays)),
@@ -212,7 +217,7 @@ def _build_columns(problem: PlayProblem, theta: FloatArray) -> Columns:
 
 
 def _compress(columns: Columns) -> Columns:
-    """The R of a QR decomposition of all columns side by side: as many rows as columns, the same products.
+    """Replace the columns by the R of their joint QR decomposition, which has as many rows as columns.
 
     Weights, norms and angles follow from products alone, and so does every step of the outer solver. It then
     works on a few tens of rows in the place of thousands of samples.
@@ -230,14 +235,14 @@ def _compress(columns: Columns) -> Columns:
 
 
 def _solve_inner(problem: PlayProblem, columns: Columns) -> LinearFit:
-    """Weights and residual for given envelopes."""
+    """Return weights and residual for given envelopes."""
     sloped = np.concatenate((columns.plays, columns.nonnegative), axis=1)
     target = columns.y - problem.least_first_weight * columns.plays[:, 0]
     return fit_partly_nonnegative(columns.free, sloped, target)
 
 
 def _compute_jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) -> FloatArray:
-    """Derivative of the residual (rows, parameters), Kaufman's form: -P dW p, P off the active columns."""
+    """Return the derivative of the residual (rows, parameters) in Kaufman's form: -P dW p, P off the active columns."""
     plays = len(problem.radii)
     weights = inner.nonnegative[:plays].copy()
     weights[0] += problem.least_first_weight
@@ -250,7 +255,7 @@ def _compute_jacobian(problem: PlayProblem, columns: Columns, inner: LinearFit) 
 
 
 def differentiate_envelopes(theta: FloatArray, plays: int) -> tuple[FloatArray, FloatArray]:
-    """d x / d parameter = shift + stretch x of both tanh arguments x = a v + b: two arrays (2, 4, plays).
+    """Return shift and stretch (2, 4, plays) with d x / d parameter = shift + stretch x of both arguments x = a v + b.
 
     Heating edge first; parameters in the order of theta.
     """
@@ -268,14 +273,23 @@ def differentiate_envelopes(theta: FloatArray, plays: int) -> tuple[FloatArray, 
 def compute_play_regressors(
     v: FloatArray, radii: FloatArray, a_R: FloatArray, b_R: FloatArray, a_L: FloatArray, b_L: FloatArray
 ) -> FloatArray:
-    """Outputs (n, plays) of generalised plays that come cooling from saturation; equations (3), (4)."""
+    """Return outputs (n, plays) of generalised plays that start on the cooling branch; equations (3), (4).
+
+    Args:
+        v: (n,) input.
+        radii: (plays,) radii.
+        a_R: (plays,) slope of the heating envelope's argument.
+        b_R: (plays,) offset of the heating envelope's argument.
+        a_L: (plays,) slope of the cooling envelope's argument.
+        b_L: (plays,) offset of the cooling envelope's argument.
+    """
     still = np.zeros((2, PARAMETERS, len(radii)))
     arguments = _compute_arguments(v, EnvelopePairs(a_R, b_R, a_L, b_L))
     return compute_play_columns(v, np.ones(len(v), dtype=bool), radii, *arguments, still, still)[:, 0].T
 
 
 def _compute_arguments(v: FloatArray, pairs: EnvelopePairs) -> tuple[FloatArray, FloatArray]:
-    """x = a v + b of all edges and tanh x, each (2, plays, n); numpy's tanh takes many at once, libm's one."""
+    """Return x = a v + b of all edges and tanh x, each (2, plays, n); numpy's tanh is vectorised, libm's is not."""
     a, b = np.stack((pairs.a_R, pairs.a_L)), np.stack((pairs.b_R, pairs.b_L))
     x = a[:, :, None] * v + b[:, :, None]
     return x, np.tanh(x)
@@ -291,7 +305,7 @@ def compute_play_columns(
     shift: FloatArray,
     stretch: FloatArray,
 ) -> FloatArray:
-    """Outputs of plays that come cooling from saturation and their derivatives, (plays, 1 + 4, scored samples).
+    """Return outputs and derivatives (plays, 1 + 4, scored samples) of plays that start on the cooling branch.
 
     x, gamma (2, plays, n), shift, stretch (2, 4, plays): arguments and values of the edges, heating first. An
     output that an edge moved keeps the derivative d gamma = (1 - gamma^2) dx of that moment until the next.

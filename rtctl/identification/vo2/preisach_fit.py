@@ -25,14 +25,16 @@ from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.identification.least_squares.nonnegative import nonnegative_least_squares
 
 SMOOTHNESS = (1e-1, 1e-2, 1e-3, 1e-4)
-"""That are tried, of the mean square of the regressors."""
+"""Values of lambda that are tried, relative to the mean square of the regressors."""
 MIN_ERROR_RATIO = 0.97
-"""Of the predicted error: less smoothness has to lower it to that."""
+"""Ratio of predicted errors that less smoothness has to reach to be accepted."""
 RIDGE = 1e-9
-"""Of the same: what no sample and no neighbour determines is 0."""
+"""Ridge relative to the mean square of the regressors: a mass that no sample and no neighbour determines is 0."""
 AXIS_WEIGHT = 0.1
-"""Weight of the density's second differences along the switching fields, beside those along their mean. Films vary more
-smoothly with where a loop lies than with how wide it is."""
+"""Weight of the density's second differences along the switching fields, beside those along their mean.
+
+Films vary more smoothly with where a loop lies than with how wide it is.
+"""
 
 
 class PreisachFit(NamedTuple):
@@ -50,10 +52,14 @@ def choose_grid(
     uniform_share: float,
     scored: NDArray[np.bool_] | None = None,
 ) -> FloatArray:
-    """`cells` + 1 nodes over the range of v: dense where y changes most along the data, shape (cells + 1,).
+    """Return nodes (cells + 1,) over the range of v, dense where y changes most along the data.
 
-    `uniform_share` = 1 is the textbook's uniform grid. Samples that are not `scored` have no say, nor has the jump
-    from one record to the next across them.
+    Args:
+        v: (n,) input.
+        y: (n,) output.
+        cells: Number of cells.
+        uniform_share: Share of cells that is spread uniformly; 1 is the textbook's uniform grid.
+        scored: (n,) samples that count; nor does the jump across the others, from one record to the next.
     """
     scored = np.ones(len(v), dtype=bool) if scored is None else scored
     low, high = float(v[scored].min()), float(v[scored].max())
@@ -66,7 +72,8 @@ def choose_grid(
     return np.interp(np.linspace(0.0, cumulative[-1], cells + 1), cumulative, bins)
 
 
-def fit_preisach(
+# nine parameters because the data are three arrays and the six options are independent, with defaults
+def fit_preisach(  # noqa: PLR0913
     v: FloatArray,
     y: FloatArray,
     scored: NDArray[np.bool_],
@@ -78,11 +85,18 @@ def fit_preisach(
     sign: float = 1.0,
     memoryless: tuple[bool, bool] = (False, True),
 ) -> PreisachFit:
-    """Identify on samples in time order: v (n,), y (n,), `scored` (n,) false for reset samples.
+    """Identify a Preisach model on samples in time order.
 
-    On the grid of `nodes`, or one of `cells` cells from `choose_grid`. `smoothness` None: by generalised
-    cross-validation. `memoryless` switches the linear and the quadratic memoryless term; `sign` = -1 for an output that
-    falls.
+    Args:
+        v: (n,) input.
+        y: (n,) output.
+        scored: (n,) false for reset samples.
+        cells: Number of cells of the grid that `choose_grid` makes where `nodes` is None.
+        nodes: (cells + 1,) grid.
+        smoothness: lambda; None: by generalised cross-validation.
+        uniform_share: Share of uniform cells of the chosen grid.
+        sign: -1 for an output that falls.
+        memoryless: Whether there are a linear and a quadratic memoryless term.
     """
     if nodes is None:
         nodes = choose_grid(v, y, cells, uniform_share=uniform_share, scored=scored)
@@ -106,10 +120,10 @@ def fit_preisach(
 def _fit_masses(
     rows: CornerRows, basis: FloatArray, target: FloatArray, rough: FloatArray, smoothness: float | None
 ) -> FloatArray:
-    """Of the cells, beside what the orthonormal columns of `basis` (samples, m) explain."""
+    """Return the masses of the cells beside what the orthonormal columns of `basis` (samples, m) explain."""
 
     def less(series: FloatArray) -> FloatArray:
-        """Without its part along the basis."""
+        """Remove the part along the basis."""
         found: FloatArray = series - basis @ (basis.T @ series)
         return found
 
@@ -136,8 +150,10 @@ def _fit_masses(
 def _predict_error(
     gram: FloatArray, regular: FloatArray, masses: FloatArray, residual: FloatArray, fitted: int
 ) -> float:
-    """RMS on samples that took no part, by generalised cross-validation among the cells that are not empty; `fitted`
-    other unknowns were found from the same samples."""
+    """Return the RMS error predicted for new samples by generalised cross-validation among the non-empty cells.
+
+    `fitted` other unknowns were estimated from the same samples.
+    """
     free, count = masses > 0.0, len(residual)
     freedom = float(fitted)
     if free.any():
@@ -147,8 +163,10 @@ def _predict_error(
 
 
 def build_roughness(nodes: FloatArray) -> FloatArray:
-    """L' L of second differences of cell density, in units of the median cell area: along both switching fields, and
-    along their mean (cells diagonally next to each other)."""
+    """Return L' L of second differences of cell density, in units of the median cell area.
+
+    Differences are taken along both switching fields, and along their mean (cells diagonally next to each other).
+    """
     widths = np.diff(nodes)
     count = len(widths)
     upper, lower = np.tril_indices(count)

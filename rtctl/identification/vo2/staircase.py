@@ -1,6 +1,6 @@
-"""Quasi-static staircases: the end of each hold is a steady state, so current is the temperature surrogate.
+"""Steady states of quasi-static staircases: at the end of each hold the current is the temperature surrogate.
 
-Paper, section II.C: each current is held 10 ms, five time constants of the heating and more. Where a record goes on
+Paper, section II.C: each current is held 10 ms, five time constants of the heating and more. Where a record continues
 after it has settled, the steady state is the mean of the settled samples: `count_settled_samples`.
 """
 
@@ -20,12 +20,12 @@ from rtctl.measured.dataset import Dataset, Record
 READINGS = ("resistance", "deflection")
 MIN_HOLDS = 10
 MAX_SETTLING_RATIO = 0.1
-"""Of the variance of a mean's noise: settling, squared."""
+"""Largest squared settling, relative to the variance of a mean's noise, that counts as invisible."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyStates:
-    """Ends of holds of one or more staircases, one after the other: means of what is settled there.
+    """Means of the settled samples at the ends of holds of one or more staircases in a row.
 
     Each staircase is preceded by one sample far below the range (`weight` 0): it puts any hysteresis model on the
     branch that a full cooling leaves, which is where each record starts.
@@ -36,9 +36,9 @@ class SteadyStates:
     deflection_um: FloatArray
     """NaN where a record has none."""
     weight: FloatArray
-    """1 for measured samples, 0 for the reset samples and for what the manifest says not to score."""
+    """Weight: 1 for measured samples, 0 for the reset samples and for those the manifest says not to score."""
     reset: NDArray[np.bool_]
-    """The sample before each staircase (a measured current may be 0 mA as well)."""
+    """Which samples precede a staircase (a measured current may be 0 mA as well)."""
 
     @property
     def scored(self) -> NDArray[np.bool_]:
@@ -47,13 +47,13 @@ class SteadyStates:
 
 
 def find_hold_ends(current_mA: FloatArray) -> NDArray[np.intp]:
-    """Indices of the last sample of each run of equal current."""
+    """Return the indices of the last sample of each run of equal current."""
     changes = np.flatnonzero(np.diff(current_mA) != 0.0)
     return np.append(changes, len(current_mA) - 1)
 
 
 def extract_steady_states(dataset: Dataset, use: str = "identify") -> SteadyStates:
-    """All staircases of a vo2 dataset. Raises InputError where there is none."""
+    """Return the steady states of all staircases of a vo2 dataset. Raises InputError where there is none."""
     records = [record for record in dataset.records if record.use == use]
     if not records:
         raise InputError(
@@ -64,7 +64,7 @@ def extract_steady_states(dataset: Dataset, use: str = "identify") -> SteadyStat
 
 
 def simulate_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "identify") -> FloatArray:
-    """Surrogate v [mA] at the ends of the holds, in the order of `extract_steady_states`, with what heating is left.
+    """Return the surrogate v [mA] at the ends of the holds, in the order of `extract_steady_states`.
 
     After five time constants 0.7 % of a step is still to come: little, but it would bias the time constant. A
     record with one row a hold gives its steady states themselves.
@@ -106,11 +106,11 @@ def _extract_record_states(
 
 
 def count_settled_samples(record: Record) -> int:
-    """How many at the end of each hold are averaged: as many as still settle by less than their noise lets one see.
+    """Return how many samples at the end of each hold are averaged: as many as settle by less than the noise shows.
 
     Of a tail, d is the mean of its newer half less that of its older one, D the step of its mean from the hold before.
-    What settles is the share of D that is in d (least squares; noise that is stationary has no part in it, of any
-    colour); the rest of d is noise, a quarter of its variance that of the mean.
+    The settling is the share of D that is in d (least squares; stationary noise of any colour has no part in it). The
+    rest of d is noise, a quarter of whose variance is that of the mean.
     """
     ends = find_hold_ends(record.signals["current"])
     lengths = np.diff(ends, prepend=-1)
@@ -124,9 +124,12 @@ def count_settled_samples(record: Record) -> int:
 
 
 def estimate_unsettled_share(record: Record) -> float:
-    """Share of a step that the last sample of a hold still brings, of the reading that moves most.
+    """Return the share of a step that the last sample of a hold still adds, for the reading that moves most.
 
-    NaN where too few holds say so. By samples that have no noise in common: the step is that of the third last ones.
+    The step is that of the samples two before the last: they share no noise with the change.
+
+    Returns:
+        The share, or NaN where there are too few holds.
     """
     current = record.signals["current"]
     ends = find_hold_ends(current)
@@ -141,7 +144,7 @@ def estimate_unsettled_share(record: Record) -> float:
 
 
 def estimate_static_noise(dataset: Dataset) -> dict[str, float]:
-    """RMS noise of one reading, by name (of resistance in its logarithm), about the means of what is settled.
+    """Return the RMS noise of one reading, by name (of resistance in its logarithm), about the settled means.
 
     Empty where no staircase has two settled samples a hold.
     """
@@ -159,7 +162,7 @@ def estimate_static_noise(dataset: Dataset) -> dict[str, float]:
 
 
 def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
-    """Whether the last two halves, at the ends `held` (holds, 1), differ by noise; a few holds do not say."""
+    """Return whether the last two halves at the ends `held` (holds, 1) differ only by noise; False with few holds."""
     if len(held) < MIN_HOLDS:
         return False
     newer, older = (values[held - first - np.arange(half)].mean(axis=1) for first in (0, half))
@@ -170,7 +173,7 @@ def _is_settled(values: FloatArray, held: NDArray[np.intp], half: int) -> bool:
 
 
 def _average_hold_ends(values: FloatArray, ends: NDArray[np.intp], count: int) -> FloatArray:
-    """(holds,): of the last `count` samples of each hold, of half of it where it is shorter than twice that."""
+    """Return means (holds,) of the last `count` samples of each hold, or of half of a hold shorter than twice that."""
     count_of = np.clip(np.diff(ends, prepend=-1) // 2, 1, count)
     found = values[ends].copy()
     for back in range(1, count):

@@ -1,4 +1,4 @@
-"""What a compiled block of steps goes on from and leaves behind: one record of numbers; and why a block has ended.
+"""Shared state of a compiled block, one record of numbers, and its exit reasons.
 
 Times are of the monotonic clock [ns]; levels and readings in the units of the profile.
 """
@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rtctl.safety.guards import GUARD
+
 MOST_DELAY = 4
 NOTHING, PI = 0, 1
-"""What decides: a playback of levels without an estimate, or the observer under a PI."""
+"""What decides on the next level: a playback of levels without an estimate, or the observer and the PI."""
 
 _I, _F = np.int64, np.float64
+GUARD_FIELDS = list(GUARD.names or ())
 LOOP = np.dtype(
     [
         # clock
@@ -28,17 +31,15 @@ LOOP = np.dtype(
         ("decides", _I), ("level", _F), ("delay", _I), ("sent", _F, (MOST_DELAY + 1,)),
         ("low", _F), ("high", _F), ("slew", _F), ("fit_error", _F),
         ("rms_squared", _F), ("rms_window_s", _F), ("mean_square", _F),
-        # what is believed of a reading
-        ("sensed_low", _F), ("sensed_high", _F), ("guarded", _I), ("timed", _I), ("rate", _F),
-        ("frozen_after", _I), ("frozen_travel", _F), ("lockstep_us", _I), ("tolerance_us", _F),
-        # the readings before
+        # plausible readings
+        ("sensed_low", _F), ("sensed_high", _F), ("guarded", _I), ("rate", _F),
+        # the reading before
         ("sensed", _F), ("counter", _I), ("time_us", _I), ("reference", _F), ("status", _I), ("in_force", _I),
-        ("equal", _I), ("lowest", _F), ("highest", _F), ("counts", _I),
-        ("anchored", _I), ("anchor_us", _I), ("anchor_begun_ns", _I), ("anchor_answered_ns", _I),
         # of the sample that a block has ended in
         ("missed", _I), ("begun_ns", _I), ("answered_ns", _I), ("ended", _I),
         # counted
         ("steps", _I), ("overruns", _I), ("rows", _I), ("signal_number", _I), ("timing_number", _I),
+        *((name, GUARD[name]) for name in GUARD_FIELDS),
     ]
 )  # fmt: skip
 
@@ -49,26 +50,26 @@ Loop = NDArray[Any]
 
 
 class BlockExit(IntEnum):
-    """Why a block has ended; in all but the first three Python completes the sample that is under way."""
+    """Why a block ended; in all but the first three cases Python completes the sample under way."""
 
     DONE = 0
-    """All rows are written, or the last sample is taken."""
+    """All rows are written, or the last sample was taken."""
     SIGNAL = 1
-    """A signal came: Python's handlers want to run. No sample is under way."""
+    """A signal came and Python's handler is to run; no sample is under way."""
     LATE = 2
-    """The plan's last samples went by; they are counted."""
+    """The plan's last samples were missed; they are counted."""
     MISSED = 3
-    """Periods were missed and somebody judges them, or the level in force is too much for so long: not sent yet."""
+    """Periods were missed and are to be judged, or the level in force was held too long; nothing is sent yet."""
     EXCHANGE = 4
-    """The exchange did not end well."""
+    """The exchange failed, or is one for Python."""
     UNLIKELY = 5
-    """The reading is not to be believed."""
+    """The reading is implausible."""
     CHANGE = 6
-    """A parameter is to be changed; the reading is judged, nothing is decided."""
+    """A parameter is to change; the reading is judged, nothing is decided yet."""
     NOT_FINITE = 7
-    """The controller asked for what is no level; its terms and the estimate are not recorded."""
+    """The controller asked for a level that is not finite; the sample is not recorded."""
     ENERGY = 8
-    """The next level would put in too much."""
+    """The next level would exceed the limit of the mean square."""
 
 
 DONE, SIGNAL, LATE, MISSED, EXCHANGE, UNLIKELY, CHANGE, NOT_FINITE, ENERGY = (int(code) for code in BlockExit)

@@ -20,11 +20,11 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.controllers.feedforward import InverseFeedforward, packed_inverse_step
-from rtctl.controllers.pi import CommandTerms, Feedforward, NoFeedforward, PiController, PiState
+from rtctl.controllers.pi import CommandTerms, Feedforward, NoFeedforward, PiController, PiState, pi_step
 from rtctl.estimators.observer import ObserverEstimator, packed_observer_step
 from rtctl.interfaces import Controller, Estimator
 from rtctl.loop.step import Decision, Levels, ReadableStep, Step, preview_of
-from rtctl.safety.limits import CommandLimits
+from rtctl.safety.limits import CommandLimits, limit_command
 
 INTEGRAL, ERROR, KP, KI, DEADBAND, LOW, HIGH, SLEW = range(8)
 Decided = tuple[float, float, float, float, float]
@@ -40,42 +40,38 @@ def pi_within_limits(
     level: float,
     elapsed_s: float,
 ) -> Decided:
-    """Next level, the level asked for, P, I and feedforward; `control` and `forward` (empty: none) advance in place.
+    """Take one step of the PI and limit its command; the integral gives up what the limits hold back.
 
-    The same operations in the same order as `PiController` and `CommandLimits.clip`; a level asked for that is not
-    finite comes back as it is.
+    Args:
+        control: integral, error, gains, deadband and limits, advanced in place.
+        forward: the feedforward's memory, advanced in place; empty: there is none.
+        value: the estimate [um].
+        setpoint: the setpoint of this sample [um].
+        upcoming: the setpoint that the next command aims at [um].
+        level: the level that was commanded last [mA].
+        elapsed_s: time since the reading before [s].
+
+    Returns:
+        The next level, the level that was asked for, and its proportional, integral and feedforward terms [mA]. A level
+        that is not finite is returned as it is.
     """
-    error = setpoint - value
-    if error > control[DEADBAND]:
-        error = error - control[DEADBAND]
-    elif error < -control[DEADBAND]:
-        error = error + control[DEADBAND]
-    elif error == error:
-        error = 0.0
-    proportional = control[KP] * error
-    integral = control[INTEGRAL] + control[KI] * error * elapsed_s
+    error, proportional, integral = pi_step(
+        control[INTEGRAL], setpoint - value, elapsed_s, control[KP], control[KI], control[DEADBAND]
+    )
     feedforward = packed_inverse_step(forward, upcoming, elapsed_s) if forward.size > 0 else 0.0
     asked = proportional + integral + feedforward
     control[ERROR], control[INTEGRAL] = error, integral
     if not math.isfinite(asked):
         return asked, asked, proportional, integral, feedforward
-    reach = control[SLEW] * elapsed_s
-    allowed = asked
-    if allowed > level + reach:
-        allowed = level + reach
-    elif allowed < level - reach:
-        allowed = level - reach
-    if allowed < control[LOW]:
-        allowed = control[LOW]
-    elif allowed > control[HIGH]:
-        allowed = control[HIGH]
+    allowed = limit_command(asked, level, control[SLEW] * elapsed_s, control[LOW], control[HIGH])
     if allowed != asked:
         control[INTEGRAL] = integral + (allowed - asked)
     return allowed, asked, proportional, integral, feedforward
 
 
+# 9 parameters because a kernel takes its arrays one by one
 @kernel
-def observer_pi_step(
+def observer_pi_step(  # noqa: PLR0913
     memory: FloatArray,
     control: FloatArray,
     forward: FloatArray,
@@ -86,7 +82,22 @@ def observer_pi_step(
     sensed: float,
     elapsed_s: float,
 ) -> tuple[float, float, float, int, float, float, float, float, float]:
-    """What the observer's kernel gives, then what `pi_within_limits` does."""
+    """Take one step of the observer, then of the PI within its limits.
+
+    Args:
+        memory: the observer's memory, advanced in place.
+        control: the controller's memory, likewise.
+        forward: the feedforward's memory, likewise; empty: there is none.
+        setpoint: the setpoint of this sample [um].
+        upcoming: the setpoint that the next command aims at [um].
+        believed: the level that was in force before the reading [mA].
+        level: the level that was commanded last [mA].
+        sensed: the reading [ohm].
+        elapsed_s: time since the reading before [s].
+
+    Returns:
+        What `packed_observer_step` returns, then what `pi_within_limits` returns.
+    """
     value, surrogate, error, status = packed_observer_step(memory, believed, sensed, elapsed_s)
     allowed, asked, proportional, integral, feedforward = pi_within_limits(
         control, forward, value, setpoint, upcoming, level, elapsed_s
@@ -95,7 +106,7 @@ def observer_pi_step(
 
 
 class CompiledStep:
-    """`Step` of an observer and a PI."""
+    """A `Step` of an observer and a PI."""
 
     def __init__(
         self, estimator: ObserverEstimator, controller: PiController, limits: tuple[CommandLimits, ...]
@@ -108,7 +119,7 @@ class CompiledStep:
         self._decide: Callable[..., Any] = observer_pi_step
 
     def start(self, levels: Levels, setpoint: float, sensed: Sequence[float], period_s: float) -> Levels:
-        """See `Step`: the parts start themselves, then their state is taken over."""
+        """Start the parts and take over their state; see `Step`."""
         first = self._readable.start(levels, setpoint, sensed, period_s)
         self._memory = self._estimator.memory
         self._forward = _memory_of(self._controller.feedforward)
@@ -135,7 +146,7 @@ class CompiledStep:
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """What `observer_pi_step` advances from a start on, and the error of the fit that an estimate's is beside."""
+        """Return the memories that `observer_pi_step` advances, and the standard error of the model's fit [um]."""
         return self._memory, self._control, self._forward, self._estimator.fit_error
 
     def parameters(self) -> Mapping[str, float]:
@@ -143,7 +154,7 @@ class CompiledStep:
         return self._controller.parameters()
 
     def change(self, name: str, value: float) -> None:
-        """See `Step`: the controller decides, in its own state."""
+        """Change a parameter in the controller and take it over; see `Step`."""
         self._controller.resume(PiState(float(self._control[INTEGRAL]), float(self._control[ERROR])))
         self._readable.change(name, value)
         self._take_over()
@@ -156,14 +167,14 @@ class CompiledStep:
 
 
 def _memory_of(feedforward: Feedforward) -> FloatArray:
-    """What its kernel advances; empty where there is none."""
+    """Return the memory that a feedforward's kernel advances; empty if there is none."""
     return feedforward.memory if isinstance(feedforward, InverseFeedforward) else np.empty(0)
 
 
 def compiled_step(
     estimator: Estimator, controller: Controller, limits: tuple[CommandLimits, ...]
 ) -> Step | None:
-    """One compiled call where the parts are those that it knows, not kinds of them; else None."""
+    """Return the parts as one compiled call; None if one of them is of another type, also of a derived one."""
     if type(estimator) is not ObserverEstimator or type(controller) is not PiController:
         return None
     known = type(controller.feedforward) in (NoFeedforward, InverseFeedforward)

@@ -1,6 +1,8 @@
-"""Which runs can be taken in compiled blocks; a reason, in words, for those that cannot."""
+"""Support of compiled blocks: which runs can be taken in them, and the reason for those that cannot."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.records import DeviceProfile, Driver
@@ -14,41 +16,64 @@ from rtctl.loop.compiled.step import CompiledStep
 from rtctl.loop.sampler import LoopParts, Sampler
 from rtctl.recording.mapped import MappedRecorder
 from rtctl.recording.rows import Recorder
-from rtctl.timing.clock import MonotonicClock, NoSpin, SimulatedClock, TrackedSpin
+from rtctl.safety.guards import GUARD, changes_too_fast, follows, mean_square_after
+from rtctl.safety.limits import limit_command
+from rtctl.safety.plausibility import is_plausible
+from rtctl.timing.clock import (
+    MonotonicClock,
+    NoSpin,
+    SimulatedClock,
+    TrackedSpin,
+    adapted_spin_ns,
+    due_tick,
+)
+from rtctl.timing.step_timing import StepTiming
 
 BLOCKS = "compiled blocks, without the interpreter's lock"
 
 
-def compiled_sampler(sampling: Sampler) -> tuple[CompiledSampler | None, str]:
-    """The samples of a run in compiled blocks, or None; and what is said of that."""
-    reason = why_not(sampling.parts, sampling.plan.reading_delay)
-    driver = sampling.parts.driver
+def compiled_sampler(sampler: Sampler) -> tuple[CompiledSampler | None, str]:
+    """Return a sampler in compiled blocks, or None; and how the samples are taken, in words."""
+    reason = why_not(sampler.parts, sampler.plan.reading_delay)
+    driver = sampler.parts.driver
     exchange = None if reason else compiled_exchange(driver)
     if exchange is None:
         return None, f"Python: {reason or 'this line is exchanged over in Python'}"
-    return CompiledSampler(sampling, exchange, lambda: compiled_exchange(driver)), BLOCKS
+    return CompiledSampler(sampler, exchange, lambda: compiled_exchange(driver)), BLOCKS
 
 
 def compiled_exchange(driver: Driver) -> CompiledExchange | None:
-    """Of a driver that has one; made, or taken from the disk: before a device is armed, for it may last seconds."""
+    """Return the driver's compiled exchange, or None; compiling takes seconds, so call it before a device is armed."""
     find = getattr(driver, "compiled_exchange", None)
-    found: CompiledExchange | None = None if find is None or not AVAILABLE else find()
-    return found
+    exchange: CompiledExchange | None = None if find is None or not AVAILABLE else find()
+    return exchange
+
+
+def compile_kernels() -> None:
+    """Compile the kernels of the loop in Python, or load them: before a device is opened, whose watchdog runs then."""
+    limit_command(0.0, 0.0, 0.0, 0.0, 0.0)
+    is_plausible(0.0, 0.0, 0.0, 0, 0)
+    changes_too_fast(0.0, 0.0, 0.0, 0.0)
+    follows(np.zeros(1, dtype=GUARD), False, 0.0, 0, 0, 0, 0, 0)
+    mean_square_after(0.0, 0.0, 0.0, 1.0)
+    due_tick(0, 0, 0, 1, 0)
+    adapted_spin_ns(0.0, 0, 0.0, 0.0, 0.0)
+    StepTiming().step(0, 0, 0)
 
 
 def prepare(driver: Driver) -> None:
-    """Compile before the device is opened."""
+    """Compile the block for a driver before its device is opened."""
     if has_one_of_each(driver.profile) and (exchange := compiled_exchange(driver)) is not None:
         compiled_block(exchange)
 
 
 def has_one_of_each(profile: DeviceProfile) -> bool:
-    """One command and one reading."""
+    """Return whether a device has one command and one reading."""
     return len(profile.commands) == 1 and len(profile.sensed) == 1
 
 
 def why_not(parts: LoopParts, delay: int) -> str:
-    """Why the samples cannot be taken in compiled blocks, where the driver does not matter; "": they can."""
+    """Return why samples cannot be taken in compiled blocks, apart from the driver; "": they can."""
     checks = (
         (parts.compiled, "clock.unlocked is false"),
         (AVAILABLE, "this machine's system calls are not those that are compiled"),
@@ -63,7 +88,7 @@ def why_not(parts: LoopParts, delay: int) -> str:
 
 
 def _decides_compiled(parts: LoopParts) -> bool:
-    """The observer under a PI in one call, or levels played without an estimate."""
+    """Return whether the observer and a PI decide in one call, or levels are played without an estimate."""
     if type(parts.step) is CompiledStep:
         return True
     plays = type(parts.estimator) is NoEstimator and type(parts.controller) is PlaybackController

@@ -192,14 +192,16 @@ OSCILLATOR = Subject(
     slopes=slopes,
     steps=Steps((1e-5, 1e-7, 1e-9), small=1e-3),
     past=Past(
-        tuple(Force(name, "past") for name in PAST), past_slopes, ("unnamed.relaxations", "unnamed.feedback")
+        tuple(Force(name, "past") for name in PAST),
+        past_slopes,
+        ("nonparametric.relaxations", "nonparametric.feedback"),
     ),
     unnamed=(
-        "unnamed.spring",
-        "unnamed.stop",
-        "unnamed.dissipation",
-        "unnamed.relaxations",
-        "unnamed.feedback",
+        "nonparametric.spring",
+        "nonparametric.stop",
+        "nonparametric.dissipation",
+        "nonparametric.relaxations",
+        "nonparametric.feedback",
     ),
     sensed=lambda records: 1.0,
     lag_s=_quarter_period,

@@ -1,4 +1,4 @@
-"""The identified VO2 actuator: current -> heat -> film -> readings, and what a nominal model leaves out."""
+"""The identified VO2 actuator: current -> heat -> film -> readings, and the effects that a nominal model omits."""
 
 from rtctl.simulations.vo2.extending import extended_model
 from rtctl.simulations.vo2.mechanisms import MECHANISMS

@@ -1,4 +1,4 @@
-"""The current between its samples, as pieces that are smooth: one a sample period, two where it comes late.
+"""The current between its samples as smooth pieces: one a sample period, two where it is delayed.
 
 A delay of w periods and a part f of one puts a sample's instant at f into each period: the piece before it belongs to
 the sample period w + 1 back, the one after it to that w back. Before the first sample the current was the first one's.
@@ -15,7 +15,7 @@ from rtctl.simulations.vo2.mechanism import Commanded, Pieces
 
 
 def pieces_of(commanded: Commanded) -> Pieces:
-    """Nodes over the n - 1 periods between the first and the last sample. Raises ValueError on an unknown hold."""
+    """Return nodes over the n - 1 periods between first and last sample. Raises ValueError on an unknown hold."""
     late = commanded.delay_s / commanded.period_s
     whole = math.floor(late)
     part = late - whole
@@ -26,7 +26,7 @@ def pieces_of(commanded: Commanded) -> Pieces:
 
 
 def _nodes(commanded: Commanded, back: int, begin: float, end: float) -> FloatArray:
-    """(periods, 3): start, middle and end of `begin` to `end` of the sample period that lies `back` periods back."""
+    """Return (periods, 3): start, middle and end of `begin` to `end` of the sample period `back` periods back."""
     x = commanded.samples
     index = np.arange(len(x) - 1) - back
     if commanded.hold == "zero":
@@ -46,7 +46,7 @@ def _nodes(commanded: Commanded, back: int, begin: float, end: float) -> FloatAr
 
 
 def _between(samples: FloatArray, fraction: float) -> FloatArray:
-    """Band-limited values `fraction` of a period after each sample; mirrored at both ends."""
+    """Return band-limited values `fraction` of a period after each sample; mirrored at both ends."""
     if fraction in (0.0, 1.0):
         return samples if fraction == 0.0 else np.append(samples[1:], samples[-1])
     mirrored = np.concatenate((samples, samples[::-1]))

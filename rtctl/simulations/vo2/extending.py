@@ -1,4 +1,4 @@
-"""A simulation's numbers back into the model that its file holds."""
+"""Write a simulation's numbers back into the model of its file."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Interval = tuple[float, float]
 
 
 def extended_model(simulation: Vo2Simulation, intervals: dict[str, Interval] | None = None) -> Vo2Model:
-    """The identified model with the simulation's values and mechanisms; `intervals` by a parameter's name.
+    """Return the identified model with the simulation's values and mechanisms; `intervals` by a parameter's name.
 
-    What stands at neutral is left out of the corrections; a time constant keeps its error where it did not move.
+    Neutral values are left out of the corrections; a time constant that did not move keeps its standard error.
     """
     nominal = {one.name: one for one in simulation.parameters if not one.mechanism}
     corrections = {

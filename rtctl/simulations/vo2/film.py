@@ -1,7 +1,7 @@
 """The identified read-outs along a path of temperatures that visits more than the samples.
 
-Only turning points and samples move the relays: between them a Preisach model forgets the way, so what a temperature
-does within a sample period costs nothing where it rises or falls all along.
+Only turning points and samples move the relays: between them a Preisach model forgets the way, so the course within a
+sample period costs nothing where the temperature rises or falls throughout.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rtctl.hysteresis.preisach.model import (
 
 
 class ReadOut(NamedTuple):
-    """y and the part of it that the relays make, one value every `every` instants."""
+    """Reading y and the part of it from the relays, one value every `every` instants."""
 
     y: FloatArray
     relays: FloatArray
@@ -32,7 +32,7 @@ class ReadOut(NamedTuple):
 def read_path(
     state: FloatArray, seen: FloatArray, peaks: FloatArray, every: int, params: PreisachParams
 ) -> ReadOut:
-    """The read-out at `seen` by way of `peaks` (both (instants,) [mA]). Advances `state` in place."""
+    """Return the read-out at `seen` by way of `peaks` (both (instants,) [mA]). Advances `state` in place."""
     state, params = uncounted(state), uncounted_params(params)
     count = (seen.size - 1) // every + 1
     y, relays = np.empty(count), np.empty(count)
@@ -50,5 +50,5 @@ def read_path(
 
 
 def follow(seen: FloatArray, peaks: FloatArray, every: int, params: PreisachParams) -> ReadOut:
-    """`read_path` from the branch that a full cooling leaves."""
+    """Apply `read_path` from the branch that a full cooling leaves."""
     return read_path(cooled_stack(params.grid), seen, peaks, every, params)

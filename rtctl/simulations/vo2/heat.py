@@ -1,4 +1,4 @@
-"""The heat balance where more acts than one time constant; see `balance_pieces`."""
+"""The heat balance with more effects than one time constant; see `balance_pieces`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BISECTIONS = 60
 
 
 class Powers(NamedTuple):
-    """Of the heater at start, quarter, middle and end of a substep [mA^2]."""
+    """Power of the heater at start, quarter, middle and end of a substep [mA^2]."""
 
     start: float
     quarter: float
@@ -33,8 +33,12 @@ class Powers(NamedTuple):
 
 
 class Step(NamedTuple):
-    """T_1, T_2, T at the end of a substep and T in its middle [mA^2], its capacity, the heat stored [mA^2] and the
-    share of the film that has changed phase."""
+    """Result of a substep.
+
+    T_1, T_2, T at its end and T in its middle [mA^2], its capacity, the heat stored [mA^2] and the share of the film
+    that
+    has changed phase.
+    """
 
     main: float
     second: float
@@ -47,26 +51,26 @@ class Step(NamedTuple):
 
 @kernel
 def surrogate_power(T: float, b: Balance) -> float:
-    """s [mA^2] that the identified loops know by a temperature T [mA^2]."""
+    """Return the s [mA^2] at which the identified loops have a temperature T [mA^2]."""
     return T * (1.0 + b.loss_known * T) / (1.0 + b.tcr_known * T)
 
 
 @kernel
 def loop_current(s: float, b: Balance) -> float:
-    """v [mA] where the identified loops are at s [mA^2]."""
+    """Return the v [mA] at which the identified loops are at s [mA^2]."""
     return math.sqrt(max(s, 0.0)) + b.zone
 
 
 @kernel
 def heating_power(current: float, b: Balance) -> float:
-    """Of a current [mA], either way, less what of it does not heat [mA^2]."""
+    """Return the power [mA^2] of a current [mA] of either sign, less its part that does not heat."""
     heating = max(abs(current) - b.zone, 0.0)
     return heating * heating
 
 
 @kernel
 def balanced(power: float, tcr: float, loss: float) -> float:
-    """T with T (1 + loss T) = power (1 + tcr T)."""
+    """Return the T with T (1 + loss T) = power (1 + tcr T)."""
     half = 1.0 - tcr * power
     return 2.0 * power / (half + math.sqrt(half * half + 4.0 * loss * power))
 
@@ -158,7 +162,7 @@ def stores(b: Balance) -> bool:
 def extra_heat(
     T: float, power: float, drift: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams
 ) -> float:
-    """What heats and cools beyond power - T [mA^2], of a film at T + drift."""
+    """Return the heating and cooling beyond power - T [mA^2], of a film at T + drift."""
     extra = (b.tcr * power - b.loss * T) * T
     if b.self_heating != b.self_heating_known:
         v = loop_current(surrogate_power(T + drift, b), b)
@@ -168,21 +172,21 @@ def extra_heat(
 
 @kernel
 def cool(state: FloatArray, params: PreisachParams) -> None:
-    """`state` as a full cooling leaves it."""
+    """Reset `state` to that after a full cooling."""
     state[:] = 0.0  # `cooled_stack`, which is no kernel
     state[1] = params.grid[0]
 
 
 @kernel
 def settle_film(state: FloatArray, T: float, b: Balance, params: PreisachParams) -> None:
-    """`state` as T leaves it after a full cooling."""
+    """Set `state` to that at T after a full cooling."""
     cool(state, params)
     preisach_step(state, loop_current(surrogate_power(T, b), b), params)
 
 
 @kernel
 def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
-    """T at which a constant power holds the film, heated from cold; leaves `film` cooled."""
+    """Return the T at which a constant power holds the film, heated from cold; leaves `film` cooled."""
     T = steady_temperature(power, b)
     if b.self_heating == b.self_heating_known:
         return T
@@ -198,12 +202,13 @@ def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r
     return T
 
 
+# many parameters because a compiled kernel takes plain arrays and NamedTuples, not an object
 @kernel
-def advance(
+def advance(  # noqa: PLR0913
     step: Step, power: Powers, drift: float, h: float, beam: FloatArray, film: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> Step:  # fmt: skip
-    """One substep of h [s] in a room that is warmer by `drift` [mA^2], as is the film then; moves no relays."""
+    """Advance by one substep of h [s] in a room warmer by `drift` [mA^2], as is the film then; moves no relays."""
     p0, pq, pm, p1 = power
     e = extra_heat(step.T, p0, drift, film, cold, b, r)
     base = b.time_constant_s * (1.0 + b.cooling if pm + e < step.T else 1.0)
@@ -237,12 +242,13 @@ def advance(
     return Step(main, second, T, half, capacity, heat, phase)
 
 
+# many parameters because a compiled kernel takes plain arrays and NamedTuples, not an object
 @background_kernel
-def balance_pieces(
+def balance_pieces(  # noqa: PLR0913
     nodes: FloatArray, durations: FloatArray, substeps: int, memory: FloatArray, cold: float, b: Balance,
     d: PreisachParams, r: PreisachParams,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
-    """Surrogate, what the relays see of it, and where that turned before, [mA^2] at the ends of all substeps.
+    """Return the surrogate, its value for the relays, and that value's turning points [mA^2] at all substeps' ends.
 
     All of shape (pieces * substeps + 1,), from rest in the first current. P = i^2, T = (1 - share) T_1 + share T_2, Q
     the heat that the phase has stored:
@@ -293,7 +299,7 @@ def balance_pieces(
 def heat_balance(
     pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """`balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
+    """Run `balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
     power, lagging, peaks = balance_pieces(
         pieces.nodes, pieces.durations_s, substeps, np.empty((2, 1 + 2 * MAX_EXTREMA)),
         -math.log(model.resistance.high), balance, model.deflection_preisach.params, model.resistance_preisach.params,
@@ -302,7 +308,7 @@ def heat_balance(
 
 
 def phases_of(model: Vo2Model, balance: Balance) -> Phases:
-    """The film's, as it was identified."""
+    """Return the phases of the film as it was identified."""
     return Phases(
         -math.log(model.resistance.high),
         -math.log(model.resistance.low),

@@ -1,9 +1,9 @@
-"""What a mechanism does to an identified VO2 actuator: to its current, its heat, its film or its readings.
+"""Mechanisms of an identified VO2 actuator: effects on its current, its heat, its film or its readings.
 
 A mechanism is one file: its declaration and one or more contributions, here in the order in which a signal passes
 them. Temperatures are surrogates: v [mA] is the constant current that would hold them, v^2 [mA^2] its power.
-What a mechanism does at rest is part of the identified loops already, where they come from the same device: `known`
-says how much of it they hold, all of it unless the data say otherwise.
+The effect of a mechanism at rest is part of the identified loops already, where they come from the same device:
+`known` is the share of it that they contain, all of it unless the data say otherwise.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S
 from rtctl.simulations.vo2.phases import Phases
 
 Values = Mapping[str, float]
-"""Of one mechanism, by parameter name."""
+"""Values of one mechanism, by parameter name."""
 TYPICAL_TIME_S = NOMINAL_TIME_CONSTANT_S
 
 
 class Commanded(NamedTuple):
-    """The current as it was sampled [mA], and how it goes on between samples."""
+    """The current as it was sampled [mA], and how it continues between samples."""
 
     samples: FloatArray
-    """(n,)"""
+    """Samples (n,) [mA]."""
     period_s: float
     hold: str
     delay_s: float = 0.0
     onward: FloatArray = np.empty(0)
-    """(m,) after `samples`: a band-limited current before its last sample depends on what came then."""
+    """Samples (m,) [mA] after `samples`: a band-limited current before its last sample depends on them."""
 
 
 class Pieces(NamedTuple):
     """The current over pieces of each sample period, smooth within each."""
 
     nodes: FloatArray
-    """(periods * pieces, 3): at start, middle, end of each piece [mA]."""
+    """Current (periods * pieces, 3) at start, middle, end of each piece [mA]."""
     durations_s: FloatArray
-    """(pieces,), of one period."""
+    """Durations (pieces,) in one period [s]."""
 
 
 class Balance(NamedTuple):
@@ -52,31 +52,31 @@ class Balance(NamedTuple):
 
     time_constant_s: float
     share: float = 0.0
-    """Of the second part."""
+    """Share of the second part [-]."""
     second_time_constant_s: float = 1.0
     tcr: float = 0.0
-    """1/mA^2"""
+    """Temperature coefficient of the heater [1/mA^2]."""
     tcr_known: float = 0.0
     loss: float = 0.0
-    """1/mA^2"""
+    """Nonlinear loss [1/mA^2]."""
     loss_known: float = 0.0
     latent: float = 0.0
-    """mA^2"""
+    """Latent heat [mA^2]."""
     self_heating: float = 0.0
-    """mA^2 at the cold film's resistance."""
+    """Heat of the sensing current [mA^2] at the cold film's resistance."""
     self_heating_known: float = 0.0
     lag_s: float = 0.0
-    """Of the relays behind the temperature."""
+    """Lag of the relays behind the temperature [s]."""
     sharpness: float = 0.0
-    """mA^4, of a capacity that grows with the square of the phase's change with temperature."""
+    """Coefficient [mA^4] of a capacity that grows with the square of the phase's slope over temperature."""
     film_heat: float = 0.0
-    """mA^2, as `latent`, but by the phase that the resistance shows."""
+    """Latent heat [mA^2] that goes with the phase the resistance shows."""
     cooling: float = 0.0
-    """By what part cooling takes longer than heating."""
+    """Relative increase of the time constant while cooling [-]."""
     zone: float = 0.0
-    """mA of the current that does not heat: the identified loops go over all of it."""
+    """Current [mA] that does not heat; the identified loops refer to the whole current."""
     drift: float = 0.0
-    """mA^2/s, of the room from a record's start: the film is warmer by so much than its heat makes it."""
+    """Drift of the room [mA^2/s] from a record's start, by which the film is warmer than its heat makes it."""
 
     @property
     def is_plain(self) -> bool:
@@ -85,47 +85,47 @@ class Balance(NamedTuple):
 
 
 class Warm(NamedTuple):
-    """Temperature at the instants: every sample, and what lies between."""
+    """Temperature at the instants: every sample, and points between."""
 
     power: FloatArray
     """Surrogate (instants,) [mA^2]."""
     lagging: FloatArray
-    """What the relays see (instants,) [mA^2]."""
+    """Surrogate for the relays (instants,) [mA^2]."""
     peaks: FloatArray
-    """Where that turned since the instant before (instants,) [mA^2]; its own value where it did not."""
+    """Turning point of that since the instant before (instants,) [mA^2]; its own value without one."""
     time_s: FloatArray
-    """(instants,) since the first sample."""
+    """Time (instants,) since the first sample [s]."""
 
 
 class Read(NamedTuple):
-    """What film and beam give at the instants, and what instruments make of it; mechanisms replace it."""
+    """Output of film and beam at the instants, and the instruments' readings of it; mechanisms replace them."""
 
     reading: FloatArray
-    """-ln R of the film (instants,)."""
+    """Reading -ln R of the film (instants,)."""
     deflection: FloatArray
-    """(instants,) [um]"""
+    """Deflection (instants,) [um]."""
     resistance_relays: FloatArray
-    """The part of `reading` that the switched relays make (instants,)."""
+    """Part of `reading` (instants,) from the switched relays."""
     deflection_relays: FloatArray
     resistance: FloatArray
-    """What the sensor reads (instants,) [ohm]; once `film` contributions are done."""
+    """Resistance that the sensor reads (instants,) [ohm]; set once `film` contributions are done."""
     surrogate: FloatArray
-    """v (instants,) [mA]"""
+    """Surrogate v (instants,) [mA]."""
     current: FloatArray
-    """That flows just before each instant (instants,) [mA]."""
+    """Current just before each instant (instants,) [mA]."""
     current_after: FloatArray
-    """And just after it."""
+    """Current just after each instant (instants,) [mA]."""
     time_s: FloatArray
     steps_s: FloatArray
-    """From one instant to the next, the pattern of one sample period."""
+    """Time from one instant to the next [s], the pattern of one sample period."""
     span: Span
-    """Of the current at identification [mA]."""
+    """Range of the current at identification [mA]."""
     temperature: FloatArray
-    """Of the film (instants,), in mA^2 of a linear loss."""
+    """Temperature of the film (instants,), in mA^2 of a linear loss."""
     relays_temperature: FloatArray
-    """And what the relays see of it."""
+    """Temperature for the relays (instants,) [mA^2]."""
     phases: Phases
-    """Of the film, all of whose changes with temperature are late where the relays are."""
+    """Phases of the film, all of whose changes with temperature lag where the relays do."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,15 +137,15 @@ class Vo2Mechanism(Mechanism):
     balance: Callable[[Balance, Values], Balance] | None = None
     warm: Callable[[Warm, Values], Warm] | None = None
     loops: Callable[[FloatArray, FloatArray, Values], tuple[FloatArray, FloatArray]] | None = None
-    """Changes what the identified loops see at the instants, and by way of which peaks (instants,) [mA]."""
+    """Changes the input of the identified loops at the instants, and its peaks (instants,) [mA]."""
     film: Callable[[Read, Values], Read] | None = None
     """Changes `reading` and `deflection`."""
     instrument: Callable[[Read, Values], Read] | None = None
     """Changes `resistance` and `deflection`."""
     resolves_s: Callable[[Values], float] | None = None
-    """Needs readings between samples too, at most so many seconds apart."""
+    """Longest interval [s] between readings that it needs, between samples too; None for no such need."""
     stage: int = 0
-    """Among mechanisms that act at the same place: lower ones first."""
+    """Order among mechanisms that act at the same place: lower ones first."""
 
     @property
     def acts_on_temperature(self) -> bool:
@@ -156,14 +156,14 @@ class Vo2Mechanism(Mechanism):
 
 
 def power_of(s: Scales) -> float:
-    """mA^2 that heat is compared with: of a current in the middle of a transition."""
+    """Return the scale of heat [mA^2]: the power of a current in the middle of a transition."""
     return s.drive**2
 
 
 def coefficient(
     name: str, unit: str, meaning: str, scale: float | Callable[[Scales], float], **more: Any
 ) -> Parameter:
-    """A parameter that switches its mechanism off at zero; a number as `scale` is of all VO2 actuators."""
+    """Declare a parameter that switches its mechanism off at zero; a number as `scale` holds for all VO2 actuators."""
     of_records = scale if callable(scale) else lambda s: scale
     return Parameter(name=name, unit=unit, meaning=meaning, scale=of_records, neutral=0.0, **more)
 
@@ -171,7 +171,7 @@ def coefficient(
 def shape(
     name: str, unit: str, meaning: str, scale: float | Callable[[Scales], float], **more: Any
 ) -> Parameter:
-    """A parameter that says how a mechanism acts."""
+    """Declare a parameter of a mechanism's form."""
     of_records = scale if callable(scale) else lambda s: scale
     return Parameter(
         name=name, unit=unit, meaning=meaning, scale=of_records, neutral=None, **{"low": 1e-9, **more}
@@ -179,7 +179,7 @@ def shape(
 
 
 def known(**more: Any) -> Parameter:
-    """The share of a steady effect that the identified loops hold already."""
+    """Declare the share of a steady effect that the identified loops contain already."""
     return shape(
         "known", "dimensionless", "share of its steady effect that the identified loops hold already", 1.0,
         default=1.0, low=0.0, high=1.0, shape_range=(0.0, 1.0), **more,
@@ -199,4 +199,4 @@ MIXING = shape(
     high=1.0, shape_range=(-1.0, 1.0),
 )  # fmt: skip
 PURE_PHASES = (ACTIVATION, EXPANSION, MIXING)
-"""Shapes of a mechanism by which the transition is late: see `rtctl.simulations.vo2.phases`."""
+"""Shapes of a mechanism that delays the transition: see `rtctl.simulations.vo2.phases`."""

@@ -15,11 +15,11 @@ from rtctl.simulations.vo2.nominal import nominal_parameters
 from rtctl.simulations.vo2.simulation import Vo2Simulation
 
 UNITS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
-"""Of every vo2 dataset once it is read."""
+"""Units of every vo2 dataset once it is read."""
 
 
 def vo2_simulation(model: Vo2Model, units: Mapping[str, str], source: str) -> Vo2Simulation:
-    """The simulation of `model`. Raises InputError that names `source`, its file."""
+    """Return the simulation of `model`. Raises InputError that names `source`, its file."""
     wrong = [f"{name} in {units[name]}" for name in UNITS.keys() & units.keys() if units[name] != UNITS[name]]
     findings = [f"{source}: a vo2 is simulated in mA, ohm and um, not with {one}" for one in wrong]
     parameters, mechanisms = nominal_parameters(model), []
@@ -45,7 +45,7 @@ def vo2_simulation(model: Vo2Model, units: Mapping[str, str], source: str) -> Vo
 
 
 def _names(mechanism: Vo2Mechanism, table: MechanismTable, where: str) -> list[str]:
-    """What is unknown, missing, or leaves the mechanism without effect."""
+    """Return findings on parameters that are unknown or missing, or that leave the mechanism without effect."""
     names = [declared.name for declared in mechanism.parameters]
     found = [
         f"{where}: unknown parameter {name} of {mechanism.id}{nearest(name, names)}"
@@ -63,7 +63,7 @@ def _names(mechanism: Vo2Mechanism, table: MechanismTable, where: str) -> list[s
 def _parameter(
     declared: Parameter, given: Value | None, mechanism: str, where: str, findings: list[str]
 ) -> FreeParameter:
-    """One number of a mechanism, from the file or where it does nothing; what is wrong goes to `findings`."""
+    """Return one number of a mechanism, from the file or at its neutral value; problems go to `findings`."""
     value = next((x for x in (declared.neutral, declared.default) if x is not None), 1.0)
     if given is not None:
         try:

@@ -1,6 +1,6 @@
-"""What a re-fit of the nominal model may move: the heating's time constant, gain and offset of every signal.
+"""Parameters that a refit of the nominal model may move: the time constant, gain and offset of every signal.
 
-Gains turn about the middle of the range at identification, so that gain and offset are told apart:
+Gains pivot on the middle of the range at identification, which decouples gain and offset:
 x' = x + (gain - 1) (x - middle) + offset, x a current [mA], -ln R, or a deflection [um].
 """
 
@@ -50,7 +50,7 @@ CORRECTIONS = {declared.name: declared for declared in NOMINAL_PARAMETERS[1:]}
 
 
 def nominal_parameters(model: Vo2Model) -> list[FreeParameter]:
-    """Of an identified model, with the corrections that its file has."""
+    """Return the parameters of an identified model, with the corrections in its file."""
     found = []
     for declared in NOMINAL_PARAMETERS:
         value, fixed = model.time_constant_s, False
@@ -67,7 +67,7 @@ def nominal_parameters(model: Vo2Model) -> list[FreeParameter]:
 
 
 def corrected(x: FloatArray, signal: str, middle: float, values: Values, sign: float = 1.0) -> FloatArray:
-    """x' of one signal; `x` itself where there is nothing to correct. `sign` -1: x is minus what the offset is of."""
+    """Return x' of one signal; `x` itself without a correction. `sign` -1: x is minus the quantity of the offset."""
     gain, offset = values[f"{signal}_gain"], values[f"{signal}_offset"]
     if gain == 1.0 and offset == 0.0:
         return x
@@ -75,10 +75,10 @@ def corrected(x: FloatArray, signal: str, middle: float, values: Values, sign: f
 
 
 def middle(span: Span) -> float:
-    """Of a range."""
+    """Return the middle of a range."""
     return 0.5 * (span.low + span.high)
 
 
 def middle_reading(span: Span) -> float:
-    """Of -ln R over a range of resistances."""
+    """Return the middle of -ln R over a range of resistances."""
     return -0.5 * (math.log(span.low) + math.log(span.high))

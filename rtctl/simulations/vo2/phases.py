@@ -5,7 +5,7 @@ switched share phi does: the pure phases follow temperature at once. By Lichtene
 
     exp(n y) = (1 - phi) exp(n y_s(T)) + phi exp(n y_m),  y_s = y_0 + activation (T - T_0),
 
-n = 0 the logarithmic one; y_0 and y_m are the readings of the highest and the lowest resistance that were identified,
+n = 0 is the logarithmic one; y_0 and y_m are the readings of the highest and the lowest identified resistance,
 T_0 is held by the lowest current. The beam bends by -expansion T where nothing switches.
 """
 
@@ -21,43 +21,43 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel
 
 LEAST_CONTRAST = 0.2
-"""Of that of the cold film: a semiconductor comes no nearer to its metal."""
+"""Least contrast of a semiconductor to its metal, relative to that of the cold film."""
 LOGARITHMIC = 1e-6
-"""An exponent below it is none."""
+"""Exponent below which the mixing is logarithmic."""
 LEAST = -0.99
-"""Of a logarithm of 1 + x."""
+"""Lower limit of x in the logarithm of 1 + x."""
 
 
 class Phases(NamedTuple):
-    """Of the film; T in mA^2 of a linear loss."""
+    """Phases of the film; T in mA^2 of a linear loss."""
 
     cold: float
-    """-ln R at `coldest`."""
+    """Reading -ln R at `coldest`."""
     metal: float
-    """-ln R"""
+    """Reading -ln R of the metal."""
     coldest: float
-    """mA^2"""
+    """Lowest identified temperature [mA^2]; nothing switches below it."""
     hottest: float
-    """mA^2, that was identified; above it, and below `coldest`, nothing switches."""
+    """Highest identified temperature [mA^2]; nothing switches above it."""
     activation: float = 0.0
-    """1/mA^2"""
+    """Activation of the semiconductor [1/mA^2]."""
     mixing: float = 0.0
 
     def of(self, p: Mapping[str, float]) -> Phases:
-        """With a mechanism's own shapes."""
+        """Return the phases with a mechanism's own shapes."""
         return self._replace(activation=p["activation"], mixing=p["mixing"])
 
 
 @kernel
 def semiconductor(T: float, film: Phases) -> float:
-    """-ln R of the film without any metal."""
+    """Return -ln R of the film without any metal."""
     most = film.metal - LEAST_CONTRAST * (film.metal - film.cold)
     return min(film.cold + film.activation * (T - film.coldest), most)
 
 
 @kernel
 def switched(reading: float, T: float, film: Phases) -> float:
-    """phi at -ln R and T."""
+    """Return phi at -ln R and T."""
     pure = semiconductor(T, film)
     if abs(film.mixing) < LOGARITHMIC:
         return (reading - pure) / (film.metal - pure)
@@ -66,7 +66,7 @@ def switched(reading: float, T: float, film: Phases) -> float:
 
 @kernel
 def mixed(phi: float, T: float, film: Phases) -> float:
-    """-ln R at phi and T."""
+    """Return -ln R at phi and T."""
     pure = semiconductor(T, film)
     if abs(film.mixing) < LOGARITHMIC:
         return pure + phi * (film.metal - pure)
@@ -75,7 +75,7 @@ def mixed(phi: float, T: float, film: Phases) -> float:
 
 @background_kernel
 def switched_along(reading: FloatArray, T: FloatArray, film: Phases) -> FloatArray:
-    """`switched` of each instant (n,)."""
+    """Return `switched` of each instant (n,)."""
     found = np.empty(reading.size)
     for k in range(reading.size):
         found[k] = switched(reading[k], T[k], film)
@@ -84,7 +84,7 @@ def switched_along(reading: FloatArray, T: FloatArray, film: Phases) -> FloatArr
 
 @background_kernel
 def mixed_along(phi: FloatArray, T: FloatArray, film: Phases) -> FloatArray:
-    """`mixed` of each instant (n,)."""
+    """Return `mixed` of each instant (n,)."""
     found = np.empty(phi.size)
     for k in range(phi.size):
         found[k] = mixed(phi[k], T[k], film)

@@ -1,4 +1,4 @@
-"""tau s' = P(t) - s over one step, exact for P quadratic over it; the last bits are those of `thermal.heat`."""
+"""First-order lag tau s' = P(t) - s over one step, exact for quadratic P; the last bits are those of `thermal.heat`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TURN_ITERATIONS = 3
 
 @kernel
 def relax(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
-    """s after h [s], P given at start, middle and end. tau = 0: follows P at its end."""
+    """Return s after h [s], P given at start, middle and end. tau = 0: follows P at its end."""
     decay = math.exp(-h / tau)
     to_middle, to_end = middle - start, end - start
     b, c = 4.0 * to_middle - to_end, 2.0 * to_end - 4.0 * to_middle
@@ -28,9 +28,9 @@ def relax(s: float, start: float, middle: float, end: float, h: float, tau: floa
 
 @kernel
 def turn(s: float, start: float, middle: float, end: float, h: float, tau: float) -> float:
-    """The extremum of s within the step of `relax`, NaN without one: where s meets P.
+    """Return the extremum of s within the step of `relax`, NaN without one: where s meets P.
 
-    By iteration with the slope of P there; a follower that is much faster than a step turns at its very beginning.
+    By iteration with the slope of P there; a follower that is much faster than a step turns at its very start.
     """
     to_middle, to_end = middle - start, end - start
     b, c = 4.0 * to_middle - to_end, 2.0 * to_end - 4.0 * to_middle
@@ -48,14 +48,14 @@ def turn(s: float, start: float, middle: float, end: float, h: float, tau: float
 
 @kernel
 def at(nodes: FloatArray, row: int, x: float) -> float:
-    """The quadratic through the nodes of a piece at x in 0 .. 1."""
+    """Return the quadratic through the nodes of a piece at x in 0 .. 1."""
     to_middle, to_end = nodes[row, 1] - nodes[row, 0], nodes[row, 2] - nodes[row, 0]
     return float(nodes[row, 0] + x * (4.0 * to_middle - to_end + x * (2.0 * to_end - 4.0 * to_middle)))
 
 
 @background_kernel
 def heat_pieces(nodes: FloatArray, durations: FloatArray, substeps: int, tau: float) -> FloatArray:
-    """Surrogate s [mA^2] at the ends of all substeps (pieces * substeps + 1,), at rest in the first current."""
+    """Return the surrogate s [mA^2] at all substeps' ends (pieces * substeps + 1,), at rest in the first current."""
     s = nodes[0, 0] * nodes[0, 0]
     path = np.empty(nodes.shape[0] * substeps + 1)
     path[0] = s
@@ -70,13 +70,13 @@ def heat_pieces(nodes: FloatArray, durations: FloatArray, substeps: int, tau: fl
 
 
 def lag(values: FloatArray, steps: FloatArray, tau: float) -> FloatArray:
-    """y with tau y' = values - y, settled on the first; values linear between instants `steps` (a pattern) apart."""
+    """Return y with tau y' = values - y, settled on the first; values linear between instants `steps` apart."""
     return values + behind(values, steps, np.array([tau]), np.ones(1))
 
 
 @background_kernel
 def behind(values: FloatArray, steps: FloatArray, taus: FloatArray, weights: FloatArray) -> FloatArray:
-    """The sum of weights (m,) times what lags of `taus` (m,) miss of `values` (n,), each as `relax` has it.
+    """Return the weighted sum of the lag errors of `values` (n,) for several `taus` (m,), each as `relax` has it.
 
     d = y - values goes to d e^(-h / tau) - (tau / h) (1 - e^(-h / tau)) x the rise of the values over h.
     """

@@ -26,19 +26,19 @@ from rtctl.simulations.vo2.relaxation import heat_pieces
 STEPS_PER_TIME_CONSTANT = 8.0
 MOST_SUBSTEPS = 64
 STEPS_OF_AN_INSTANT = 10.0
-"""Steps of an oscillator's integrator that take as long as heat and both loops at one instant."""
+"""Cost of heat and both loops at one instant, in steps of an oscillator's integrator."""
 STEPS_OF_A_READING = 2.0
-"""The same of the readings at one instant."""
+"""Cost of the readings at one instant, in the same steps."""
 
 
 class Visited(NamedTuple):
-    """Temperatures at the instants, as surrogates [mA], and when these are."""
+    """Temperatures at the instants as surrogates [mA], and their times."""
 
     v: FloatArray
     relays: FloatArray
-    """What the relays see of them."""
+    """Temperatures for the relays."""
     peaks: FloatArray
-    """Where that turned since the instant before; its own value where it did not."""
+    """Turning point of that since the instant before; its own value without one."""
     warm: Warm
     pieces: Pieces
     substeps: int
@@ -49,16 +49,16 @@ class Visited(NamedTuple):
 
 
 class LoopPath(NamedTuple):
-    """A record as the identified loops see it."""
+    """A record as the input of the identified loops."""
 
     v: FloatArray
-    """(m,) [mA], one extremum or instant after the other."""
+    """Surrogate (m,) [mA], one extremum or instant after the other."""
     sampled: NDArray[np.intp]
-    """(n,) where the samples are in it."""
+    """Indices (n,) of the samples in it."""
     reading: FloatArray
-    """-ln R (n,) of the loops alone."""
+    """Reading -ln R (n,) of the loops alone."""
     deflection: FloatArray
-    """(n,) [um]"""
+    """Deflection (n,) [um] of the loops alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ class Vo2Simulation:
     state: tuple[str, ...] = ()
 
     def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
-        """See `Simulation.starting`: a record starts at rest."""
+        """Return the initial state: a record starts at rest; see `Simulation.starting`."""
         return np.empty(0)
 
     def predict(
@@ -84,8 +84,9 @@ class Vo2Simulation:
         steps_per_period: float | None = None,
         refine: int = 1,
     ) -> Prediction:
-        """See `Simulation.predict`; a record starts on the branch that a full cooling leaves, at the first current's
-        steady state. `steps_per_period`: of the heating's time constant.
+        """Simulate from the branch that a full cooling leaves, at the first current's steady state.
+
+        See `Simulation.predict`; `steps_per_period` refers to the heating's time constant.
         """
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
         shape = (len(values), stimulus.samples)
@@ -101,12 +102,12 @@ class Vo2Simulation:
         return Prediction({"resistance": resistance, "deflection": deflection}, diverged)
 
     def with_values(self, values: FloatArray) -> Vo2Simulation:
-        """The same model with `values` (parameters,) as its own."""
+        """Return the same model with `values` (parameters,) as its own."""
         moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)
         return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
 
     def extended(self, mechanisms: tuple[str, ...]) -> Vo2Simulation:
-        """The same with these mechanisms at neutral; shapes at their defaults or scales."""
+        """Return the same model with these mechanisms at neutral; shapes at their defaults or scales."""
         added = tuple((MECHANISMS | UNNAMED)[name] for name in mechanisms)
         more = [one for mechanism in added for one in neutral_parameters(mechanism)]
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
@@ -114,7 +115,7 @@ class Vo2Simulation:
     def _sharing_a_temperature(
         self, values: FloatArray, period_s: float, steps: float, refine: int
     ) -> list[list[int]]:
-        """Groups of lanes whose film has the same temperatures at the same instants."""
+        """Group lanes whose film has the same temperatures at the same instants."""
         acting = {mechanism.id for mechanism in self.mechanisms if mechanism.acts_on_temperature} | {""}
         columns = [
             k
@@ -128,7 +129,7 @@ class Vo2Simulation:
         return list(groups.values())
 
     def _grid(self, values: FloatArray, period_s: float, steps: float, refine: int) -> tuple[int, bool]:
-        """Substeps of a piece, and whether readings are needed at each."""
+        """Return the substeps of a piece, and whether readings are needed at each."""
         active = self._active(values)
         balance = self._balance(active, values)
         finest = [one.resolves_s(self._of(one, values)) for one in active if one.resolves_s is not None]
@@ -139,11 +140,11 @@ class Vo2Simulation:
         return wanted, bool(finest)
 
     def _history(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Read:
-        """What film and beam give before anything that differs between lanes of a group."""
+        """Return the output of film and beam before anything that differs between lanes of a group."""
         return self._along(self._visited(stimulus, values, steps, refine), stimulus.period_s)
 
     def _along(self, seen: Visited, period_s: float) -> Read:
-        """The loops along temperatures."""
+        """Follow the loops along temperatures."""
         every = 1 if seen.between else len(seen.steps_s)
         before = _just_before(seen.pieces, seen.substeps)
         model = self.model
@@ -163,7 +164,7 @@ class Vo2Simulation:
         )  # fmt: skip
 
     def _visited(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Visited:
-        """Temperatures at all instants."""
+        """Return the temperatures at all instants."""
         active = self._active(values)
         substeps, between = self._grid(values, stimulus.period_s, steps, refine)
         pieces = self._pieces(stimulus, active, values)
@@ -183,7 +184,7 @@ class Vo2Simulation:
     def loop_path(
         self, stimulus: Stimulus, values: FloatArray, steps_per_period: float | None = None
     ) -> LoopPath:
-        """Where a record takes the relays, of `values` (parameters,), and what the identified loops give there."""
+        """Return the path of the relays over a record for `values` (parameters,), and the loops' output there."""
         steps = steps_per_period or STEPS_PER_TIME_CONSTANT
         seen = self._visited(stimulus, values, steps, 1)
         history = self._along(seen, stimulus.period_s)
@@ -238,7 +239,7 @@ class Vo2Simulation:
         return warm
 
     def _readings(self, history: Read, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Resistance and deflection (samples,) of one lane."""
+        """Return resistance and deflection (samples,) of one lane."""
         active, nominal = self._active(values), self._nominal(values)
         count_work(STEPS_OF_A_READING * len(history.reading))
         read = history
@@ -265,7 +266,7 @@ class Vo2Simulation:
         return balance
 
     def _active(self, values: FloatArray) -> list[Vo2Mechanism]:
-        """Mechanisms away from neutral, in the order in which they act: a neutral one is not there, to the last bit."""
+        """Return the mechanisms away from neutral in order of action: neutral ones must not change a bit."""
         moved = {
             one.mechanism
             for one, value in zip(self.parameters, values.tolist(), strict=True)
@@ -283,7 +284,7 @@ class Vo2Simulation:
 
 
 def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
-    """Of a mechanism that does nothing yet."""
+    """Return the parameters of a mechanism without effect."""
     found = []
     for declared in mechanism.parameters:
         value = declared.neutral
@@ -299,14 +300,14 @@ def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
 
 
 def _just_after(before: FloatArray, pieces: Pieces, substeps: int) -> FloatArray:
-    """The current that flows just after each instant (instants,) [mA], given that just before; at the last one that."""
+    """Return the current just after each instant (instants,) [mA] from that just before; the last one repeats it."""
     found = before.copy()
     found[:-1:substeps] = pieces.nodes[:, 0]
     return found
 
 
 def _just_before(pieces: Pieces, substeps: int) -> FloatArray:
-    """The current that flows just before each instant (instants,) [mA]."""
+    """Return the current just before each instant (instants,) [mA]."""
     ends = np.empty(len(pieces.nodes) * substeps + 1)
     ends[0] = pieces.nodes[0, 0]
     x = np.arange(1, substeps + 1) / substeps

@@ -16,16 +16,17 @@ from plant_sim.oscillator.mechanism import (
 )
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: level, 1 / displacement, loop, bend; w: h, which stays within 1 / (loop + bend)."""
+def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: level, 1 / displacement, loop, bend; w: h, which stays within 1 / (loop + bend)."""
     h = w[0]
     rate = v - p[row + 2, j] * abs(v) * h - p[row + 3, j] * v * abs(h)
     return -p[row, j] * h, (rate * p[row + 1, j],)
 
 
 def fastest_rate(p: Values, speed: float) -> float:
-    """Of the spring before it yields, and of the yielding."""
+    """Return the faster rate of the spring before it yields and of the yielding."""
     yielding = (p["loop"] + abs(p["bend"])) * speed / p["displacement"]
     return math.hypot((p["level"] / p["displacement"]) ** 0.5, RELAXATION * yielding)
 

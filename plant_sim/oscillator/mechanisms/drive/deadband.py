@@ -9,7 +9,7 @@ from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, 
 
 
 def dead(drive: Driven, p: Values) -> Driven:
-    """No drive within +-width, and less by width beyond."""
+    """Return no drive within +-width, and less by width beyond."""
     return pointwise(drive, lambda u: u - np.clip(u, -p["width"], p["width"]))
 
 

@@ -4,7 +4,7 @@ from plant_sim.oscillator.mechanism import OscillatorMechanism, Sampled, Values,
 
 
 def late(drive: Sampled, p: Values) -> Sampled:
-    """The drive `delay` [s] later."""
+    """Return the drive `delay` [s] later."""
     return drive._replace(delay_s=drive.delay_s + p["delay"])
 
 

@@ -7,7 +7,7 @@ from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, 
 
 
 def distorted(drive: Driven, p: Values) -> Driven:
-    """The drive with its square and cube."""
+    """Return the drive with its square and cube."""
     return pointwise(drive, lambda u: u + u * u * (p["second"] + p["third"] * u))
 
 

@@ -8,7 +8,7 @@ HOLDS = {"toward_zero": "zero", "toward_linear": "linear", "toward_band_limited"
 
 
 def held(drive: Sampled, p: Values) -> Sampled:
-    """u + sum of weight (u held otherwise - u held as declared)."""
+    """Return u + sum of weight (u held otherwise - u held as declared)."""
     others = tuple(
         (HOLDS[name], weight) for name, weight in p.items() if weight and HOLDS[name] != drive.hold
     )

@@ -11,7 +11,7 @@ from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, 
 
 
 def lagging(drive: Driven, p: Values) -> Driven:
-    """A first-order follower of the drive; exact for a parabola over each step."""
+    """Return the drive behind a first-order lag; exact for a parabola over each step."""
     if p["time_constant"] == 0.0:
         return drive
     return drive._replace(nodes=lagging_nodes(drive.nodes, drive.step_s / p["time_constant"], p["settled"]))

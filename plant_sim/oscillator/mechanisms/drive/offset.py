@@ -6,7 +6,7 @@ from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, 
 
 
 def shifted(drive: Driven, p: Values) -> Driven:
-    """The drive with its zero off by `offset`."""
+    """Return the drive with its zero off by `offset`."""
     return drive._replace(nodes=drive.nodes + p["offset"])
 
 

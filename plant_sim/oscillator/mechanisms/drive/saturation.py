@@ -11,16 +11,16 @@ from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values, 
 from rtctl.border.arrays import FloatArray
 
 SMALL = 0.5
-"""Below it coth x - 1 / x loses digits: 3e-16 / x^2 of the drive."""
+"""Argument below which coth x - 1 / x loses digits: 3e-16 / x^2 of the drive."""
 SERIES = (
     -349222 / 510443155096875, 87734 / 12993098493375, -3617 / 54273594375, 4 / 6081075, -1382 / 212837625,
     2 / 31185, -1 / 1575, 2 / 315, -1 / 15, 1.0,
 )  # fmt: skip
-"""3 L(x) / x in powers of x^2, the highest first."""
+"""Coefficients of 3 L(x) / x in powers of x^2, the highest first."""
 
 
 def saturated(drive: Driven, p: Values) -> Driven:
-    """The drive as a magnetisation follows it: u (1 - curvature u^2 / 15 + ...)."""
+    """Return the drive as a magnetisation follows it: u (1 - curvature u^2 / 15 + ...)."""
     if p["curvature"] == 0.0:
         return drive
     out = np.empty_like(drive.nodes)
@@ -30,7 +30,7 @@ def saturated(drive: Driven, p: Values) -> Driven:
 
 @compiled
 def bent(x: float) -> float:
-    """3 L(x) / x by its series where it is small."""
+    """Return 3 L(x) / x, by its series where x is small."""
     if abs(x) < SMALL:
         total = 0.0
         for c in SERIES:
@@ -42,7 +42,7 @@ def bent(x: float) -> float:
 
 @compiled
 def _saturate(nodes: FloatArray, root: float, out: FloatArray) -> None:
-    """Every instant of `nodes` (steps, 3) once: most steps start where the one before ended, or are constant."""
+    """Saturate every instant of `nodes` (steps, 3) once: most steps start where another ended, or are constant."""
     before = made = math.nan
     for i in range(len(nodes)):
         for c in range(3):

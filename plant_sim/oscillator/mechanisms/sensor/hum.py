@@ -8,7 +8,7 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 
 def humming(moved: Moved, p: Values) -> Moved:
-    """The reading with mains in it; t from the record's first sample."""
+    """Return the reading with mains hum; t from the record's first sample."""
     angular = 2.0 * np.pi * p["frequency"]
     cosine, sine = moved.once(
         ("sensor.hum", angular), lambda: (np.cos(angular * moved.time_s), np.sin(angular * moved.time_s))

@@ -12,11 +12,11 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 HERMITE: NDArray[np.float64] = np.array(
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-3.0, -2.0, 3.0, -1.0], [2.0, 1.0, -2.0, 1.0]]
 )
-"""Coefficients of 1, s, s^2, s^3 from value and slope at s = 0 and s = 1."""
+"""Matrix: coefficients of 1, s, s^2, s^3 from value and slope at s = 0 and s = 1."""
 
 
 def lagging(moved: Moved, p: Values) -> Moved:
-    """A first-order follower of the reading, settled on the first; exact for the cubic through z and z' at samples."""
+    """Return the reading behind a first-order lag, settled at first; exact for the cubic through z and z'."""
     if p["time_constant"] == 0.0:
         return moved
     z, slope = moved.displacement, moved.velocity * moved.period_s

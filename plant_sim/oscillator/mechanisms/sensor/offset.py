@@ -4,7 +4,7 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 
 def shifted(moved: Moved, p: Values) -> Moved:
-    """The reading with the sensor's zero off by `offset`."""
+    """Return the reading with the sensor's zero off by `offset`."""
     return moved._replace(displacement=moved.displacement + p["offset"])
 
 

@@ -10,7 +10,7 @@ from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, c
 
 
 def saturated(moved: Moved, p: Values) -> Moved:
-    """The reading compressed where it is large, z (1 - curvature z^2 / 3 + ...), or cut off."""
+    """Return the reading compressed where it is large, z (1 - curvature z^2 / 3 + ...), or cut off."""
     z = moved.displacement
     if p["curvature"] > 0.0:
         root = math.sqrt(p["curvature"])
@@ -21,7 +21,7 @@ def saturated(moved: Moved, p: Values) -> Moved:
 
 
 def unread(reading: float, p: Values) -> float:
-    """What is read so; a reading that noise took beyond the largest one, and one that is cut off, is left as it is."""
+    """Return the displacement of a reading; one beyond the largest, by noise, or one that is cut off stays as it is."""
     beyond = abs(reading) - p["limit"]
     if beyond > 0.0 and 0.0 < p["clipped"] < 1.0:
         reading = math.copysign(p["limit"] + beyond / (1.0 - p["clipped"]), reading)

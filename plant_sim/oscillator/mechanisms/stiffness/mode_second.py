@@ -18,7 +18,7 @@ from plant_sim.oscillator.mechanism import Memory, Moved, OscillatorMechanism, V
 
 
 def beside(moved: Moved, p: Values) -> Moved:
-    """The reading of both modes; the second's response is the same for all lanes but for its gain."""
+    """Return the reading of both modes; the second's response is the same for all lanes but for its gain."""
     if p["gain"] == 0.0:
         return moved
     rate, ratio = 2.0 * math.pi * p["frequency"], p["damping_ratio"]
@@ -31,21 +31,22 @@ def beside(moved: Moved, p: Values) -> Moved:
     )
 
 
+# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
 @law
-def carried(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:
-    """p: mass ratio, w^2 [1/s^2], c [1/s]; w: place and velocity of the mass."""
+def carried(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rates; p: mass ratio, w^2 [1/s^2], c [1/s]; w: place and velocity of the mass."""
     pull = p[row + 2, j] * (w[1] - v) + p[row + 1, j] * (w[0] - z)
     return p[row, j] * pull, (w[1], -pull)
 
 
 def constants(p: Values) -> tuple[float, ...]:
-    """Of `carried`."""
+    """Return the constants of `carried`."""
     rate = 2.0 * math.pi * p["frequency"]
     return p["mass_ratio"], rate * rate, 2.0 * p["damping_ratio"] * rate
 
 
 def fastest_rate(p: Values, speed: float) -> float:
-    """Of the carried mass against the device; the mode beside it is computed by itself."""
+    """Return the rate of the carried mass against the device; the mode beside it is computed by itself."""
     if p["mass_ratio"] == 0.0:
         return 0.0
     return 2.0 * math.pi * p["frequency"] * math.sqrt(1.0 + p["mass_ratio"])

@@ -1,4 +1,4 @@
-"""Every mechanism of the VO2 actuator, one file each; a new one is one line here, in the file formats' order."""
+"""All mechanisms of the VO2 actuator, one file each; a new one is one line here, in the file formats' order."""
 
 from rtctl.simulations.vo2.mechanism import Vo2Mechanism
 from rtctl.simulations.vo2.mechanisms.actuation import deadband as actuation_deadband

@@ -1,4 +1,4 @@
-"""Laws that have the form of a mechanism and no name: what they explain better than any cause has another cause."""
+"""Nonparametric alternatives in the form of mechanisms: what they explain better than any cause has another cause."""
 
 from rtctl.simulations.vo2.mechanism import Vo2Mechanism
 from rtctl.simulations.vo2.nonparametric import heat_balance

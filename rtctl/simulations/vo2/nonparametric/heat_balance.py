@@ -1,4 +1,4 @@
-"""`unnamed.heat_balance`: a time constant that depends on direction and phase in any way, to second order.
+"""`nonparametric.heat_balance`: a time constant that depends on direction and phase in any way, to second order.
 
 tau (1 + cooling where T falls) (1 + heat g + film f + sharpness g^2) T' = P - T with g = dphi/dT of the phase that the
 deflection shows and f of the one that the resistance shows: whatever changes with the film's state how fast it follows,
@@ -15,14 +15,14 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def slowed(balance: Balance, p: Values) -> Balance:
-    """Slower while the phase changes, and while it cools."""
+    """Slow down the temperature while the phase changes, and while it cools."""
     return balance._replace(
         latent=balance.latent + p["heat"], film_heat=p["film"], sharpness=p["sharpness"], cooling=p["cooling"]
     )
 
 
 MECHANISM = Vo2Mechanism(
-    id="unnamed.heat_balance",
+    id="nonparametric.heat_balance",
     statement="The time constant depends on direction ({cooling}) and on the change of phase ({heat}, {film}, "
     "{sharpness}).",
     parameters=(

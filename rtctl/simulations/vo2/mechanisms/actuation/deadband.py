@@ -26,12 +26,12 @@ from rtctl.simulations.vo2.mechanism import (
 )
 
 NO_TURN = 1e-9
-"""mA: round-off at rest is no turn."""
+"""Change [mA] that counts as round-off at rest, not as a reversal."""
 
 
 @background_kernel
 def held_back(commands: FloatArray, width: float, behind: float) -> FloatArray:
-    """y (n,) for commands (n,) [mA]; the first was reached from below."""
+    """Return y (n,) for commands (n,) [mA]; the first was reached from below."""
     y = np.empty_like(commands)
     held = commands[0] - behind * width
     for k in range(commands.size):
@@ -45,7 +45,7 @@ def held_back(commands: FloatArray, width: float, behind: float) -> FloatArray:
 
 
 def dead(pieces: Pieces, p: Values) -> Pieces:
-    """Small changes of the current have no effect."""
+    """Remove small changes of the current."""
     nodes = pieces.nodes
     if p["width"] > 0.0:
         nodes = held_back(nodes.reshape(-1), p["width"], p["behind"]).reshape(nodes.shape)
@@ -57,12 +57,12 @@ def dead(pieces: Pieces, p: Values) -> Pieces:
 
 
 def over_all_of_it(balance: Balance, p: Values) -> Balance:
-    """What the phase does to the heat is read from the loops, which go over all of the current."""
+    """Read the phase's heat from the loops, which refer to the whole current."""
     return balance._replace(zone=p["zone"])
 
 
 def as_current(warm: Warm, p: Values) -> Warm:
-    """Temperatures as the squares of the currents that would hold them."""
+    """Express temperatures as the squares of the currents that would hold them."""
 
     def held(power: FloatArray) -> FloatArray:
         current: FloatArray = np.sqrt(np.maximum(power, 0.0)) + p["zone"]
@@ -78,9 +78,9 @@ def as_current(warm: Warm, p: Values) -> Warm:
 
 @kernel
 def command_for(v: float, last: FloatArray, back: float) -> float:
-    """What is commanded to come to v [mA] through a backlash of half width `back` [mA].
+    """Return the command that leads to v [mA] through a backlash of half width `back` [mA].
 
-    `last` (2,), advanced in place: where it turned last or was furthest since, and which way it goes.
+    `last` (2,), advanced in place: its last turning point or furthest value since, and its direction.
     """
     if last[1] * (v - last[0]) >= 0.0:
         last[0] = v
@@ -91,7 +91,7 @@ def command_for(v: float, last: FloatArray, back: float) -> float:
 
 @background_kernel
 def commands_for(seen: FloatArray, peaks: FloatArray, back: float) -> tuple[FloatArray, FloatArray]:
-    """The same of `seen` (n,) by way of `peaks` (n,) [mA], from below."""
+    """Return the commands for `seen` (n,) by way of `peaks` (n,) [mA], from below."""
     at, by = np.empty_like(seen), np.empty_like(peaks)
     last = np.array([peaks[0], 1.0])
     for k in range(seen.size):
@@ -101,7 +101,7 @@ def commands_for(seen: FloatArray, peaks: FloatArray, back: float) -> tuple[Floa
 
 
 def through_the_backlash(seen: FloatArray, peaks: FloatArray, p: Values) -> tuple[FloatArray, FloatArray]:
-    """The loops hold what the backlash does at rest."""
+    """Undo the backlash that the loops contain at rest."""
     back = p["behind"] * p["width"]
     return commands_for(seen, peaks, back) if back > 0.0 else (seen, peaks)
 

@@ -4,7 +4,7 @@ from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Commanded, Values, V
 
 
 def late(commanded: Commanded, p: Values) -> Commanded:
-    """The current `delay` [s] later."""
+    """Delay the current by `delay` [s]."""
     return commanded._replace(delay_s=commanded.delay_s + p["delay"])
 
 

@@ -17,7 +17,7 @@ from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mec
 
 @background_kernel
 def ringing(d: FloatArray, steps: FloatArray, rate: float, ratio: float) -> FloatArray:
-    """q (instants,), at rest on the first d; d is linear between instants, over which the solution is exact."""
+    """Return q (instants,), at rest on the first d; d is linear between instants, over which the solution is exact."""
     q = np.empty_like(d)
     q[0], speed = d[0], 0.0
     damped = rate * math.sqrt(1.0 - ratio * ratio)
@@ -34,7 +34,7 @@ def ringing(d: FloatArray, steps: FloatArray, rate: float, ratio: float) -> Floa
 
 
 def swinging(read: Read, p: Values) -> Read:
-    """The beam's response to what bends it."""
+    """Apply the beam's dynamic response to the deflection."""
     q = ringing(read.deflection, read.steps_s, 2.0 * math.pi * p["frequency"], p["damping_ratio"])
     return read._replace(deflection=read.deflection + p["participation"] * (q - read.deflection))
 

@@ -16,20 +16,20 @@ from rtctl.simulations.vo2.phases import mixed_along, switched_along
 from rtctl.simulations.vo2.relaxation import behind
 
 A_DECADE = 3
-"""Relaxations a decade of time."""
+"""Relaxations per decade of time."""
 DECADES = 6
-"""The grid of relaxations begins at `onset` and goes so far."""
+"""Decades of time that the grid of relaxations covers from `onset` on."""
 
 
 def weights(decades: float) -> list[float]:
-    """Of the relaxations 10^(j / A_DECADE) onset, j = 0, 1, ..., for a creep of so many decades: 1 up to its end."""
+    """Return weights of the relaxations 10^(j / A_DECADE) onset, j = 0, 1, ..., for a creep over so many decades."""
     width = max(decades, 0.0) * A_DECADE
     found = [min(1.0, max(0.0, width + 1.0 - j)) for j in range(A_DECADE * DECADES + 1)]
     return [one / A_DECADE for one in found if one > 0.0]
 
 
 def creeping(read: Read, p: Values) -> Read:
-    """Both read-outs creep, each with its own share; the pure phases do not."""
+    """Let both read-outs creep, each with its own share; the pure phases do not."""
     weight = np.array(weights(math.log10(max(p["end"] / p["onset"], 1.0))))
     taus = p["onset"] * 10.0 ** (np.arange(len(weight)) / A_DECADE)
     film, T = read.phases.of(p), read.temperature

@@ -1,7 +1,7 @@
-"""`hysteresis.rate_dependence`: what has switched follows T_h, time_constant T_h' = T - T_h, the pure phases T.
+"""`hysteresis.rate_dependence`: the switched share follows T_h, time_constant T_h' = T - T_h, the pure phases T.
 
-Loops that were identified by temperature alone do not part the two, so fast records tell `activation`, `expansion` and
-`mixing`; with all at 0 everything lags. See `rtctl.simulations.vo2.phases`.
+Loops that were identified by temperature alone do not separate the two, so fast records determine `activation`,
+`expansion` and `mixing`; with all at 0 everything lags. See `rtctl.simulations.vo2.phases`.
 """
 
 from rtctl.simulations.vo2.mechanism import (
@@ -17,12 +17,12 @@ from rtctl.simulations.vo2.phases import mixed_along, switched_along
 
 
 def behind(balance: Balance, p: Values) -> Balance:
-    """A transition that lags temperature."""
+    """Make the transition lag the temperature."""
     return balance._replace(lag_s=p["time_constant"])
 
 
 def at_once(read: Read, p: Values) -> Read:
-    """What the pure phases do meanwhile."""
+    """Add the immediate changes of the pure phases."""
     film, ahead = read.phases.of(p), read.temperature - read.relays_temperature
     phi = switched_along(read.reading, read.relays_temperature, film)
     return read._replace(

@@ -21,7 +21,7 @@ RADIUS = 0.05
 
 @background_kernel
 def branch_of(x: FloatArray, radius: float) -> FloatArray:
-    """-1 ... 1 (n,): where x stands in a play of this radius, heated from cold."""
+    """Return the position (n,) from -1 to 1 of x in a play of this radius, heated from cold."""
     branch = np.empty_like(x)
     centre = x[0] - radius
     for k in range(x.size):
@@ -31,7 +31,7 @@ def branch_of(x: FloatArray, radius: float) -> FloatArray:
 
 
 def refined(read: Read, p: Values) -> Read:
-    """The loops with their corrections."""
+    """Add the corrections to the loops."""
     x = np.clip((read.surrogate - read.span.low) / read.span.width, 0.0, 1.0)
     branch = branch_of(x, RADIUS)
     once, twice = np.sin(math.pi * x), np.sin(2.0 * math.pi * x)

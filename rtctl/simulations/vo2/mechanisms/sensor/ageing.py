@@ -6,7 +6,7 @@ from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coeffici
 
 
 def ageing(read: Read, p: Values) -> Read:
-    """The film's resistance grows or falls by the same fraction in equal times, or ever faster or slower."""
+    """Change the film's resistance by the same fraction in equal times, or ever faster or slower."""
     drift = (p["rate"] + p["bend"] * read.time_s) * read.time_s
     return read._replace(resistance=read.resistance * np.exp(drift))
 

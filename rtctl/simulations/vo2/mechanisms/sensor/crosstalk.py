@@ -15,7 +15,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def leaking(read: Read, p: Values) -> Read:
-    """The heater's current in the resistance reading."""
+    """Add the heater's current to the resistance reading."""
     current = p["before"] * read.current + (1.0 - p["before"]) * read.current_after
     seen = current - p["known"] * read.surrogate
     return read._replace(resistance=read.resistance + p["leak"] * seen)

@@ -5,7 +5,7 @@ from rtctl.simulations.vo2.relaxation import lag
 
 
 def lagging(read: Read, p: Values) -> Read:
-    """A first-order follower of the resistance, settled on the first; R is linear between instants."""
+    """Follow the resistance by a first-order lag, settled on the first value; R is linear between instants."""
     return read._replace(resistance=lag(read.resistance, read.steps_s, p["time_constant"]))
 
 

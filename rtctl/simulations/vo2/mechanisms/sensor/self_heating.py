@@ -11,7 +11,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def heating(balance: Balance, p: Values) -> Balance:
-    """Heat of the sensing current, which falls as the film becomes a metal."""
+    """Add the heat of the sensing current, which falls as the film becomes a metal."""
     return balance._replace(self_heating=p["heat"], self_heating_known=p["known"] * p["heat"])
 
 

@@ -19,12 +19,12 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def drifting(balance: Balance, p: Values) -> Balance:
-    """The ambient warms or cools."""
+    """Let the ambient warm or cool."""
     return balance._replace(drift=p["rate"])
 
 
 def beyond_the_loops(read: Read, p: Values) -> Read:
-    """Below and above what was identified."""
+    """Extrapolate below and above the identified range."""
     below = np.minimum(read.temperature - read.phases.coldest, 0.0)
     above = np.maximum(read.temperature - read.phases.hottest, 0.0)
     return read._replace(

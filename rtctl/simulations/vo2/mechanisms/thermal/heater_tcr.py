@@ -14,7 +14,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def growing(balance: Balance, p: Values) -> Balance:
-    """A heater whose resistance grows with temperature."""
+    """Make the heater's resistance grow with temperature."""
     return balance._replace(tcr=p["tcr"], tcr_known=p["known"] * p["tcr"])
 
 

@@ -8,7 +8,7 @@ from rtctl.simulations.vo2.mechanism import Balance, Values, Vo2Mechanism, coeff
 
 
 def held(balance: Balance, p: Values) -> Balance:
-    """Heat that the transition takes up and gives back."""
+    """Add the heat that the transition takes up and gives back."""
     return balance._replace(latent=(1.0 - p["film"]) * p["heat"], film_heat=p["film"] * p["heat"])
 
 

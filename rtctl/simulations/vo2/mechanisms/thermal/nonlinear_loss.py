@@ -14,7 +14,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def growing(balance: Balance, p: Values) -> Balance:
-    """A conductance that grows with temperature."""
+    """Make the thermal conductance grow with temperature."""
     return balance._replace(loss=p["loss"], loss_known=p["known"] * p["loss"])
 
 

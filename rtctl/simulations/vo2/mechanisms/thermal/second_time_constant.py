@@ -11,7 +11,7 @@ from rtctl.simulations.vo2.mechanism import (
 
 
 def beside(balance: Balance, p: Values) -> Balance:
-    """A second part of the heating."""
+    """Add a second part of the heating."""
     return balance._replace(share=p["share"], second_time_constant_s=p["time_constant"])
 
 

@@ -15,7 +15,7 @@ CURRENT = telegraph(120, seed=4)
 
 
 def balanced(**values: float) -> Vo2Simulation:
-    made = simulation().extended(("unnamed.heat_balance",))
+    made = simulation().extended(("nonparametric.heat_balance",))
     own = [values.get(one.declared.name, 0.0) if one.mechanism else one.value for one in made.parameters]
     return made.with_values(np.array(own))
 
@@ -56,7 +56,7 @@ def test_the_capacity_that_grows_with_the_change_of_phase_is_latent_heat() -> No
 def test_a_model_that_has_latent_heat_keeps_it() -> None:
     latent = simulation(thermal__latent_heat={"heat": 4.0})
     _, alone = predict(latent, stimulus(CURRENT))
-    both = latent.extended(("unnamed.heat_balance",))
+    both = latent.extended(("nonparametric.heat_balance",))
     own = [1e-9 if one.declared.name == "cooling" else one.value for one in both.parameters]
     assert predict(both.with_values(np.array(own)), stimulus(CURRENT))[1] == pytest.approx(alone, abs=1e-6)
 

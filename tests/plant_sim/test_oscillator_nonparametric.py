@@ -38,10 +38,10 @@ def motion(made: Simulation) -> np.ndarray:
 @pytest.mark.parametrize(
     ("unnamed", "power", "cause", "parameter", "value"),
     [
-        ("unnamed.spring", "power_2", "stiffness.quadratic", "coefficient", 3e3),
-        ("unnamed.spring", "power_3", "stiffness.cubic", "coefficient", 2e3),
-        ("unnamed.spring", "power_5", "stiffness.quintic", "coefficient", 5e2),
-        ("unnamed.dissipation", "square", "damping.quadratic", "coefficient", 0.05),
+        ("nonparametric.spring", "power_2", "stiffness.quadratic", "coefficient", 3e3),
+        ("nonparametric.spring", "power_3", "stiffness.cubic", "coefficient", 2e3),
+        ("nonparametric.spring", "power_5", "stiffness.quintic", "coefficient", 5e2),
+        ("nonparametric.dissipation", "square", "damping.quadratic", "coefficient", 0.05),
     ],
 )
 def test_a_power_that_has_a_name_is_that(
@@ -54,13 +54,13 @@ def test_a_power_that_has_a_name_is_that(
 
 
 def with_stop(above: float, below: float, place: float) -> Simulation:
-    made = with_one("unnamed.stop", "above", above)
-    own = {"unnamed.stop.below": below, "unnamed.stop.place": place}
+    made = with_one("nonparametric.stop", "above", above)
+    own = {"nonparametric.stop.below": below, "nonparametric.stop.place": place}
     return made.with_values(np.array([own.get(one.name, one.value) for one in made.parameters]))
 
 
 def test_a_stop_at_the_origin_is_a_stiffer_spring() -> None:
-    stiffer = with_one("unnamed.stop", "above", 0.0)
+    stiffer = with_one("nonparametric.stop", "above", 0.0)
     stiffer = stiffer.with_values(
         np.array([2e4 if one.name == "stiffness" else one.value for one in stiffer.parameters])
     )
@@ -94,9 +94,11 @@ def delayed(feedback: float, delay_s: float, parts: int = 50) -> np.ndarray:
 
 def test_a_force_that_comes_late_is_one_that_comes_late() -> None:
     """48 times the time of a section, as long as that is short beside the motion."""
-    made = with_one("unnamed.feedback", "late", 1.5e3)
+    made = with_one("nonparametric.feedback", "late", 1.5e3)
     made = made.with_values(
-        np.array([1e-4 if one.name == "unnamed.feedback.time" else one.value for one in made.parameters])
+        np.array(
+            [1e-4 if one.name == "nonparametric.feedback.time" else one.value for one in made.parameters]
+        )
     )
     expected, nominal = delayed(1.5e3, 48 * 1e-4), delayed(0.0, 0.0)
     effect = float(np.std(expected - nominal))
@@ -121,8 +123,8 @@ def relaxed(level: float, order: float, time_s: float, parts: int = 50) -> np.nd
 
 
 def test_many_relaxations_are_the_sum_of_their_sentence() -> None:
-    made = with_one("unnamed.relaxations", "level", 900.0)
-    shapes = {"unnamed.relaxations.order": 0.5, "unnamed.relaxations.time": 8e-3}
+    made = with_one("nonparametric.relaxations", "level", 900.0)
+    shapes = {"nonparametric.relaxations.order": 0.5, "nonparametric.relaxations.time": 8e-3}
     made = made.with_values(np.array([shapes.get(one.name, one.value) for one in made.parameters]))
     expected, nominal = relaxed(900.0, 0.5, 8e-3), delayed(0.0, 0.0)
     effect = float(np.std(expected - nominal))
@@ -133,8 +135,8 @@ def test_many_relaxations_are_the_sum_of_their_sentence() -> None:
 @pytest.mark.parametrize("power", ["quarter", "half"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_power_below_one_takes_energy_or_gives_it(power: str, sign: float) -> None:
-    nominal = float(np.std(motion(with_one("unnamed.dissipation", power, 0.0))[600:]))
-    found = float(np.std(motion(with_one("unnamed.dissipation", power, 20.0 * sign))[600:]))
+    nominal = float(np.std(motion(with_one("nonparametric.dissipation", power, 0.0))[600:]))
+    found = float(np.std(motion(with_one("nonparametric.dissipation", power, 20.0 * sign))[600:]))
     assert (found < 0.99 * nominal) if sign > 0.0 else (found > 1.01 * nominal)
 
 
