@@ -81,8 +81,8 @@ class Run:
     def plot(self) -> Figure:
         """Return the figure of the run: does it follow, how far off is it, what did it command and sense."""
         require("matplotlib", "Run.plot")
+        from rtctl.evaluation.summary import range_of
         from rtctl.plots.run import run_figure
-        from rtctl.session.run_files import range_of
 
         if len(self.signals["index"]) < 2:
             raise InputError(f"{self.scenario.scenario.title}: a run of fewer than two steps has no figure")
