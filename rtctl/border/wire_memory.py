@@ -25,7 +25,7 @@ damaged frames of this exchange."""
 SETTINGS = 11
 """Slots of five Modbus registers that a command of several channels runs over."""
 COUNTER, TIME_US, IN_FORCE, STATUS = 16, 17, 18, 19
-"""Of the reading."""
+"""Slots of a reading: sample counter, device time [us], sequence in force, status bits."""
 SENSED_AT = 20
 """Offset of each reading in the registers [bytes]; the reference is the last."""
 MOST_READINGS = 8

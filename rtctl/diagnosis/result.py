@@ -14,9 +14,9 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.localization import Place
 from rtctl.diagnosis.residual.missing_force import Shape
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
-from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.verification.whole_record_fits import Fits
 from rtctl.identification.fit_record import FitRecord
 
 
@@ -44,13 +44,6 @@ class Cause(NamedTuple):
             "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
             "indistinguishable_from": list(self.indistinguishable_from),
         }
-
-
-class Fits(NamedTuple):
-    """The re-fitted nominal model and the extended one; the same one twice where no cause is named."""
-
-    before: TestedHypothesis
-    after: TestedHypothesis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Measured data: a manifest beside ordinary files becomes one checked in-memory form, and back."""
+"""Measured data: a manifest beside ordinary files is read into one checked in-memory form, and written back."""
 
 from rtctl.measured.dataset import Dataset, Record, Signal
 from rtctl.measured.reading import open_dataset, read_dataset

@@ -1,4 +1,4 @@
-"""A dataset that is in the way of a new one: measured data are never overwritten."""
+"""Backup of a dataset that a new one would replace: measured data are never overwritten."""
 
 from __future__ import annotations
 

@@ -20,14 +20,14 @@ class Signal(NamedTuple):
     """One measured quantity of a dataset."""
 
     role: str
-    """"input" | "output"."""
+    """Role: "input" | "output"."""
     unit: str
     hold: str | None
-    """None for outputs."""
+    """Hold between samples; None for outputs."""
 
 
 def signals_of(units: Mapping[str, str], holds: Mapping[str, str]) -> dict[str, Signal]:
-    """Signals by name; those with a hold are inputs."""
+    """Return signals by name; those with a hold are inputs."""
     return {
         name: Signal("input" if name in holds else "output", unit, holds.get(name))
         for name, unit in units.items()
@@ -39,18 +39,18 @@ class Record:
     """One uninterrupted measurement on a uniform time base."""
 
     name: str
-    """Unique in its dataset and fit to be a file's name."""
+    """Name, unique in its dataset and fit to be a file's name."""
     period_s: float
     signals: Mapping[str, FloatArray]
-    """Name of the signal -> samples (n,), in the dataset's `units[name]`."""
+    """Samples (n,) by name of the signal, in the dataset's `units[name]`."""
     use: str = "fit"
-    """"identify" | "fit" | "test"."""
+    """Use: "identify" | "fit" | "test"."""
     file: str = ""
-    """As the manifest names it."""
+    """Name of its file in the manifest."""
     ignore_first: int = 0
-    """Samples that start the state and are not scored."""
+    """Samples that prepare the state and are not scored."""
     repeat: str | None = None
-    """Records with the same letter repeat one input."""
+    """Letter of a group of records that repeat one input."""
     conditions: Mapping[str, Any] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
     """State at the first sample where it is not at rest, in the signals' units."""
@@ -73,7 +73,7 @@ class Record:
         return len(next(iter(self.signals.values())))
 
     def has(self, name: str) -> bool:
-        """Whether the signal was measured in this record."""
+        """Return whether the signal was measured in this record."""
         return name in self.signals
 
     def __repr__(self) -> str:
@@ -86,17 +86,19 @@ class Dataset:
     """All records of one manifest."""
 
     path: Path
-    """The manifest."""
+    """Path of the manifest."""
     name: str
     plant: str
-    """"oscillator" | "vo2"."""
+    """Kind of plant: "oscillator" | "vo2"."""
     identity: str = ""
-    """Of the device that answered, where the wire told."""
+    """Identity of the device that answered, where the wire reported it."""
     units: Mapping[str, str]
-    """Name of each signal -> unit in which the records hold it: mA, ohm, um of a vo2; an oscillator's are the
-    manifest's own (velocity: displacement's per second)."""
+    """Unit of each signal in the records.
+
+    mA, ohm, um of a vo2; an oscillator's are the manifest's own (velocity: displacement's per second).
+    """
     holds: Mapping[str, str]
-    """Name of each input -> between its samples "linear" | "zero" | "band-limited"."""
+    """Hold of each input between its samples: "linear" | "zero" | "band-limited"."""
     records: tuple[Record, ...]
 
     @property
@@ -105,7 +107,7 @@ class Dataset:
         return signals_of(self.units, self.holds)
 
     def used_for(self, use: str) -> tuple[Record, ...]:
-        """Records of one use, in order."""
+        """Return the records of one use, in order."""
         return tuple(record for record in self.records if record.use == use)
 
     def __repr__(self) -> str:

@@ -16,7 +16,7 @@ from rtctl.measured.stored import RecordHead, StoredDataset
 
 
 def read_dataset(path: Path) -> Dataset:
-    """The dataset of a `dataset.toml`, all of it. Raises InputError with every finding, one a line."""
+    """Return the dataset of a `dataset.toml`, all in memory. Raises InputError with every finding, one a line."""
     reading, names = _begin(path)
     records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
     if not reading.findings.lines:
@@ -35,8 +35,11 @@ def read_dataset(path: Path) -> Dataset:
 
 
 def open_dataset(path: Path) -> StoredDataset:
-    """The dataset of a `dataset.toml`, checked as far as that goes without its numbers: manifest, files, columns,
-    units, lengths. Its records are read when they are asked for. Raises InputError with every finding, one a line.
+    """Open the dataset of a `dataset.toml`; its records are read on request.
+
+    Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one
+    a
+    line.
     """
     reading, names = _begin(path)
     entries = reading.manifest.records
@@ -63,7 +66,7 @@ def open_dataset(path: Path) -> StoredDataset:
 
 
 def record_names(records: tuple[RecordTable, ...]) -> list[str]:
-    """A record's own name, or its file's without suffix; the rows are added where several share a file."""
+    """Return each record's own name, or its file's without suffix; the rows are added where several share a file."""
     stems = [Path(record.file).stem for record in records]
     names = []
     for record, stem in zip(records, stems, strict=True):
@@ -74,7 +77,7 @@ def record_names(records: tuple[RecordTable, ...]) -> list[str]:
 
 
 def _begin(path: Path) -> tuple[Reading, list[str]]:
-    """A checked manifest and its records' names, which may be a finding; no file is opened yet."""
+    """Return a checked manifest and its records' names, which may be a finding; no file is opened yet."""
     manifest = read_manifest(path)
     findings = Findings(str(path))
     names = record_names(manifest.records)
@@ -87,7 +90,7 @@ def _begin(path: Path) -> tuple[Reading, list[str]]:
 
 
 def _one_record(reading: Reading, k: int, name: str) -> Record:
-    """Raises InputError with every finding about the record's numbers."""
+    """Read one record. Raises InputError with every finding about its numbers."""
     findings = Findings(reading.findings.source)
     alone = Reading(manifest=reading.manifest, folder=reading.folder, cache=reading.cache, findings=findings)
     record = read_record(alone, k, name)
@@ -104,7 +107,7 @@ def _units_and_holds(reading: Reading) -> tuple[dict[str, str], dict[str, str]]:
 
 
 def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> None:
-    """A declared signal that no record has is a misspelt column, not a missing instrument."""
+    """Report a declared signal that no record has: it is a misspelt column, not a missing instrument."""
     for name, table in reading.manifest.signals.items():
         if not measured(name):
             column = table.column or name

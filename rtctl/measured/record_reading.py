@@ -1,4 +1,4 @@
-"""One `[[records]]` table -> one `Record`: first what can be told without the numbers, then the numbers."""
+"""Read one `[[records]]` table to one `Record`: first the checks without the numbers, then the numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _TIME = "[time]"  # no signal's name: those come from the kinds of plants
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What the steps of one reading share."""
+    """Shared state of the steps of one reading."""
 
     manifest: Manifest
     folder: Path
@@ -39,16 +39,16 @@ class Reading:
     findings: Findings
 
     def unit(self, signal: str) -> str:
-        """In which the signal is held."""
+        """Return the unit in which the signal is held."""
         units = {name: table.unit for name, table in self.manifest.signals.items()}
         return held_unit(self.manifest.dataset.plant, signal, units)
 
     def is_optional(self, signal: str) -> bool:
-        """Whether a record may lack the signal."""
+        """Return whether a record may lack the signal."""
         return plant_kind(self.manifest.dataset.plant).signals[signal].optional
 
     def present(self, entry: RecordTable) -> dict[str, str]:
-        """Column of each signal that the record's file has to have, or has."""
+        """Return the column of each signal that the record's file has to have, or has."""
         columns = self.cache.table(self.folder / entry.file).columns
         named = {name: table.column or name for name, table in self.manifest.signals.items()}
         return {
@@ -56,13 +56,14 @@ class Reading:
         }
 
     def where(self, k: int) -> str:
-        """The record's place in the manifest, for messages."""
+        """Return the record's place in the manifest, for messages."""
         return f'records.{k} "{self.manifest.records[k].file}"'
 
 
 def check_record(reading: Reading, k: int) -> bool:
-    """Whether a record is right as far as that goes without its numbers; findings about its file, columns, units,
-    lengths and state.
+    """Return whether a record passes the checks that need no numbers.
+
+    Findings are about its file, columns, units, lengths and state.
     """
     entry, where = reading.manifest.records[k], reading.where(k)
     path, findings = reading.folder / entry.file, reading.findings
@@ -90,7 +91,7 @@ def check_record(reading: Reading, k: int) -> bool:
 
 
 def read_record(reading: Reading, k: int, name: str) -> Record | None:
-    """A record that `check_record` found right, or None with findings about its numbers."""
+    """Return a record that `check_record` accepted, or None with findings about its numbers."""
     entry, where = reading.manifest.records[k], reading.where(k)
     before = len(reading.findings.lines)
     columns = _columns(reading, entry, where)
@@ -114,7 +115,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
 
 
 def _selected(samples: int, entry: RecordTable) -> int:
-    """How many of a column's `samples` the record takes. Raises ValueError in words."""
+    """Return how many of a column's `samples` the record takes. Raises ValueError in words."""
     if samples == 0:
         raise ValueError("the file has no rows")
     if entry.rows is None:
@@ -141,7 +142,7 @@ def _check_lengths(lengths: Mapping[str, int], entry: RecordTable) -> None:
 
 
 def _columns(reading: Reading, entry: RecordTable, where: str) -> dict[str, FloatArray]:
-    """Finite columns in held units by signal, only the rows of the record; time under a name of its own."""
+    """Return finite columns in held units by signal, only the rows of the record; time under its own name."""
     columns: dict[str, FloatArray] = {}
     path, cache = reading.folder / entry.file, reading.cache
     first, end = entry.rows or (0, None)
@@ -163,7 +164,7 @@ def _columns(reading: Reading, entry: RecordTable, where: str) -> dict[str, Floa
 def _on_time_base(
     reading: Reading, entry: RecordTable, columns: Mapping[str, FloatArray]
 ) -> tuple[float, dict[str, FloatArray]]:
-    """Period [s] and the signals on it. Raises ValueError in words."""
+    """Return the period [s] and the signals on it. Raises ValueError in words."""
     signals = {name: values for name, values in columns.items() if name != _TIME}
     if entry.time is None or entry.sample_rate_hz is not None:
         return 1.0 / (entry.sample_rate_hz or 1.0), signals
@@ -180,7 +181,7 @@ def _on_time_base(
 
 
 def _initial(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
-    """`initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
+    """Return `initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
     plant, tables = reading.manifest.dataset.plant, reading.manifest.signals
     known = plant_kind(plant).initial
     state: dict[str, float] = {}

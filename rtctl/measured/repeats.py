@@ -1,4 +1,4 @@
-"""What repeats of one input tell: how much a signal differs from itself, which no model can be better than.
+"""Repeatability: how much a signal differs between repeats of one input, the limit of any model's error.
 
 Of m repeats y_i, the noise's variance at each sample is sum (y_i - mean)^2 / (m - 1). Records are read one at a time.
 """
@@ -15,13 +15,13 @@ from rtctl.measured.stored import StoredDataset
 
 
 def noise_floors(dataset: StoredDataset) -> dict[str, dict[str, float]]:
-    """Letter of `repeat` -> output -> RMS [its unit] of what does not repeat; letters of one record are left out."""
+    """Return the RMS [its unit] that does not repeat, by letter of `repeat` and output."""
     letters = Counter(head.repeat for head in dataset.heads if head.repeat is not None)
     return {letter: _floor(dataset, letter) for letter, count in letters.items() if count > 1}
 
 
 def deviation(dataset: StoredDataset, record: Record, output: str) -> FloatArray | None:
-    """What does not repeat in `record` (n,), with the noise's own variance; None without repeats."""
+    """Return the part of `record` (n,) that does not repeat, with the noise's own variance; None without repeats."""
     total, count = np.zeros(record.samples), 0
     for k, head in enumerate(dataset.heads):
         if record.repeat is not None and head.repeat == record.repeat:
@@ -35,7 +35,7 @@ def deviation(dataset: StoredDataset, record: Record, output: str) -> FloatArray
 
 
 def _floor(dataset: StoredDataset, letter: str) -> dict[str, float]:
-    """Welford's recurrence over the repeats, cut to the shortest so far."""
+    """Accumulate by Welford's recurrence over the repeats, cut to the shortest so far."""
     mean: dict[str, FloatArray] = {}
     squares: dict[str, FloatArray] = {}
     seen: Counter[str] = Counter()

@@ -1,4 +1,4 @@
-"""What a simulation is given of a measured record: its inputs, its start, and how far it went."""
+"""Stimulus of a measured record: its inputs, its start, and the size of its motion."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from rtctl.measured.dataset import Record
 
 
 def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
-    """Inputs of `record` with the dataset's `holds`; its outputs tell how large the motion was, and where it began:
-    at rest at its first sample's displacement, unless the record says otherwise.
+    """Return the inputs of `record` with the dataset's `holds`, and the size and start of the motion.
+
+    It starts at rest at its first sample's displacement, unless the record says otherwise.
     """
     measured = {name: values for name, values in record.signals.items() if name not in holds}
     rest = {name: float(measured[name][0]) for name in ("displacement",) if name in measured}

@@ -1,4 +1,4 @@
-"""A dataset whose records stay in their files until they are asked for: one at a time, however many there are."""
+"""A dataset whose records stay in their files until they are requested: one at a time, however many there are."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rtctl.measured.dataset import Record, Signal, signals_of
 
 
 class RecordHead(NamedTuple):
-    """What a manifest tells of a record; see `Record`."""
+    """Properties of a record in the manifest; see `Record`."""
 
     name: str
     file: str
@@ -25,7 +25,7 @@ class RecordHead(NamedTuple):
 class StoredDataset:
     """A checked manifest and its files; fields as in `Dataset`.
 
-    Each `Record` is read anew when it is asked for and nothing of it is kept: drop it before the next, and
+    Each `Record` is read anew on request and nothing of it is kept: drop it before the next, and
     memory holds one. Reading raises InputError where the numbers are wrong (gaps, text, an uneven time column).
     """
 
@@ -36,9 +36,9 @@ class StoredDataset:
     units: Mapping[str, str]
     holds: Mapping[str, str]
     heads: tuple[RecordHead, ...]
-    """Of every record, in the manifest's order."""
+    """Heads of all records, in the manifest's order."""
     read: Callable[[int], Record]
-    """The k-th record, from its file."""
+    """Reads the k-th record from its file."""
 
     def __len__(self) -> int:
         return len(self.heads)
@@ -47,11 +47,11 @@ class StoredDataset:
         return (self.read(k) for k in range(len(self.heads)))
 
     def used_for(self, use: str) -> Iterator[Record]:
-        """Records of one use, in order."""
+        """Yield the records of one use, in order."""
         return (self.read(k) for k, head in enumerate(self.heads) if head.use == use)
 
     def record(self, name: str) -> Record:
-        """One record by its name. Raises KeyError with the nearest name."""
+        """Return one record by its name. Raises KeyError with the nearest name."""
         for k, head in enumerate(self.heads):
             if head.name == name:
                 return self.read(k)

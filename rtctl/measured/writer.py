@@ -1,4 +1,4 @@
-"""`Record`s to a folder: one Parquet file each, then the manifest, so that what looks whole is whole."""
+"""Write `Record`s to a folder: one Parquet file each, then the manifest, so that a manifest means complete data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from rtctl.recording import write_parquet
 from rtctl.registry import plant_kind
 
 
-def write_dataset(
+# eight parameters because each is one part of the manifest, and the last four have defaults
+def write_dataset(  # noqa: PLR0913
     folder: Path,
     *,
     name: str,
@@ -27,11 +28,20 @@ def write_dataset(
     holds: Mapping[str, str] | None = None,
     metadata: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write records and `dataset.toml`; returns the manifest's path.
+    """Write records and `dataset.toml`; return the manifest's path.
 
-    `units` are needed where the plant does not fix them; `holds` of inputs are "zero" by default, as drivers
-    hold. `metadata` goes into each file's schema. An optional signal that is all NaN, of an absent
-    instrument, is left out. Raises RunError, before any file is written, where a reader would refuse it.
+    Args:
+        folder: Folder of the dataset.
+        name: Name of the dataset.
+        plant: Kind of plant.
+        records: Records to write.
+        identity: Identity of the device.
+        units: Units by signal; needed where the plant does not fix them.
+        holds: Holds by input; "zero" by default, as drivers hold.
+        metadata: Texts for each file's schema.
+
+    Raises:
+        RunError: A reader would refuse the dataset; raised before any file is written.
     """
     kinds = plant_kind(plant).signals
     units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}
@@ -61,7 +71,7 @@ def _file_of(record: Record) -> str:
 
 
 def _measured(record: Record, plant: str) -> dict[str, Any]:
-    """Signals in the order of the kind of plant, without instruments that were not there."""
+    """Return the signals in the order of the kind of plant, without instruments that were absent (all NaN)."""
     kinds = plant_kind(plant).signals
     unknown = sorted(record.signals.keys() - kinds.keys())
     if unknown:

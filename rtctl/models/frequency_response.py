@@ -32,7 +32,7 @@ STABILITY_STEPS = 1024
 CONVERGED = 1e-11
 MOST_ITERATIONS = 12
 FIRST_STEP, LEAST_STEP, MOST_STEP = 0.05, 1e-6, 2.0
-"""Of the arc, in amplitudes and half-widths of the linear resonance."""
+"""Steps of the arc, in amplitudes and half-widths of the linear resonance."""
 STRAIGHT, BENT, TURNED = math.cos(0.03), math.cos(0.07), math.cos(0.2)
 """Cosines of the turn from one tangent to the next: a step may be longer, is shorter, is taken back."""
 WIDEST = 0.04

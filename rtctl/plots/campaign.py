@@ -33,7 +33,7 @@ MOST_POINTS = 400_000
 
 
 def draw_campaign(plan: Plan, folder: Path) -> None:
-    """DIR/campaign.png as the campaign's [picture] asks."""
+    """Draw DIR/campaign.png according to the campaign's [picture]."""
     picture = plan.campaign.picture
     if picture is None:
         return
@@ -67,7 +67,7 @@ def _label(plan: Plan, name: str) -> str:
 
 
 def _basins(figure: Figure, axes: Axes, x: FloatArray, y: FloatArray, values: list[object]) -> None:
-    """Each point in the colour of where it ends; a plane of numbers in shades."""
+    """Draw each point in the colour of its final orbit; numbers in shades."""
     if all(isinstance(value, float) for value in values):
         drawn = _plane(axes, x, y, np.asarray(values, np.float64), None)
         figure.colorbar(drawn, ax=axes)
@@ -84,7 +84,7 @@ def _basins(figure: Figure, axes: Axes, x: FloatArray, y: FloatArray, values: li
 
 
 def _plane(axes: Axes, x: FloatArray, y: FloatArray, value: FloatArray, colors: ListedColormap | None) -> Any:
-    """An image where the points are a grid, dots where they are not."""
+    """Draw an image where the points are a grid, else dots."""
     across, up = np.unique(x), np.unique(y)
     axes.grid(visible=False)
     if len(across) * len(up) == len(x):

@@ -30,38 +30,38 @@ from rtctl.plots.elements.style import (
 )
 
 SEGMENTS = 8
-"""Of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
+"""Segments of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
 LONGEST_SEGMENT = 32_768
 MOST_SIGNALS = 1e3
-"""Errors that are so many times the largest reading belong to a run away, not to a comparison."""
+"""Multiple of the largest reading above which an error means divergence and is not drawn."""
 PERIODS_SHOWN = 12.0
-"""Of the strongest line, around the worst moment."""
+"""Periods of the strongest line shown around the worst moment."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compared:
-    """One output of one record."""
+    """One output of one record, measured and simulated."""
 
     title: str
     output: str
     unit: str
     time_s: FloatArray
-    """(n,), uniform."""
+    """Time (n,) [s], uniform."""
     measured: FloatArray
     simulated: FloatArray
-    """NaN from where the simulation diverged."""
+    """Simulated output (n,); NaN from where the simulation diverged."""
     ignore_first: int = 0
     noise: FloatArray | None = None
-    """What does not repeat (n,), where the input was repeated."""
+    """Part that does not repeat (n,), where the input was repeated."""
 
     @property
     def error(self) -> FloatArray:
-        """simulated - measured."""
+        """Simulated minus measured (n,)."""
         return self.simulated - self.measured
 
     @property
     def scored(self) -> slice:
-        """The samples that count: after `ignore_first`, before a divergence or what cannot be drawn beside the rest."""
+        """Samples that count: after `ignore_first`, before a divergence or values too large to draw."""
         beyond = MOST_SIGNALS * float(np.abs(self.measured).max())
         with np.errstate(invalid="ignore"):
             bad = np.flatnonzero(~(np.abs(self.error[self.ignore_first :]) <= beyond))
@@ -75,7 +75,7 @@ def plot_comparison(path: Path, compared: Compared) -> None:
 
 
 def comparison_figure(compared: Compared) -> Figure:
-    """The figure that `plot_comparison` writes."""
+    """Return the figure that `plot_comparison` writes."""
     with house_style():
         figure = new_figure(14.0, 8.4)
         headline(figure, *_headline(compared))
@@ -151,7 +151,7 @@ def _draw_error(axes: Axes, compared: Compared) -> None:
 
 
 def _draw_moment(axes: Axes, compared: Compared) -> None:
-    """Some periods around the largest error, where the two can be told apart."""
+    """Draw some periods around the largest error, where the two can be distinguished."""
     window = _worst_window(compared)
     time, unit = compared.time_s[window], written(compared.unit)
     marker = "." if len(time) < 150 else ""
@@ -179,7 +179,7 @@ def _worst_window(compared: Compared) -> slice:
 
 
 def _strongest_period(values: FloatArray) -> float:
-    """Samples in a period of the strongest line of `values`."""
+    """Return the samples in a period of the strongest line of `values`."""
     values = values[: 1 << 18]
     size = np.abs(np.fft.rfft(values - values.mean()))
     return len(values) / max(int(size.argmax()), 1)
@@ -213,13 +213,13 @@ def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
 
 
 def _lowest_shown(axes: Axes) -> float:
-    """Not below six decades under the largest: a filtered or computed zero says nothing."""
+    """Limit the axis to six decades below the largest value: a filtered or computed zero carries no information."""
     heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     return float(max(heights[heights > 0.0].min(initial=np.inf), 1e-6 * heights.max()))
 
 
 def _draw_share(axes: Axes, error: FloatArray, period_s: float) -> None:
-    """How much of the error's power lies below each frequency, the mean included."""
+    """Draw how much of the error's power lies below each frequency, the mean included."""
     frequency, amplitude = amplitude_density(error, period_s, remove_mean=False)
     power = np.cumsum(amplitude**2)
     if power[-1] > 0.0:
@@ -232,7 +232,7 @@ def _draw_share(axes: Axes, error: FloatArray, period_s: float) -> None:
 def amplitude_density(
     values: FloatArray, period_s: float, *, remove_mean: bool = True
 ) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)], Welch with a Hann window."""
+    """Return frequencies [Hz] and one-sided amplitude density [unit of `values`/sqrt(Hz)] by Welch's method."""
     from scipy.signal import welch
 
     segment = min(max(2 * len(values) // (SEGMENTS + 1), 16), LONGEST_SEGMENT, len(values))

@@ -1,4 +1,4 @@
-"""A model before and after its extension beside a measurement: the worst stretch, spectra, the state plane."""
+"""A model before and after its extension beside a measurement: worst section, spectra, state plane."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rtctl.plots.elements.style import BLACK, BLUE, GREEN, GREY, VERMILION, hous
 
 STRETCH_PERIODS = 12.0
 CELLS = 28
-"""Of the state plane, a side."""
+"""Cells of the state plane along each side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,18 +33,18 @@ class BeforeAfter:
     before: FloatArray
     after: FloatArray
     velocity: FloatArray
-    """Of `after`, [unit/s]."""
+    """Velocity of `after` [unit/s]."""
     rate: float
     """Dominant angular frequency [1/s]."""
 
     @property
     def errors(self) -> tuple[FloatArray, FloatArray]:
-        """Simulated less measured, before and after; 0 where a model diverged."""
+        """Return simulated minus measured, before and after; 0 where a model diverged."""
         return np.nan_to_num(self.before - self.measured), np.nan_to_num(self.after - self.measured)
 
 
 def worst_stretch(error: FloatArray, length: int) -> slice:
-    """`length` samples with the largest RMS of `error` (n,)."""
+    """Return `length` samples with the largest RMS of `error` (n,)."""
     length = min(length, len(error))
     power = np.cumsum(np.append(0.0, error**2))
     first = int(np.argmax(power[length:] - power[:-length]))
@@ -52,7 +52,7 @@ def worst_stretch(error: FloatArray, length: int) -> slice:
 
 
 def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> Figure:
-    """Measured and simulated where the old model is worst, its residual, and the residual of the whole record."""
+    """Draw measured and simulated where the old model is worst, its residual, and the residual of the whole record."""
     period_s = float(shown.time_s[1] - shown.time_s[0])
     before, after = shown.errors
     window = worst_stretch(before, max(24, round(STRETCH_PERIODS * 2.0 * np.pi / shown.rate / period_s)))
@@ -87,7 +87,7 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
 def spectrum_figure(
     shown: BeforeAfter, noise_frequency_hz: FloatArray, noise_density: FloatArray, *, extended: bool
 ) -> Figure:
-    """Amplitude densities of the reading, the errors and the estimated noise."""
+    """Draw amplitude densities of the reading, the errors and the estimated noise."""
     period_s = float(shown.time_s[1] - shown.time_s[0])
     before, after = shown.errors
     lines = [(shown.measured, BLACK, "measured"), (before, VERMILION, "error of today's model")]
@@ -116,7 +116,7 @@ def spectrum_figure(
 
 
 def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
-    """Mean error of all `records` in each cell of displacement and velocity, before and after on one colour scale."""
+    """Draw the mean error of all `records` in each cell of the state plane, before and after, on one scale."""
     before, after = (np.concatenate([one.errors[k] for one in records]) for k in (0, 1))
     position = np.nan_to_num(np.concatenate([one.after for one in records]))
     speed = np.nan_to_num(np.concatenate([one.velocity for one in records]))
@@ -139,7 +139,7 @@ def plane_figure(records: Sequence[BeforeAfter], *, extended: bool) -> Figure:
 
 
 def _centre_grid(axes: Axes) -> None:
-    """Zero of both axes where the motion goes there: a beam in one of its wells does not."""
+    """Draw zero of both axes where the motion goes there: a beam in one of its wells does not."""
     limits = axes.get_xlim(), axes.get_ylim()
     axes.grid(False)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
@@ -151,7 +151,7 @@ def _centre_grid(axes: Axes) -> None:
 def _cell_means(
     x: FloatArray, y: FloatArray, values: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(CELLS, CELLS) means, NaN where nothing was; edges of both axes."""
+    """Return (CELLS, CELLS) means, NaN for empty cells, and the edges of both axes."""
     edges = []
     for along in (x, y):
         low, high = np.quantile(along, [0.002, 0.998]).tolist()

@@ -1,4 +1,4 @@
-"""What a diagnosis weighed: coordinates, candidates, which of them can be told apart, a shape without a name."""
+"""Evidence of a diagnosis: coordinates, candidates, isolability, a missing force without a name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TOLD_APART = 0.9
 
 
 def coordinates_figure(names: Sequence[str], shares: Sequence[float]) -> Figure:
-    """Share of the error beyond the noise that forces along each coordinate would remove."""
+    """Draw the share of the error beyond the noise that forces along each coordinate would remove."""
     with house_style():
         figure = new_figure(6.4, 0.7 + 0.32 * len(names))
         axes = figure.subplots()
@@ -54,7 +54,7 @@ def candidates_figure(
     noise: float,
     unit: str,
 ) -> Figure:
-    """RMS error that each fitted candidate leaves, beside the nominal model's and the noise's."""
+    """Draw the RMS error of each fitted candidate, beside the nominal model's and the noise's."""
     with house_style():
         figure = new_figure(8.2, 1.0 + 0.3 * len(names))
         axes = figure.subplots()
@@ -74,7 +74,7 @@ def candidates_figure(
 
 
 def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArray) -> Figure:
-    """|cos| of the traces that two effects leave, and what share of each trace is visible at all."""
+    """Draw |cos| of the traces of each two effects, and the visible share of each trace."""
     size = 0.3 * len(ids) + 2.4
     with house_style():
         figure = new_figure(size + 1.6, size)
@@ -99,7 +99,7 @@ def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArr
 def shape_figure(
     coordinate: str, unit: str, knots: FloatArray, force: FloatArray, error: FloatArray, force_unit: str
 ) -> Figure:
-    """The missing force with its 95 % band."""
+    """Draw the missing force with its 95 % band."""
     with house_style():
         figure = new_figure(7.2, 4.0)
         axes = figure.subplots()
@@ -129,10 +129,14 @@ def loops_figure(
     left: tuple[FloatArray, FloatArray],
     unit: str,
 ) -> Figure:
-    """Where relays switch in the given loops and in finer ones, and what each leaves of the staircases.
+    """Draw where relays switch in the given loops and in finer ones, and the residuals of both on the staircases.
 
-    `fields`: nodes of both grids [mA]; `densities`: of each, while heating and while cooling [unit/mA] over its cells;
-    `current` (n,) [mA] and what is `left` there (n,) [unit] by either.
+    Args:
+        fields: Nodes of both grids [mA].
+        densities: For each grid, densities while heating and while cooling [unit/mA] over its cells.
+        current: (n,) [mA].
+        left: Residuals (n,) [unit] of both at `current`.
+        unit: Unit of the output.
     """
     with house_style():
         figure = new_figure(8.2, 4.8)

@@ -39,7 +39,7 @@ def plot_hysteresis(
 def hysteresis_figure(
     current_mA: ArrayLike, resistance_ohm: ArrayLike, deflection_um: ArrayLike, *, title: str
 ) -> Figure:
-    """The figure that `plot_hysteresis` writes."""
+    """Return the figure that `plot_hysteresis` writes."""
     current, resistance, deflection = (
         np.asarray(values, np.float64) for values in (current_mA, resistance_ohm, deflection_um)
     )
@@ -87,7 +87,7 @@ def _draw_sequence(axes: Axes, values: FloatArray, label: str) -> None:
 def _draw_loops(
     axes: Axes, current: FloatArray, x: FloatArray, y: FloatArray, labels: tuple[str, str]
 ) -> None:
-    """The path through all samples, coloured by what led to each: a higher current or a lower one."""
+    """Draw the path through all samples, coloured by its cause: a higher current or a lower one."""
     kept = path_points(current, x, y)
     current, x, y = current[kept], x[kept], y[kept]
     for sign, color, name in ((1.0, VERMILION, "heating"), (-1.0, BLUE, "cooling")):
@@ -98,7 +98,7 @@ def _draw_loops(
 
 
 def _sweeps(current: FloatArray, sign: float) -> NDArray[np.bool_]:
-    """Samples of sweeps in one direction, each with the turning point it starts from; a hold goes on."""
+    """Return the samples of sweeps in one direction, each with the turning point it starts from."""
     step = np.sign(np.diff(current, prepend=current[0] - 1.0))
     last = np.maximum.accumulate(np.where(step != 0.0, np.arange(len(step)), 0))
     along = step[last] == sign

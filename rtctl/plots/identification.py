@@ -1,4 +1,4 @@
-"""One figure of an identification: measured loops under each model's, and what each leaves unexplained.
+"""One figure of an identification: measured loops under each model's, and the residual of each.
 
 error = model − measured, in percent of the measured range of that quantity.
 """
@@ -48,7 +48,7 @@ def identification_figure(
     *,
     title: str = "Identification",
 ) -> Figure:
-    """The figure that `plot_identification` writes."""
+    """Return the figure that `plot_identification` writes."""
     current = np.asarray(current_mA, np.float64)
     in_kohm = {name: np.asarray(r, np.float64) / 1e3 for name, (r, _) in models.items() if r is not None}
     in_um = {name: np.asarray(d, np.float64) for name, (_, d) in models.items() if d is not None}
@@ -101,7 +101,7 @@ def _compare(
 def _draw_side(
     side: SubFigure, current: FloatArray, quantity: _Quantity, colors: Mapping[str, str], depth: int
 ) -> None:
-    """The plane above, one strip of error a model below it on a common scale, best first."""
+    """Draw the plane above, one strip of error a model below it on a common scale, best first."""
     rows = list(side.subplots(1 + depth, 1, height_ratios=(4.0, *[1.0] * depth)))
     _draw_plane(rows[0], current, quantity, colors)
     limit = 1.1 * max((score.largest for score in quantity.scores.values()), default=0.0) or 1.0
@@ -122,7 +122,7 @@ def _draw_side(
 
 
 def _draw_plane(axes: Axes, current: FloatArray, quantity: _Quantity, colors: Mapping[str, str]) -> None:
-    """The best model on top, the measurement a wide rail under all of them."""
+    """Draw the best model on top, the measurement as a wide line under all of them."""
     axes.plot(current, quantity.measured, color=RAIL, linewidth=4.0, label="measured")
     for name in reversed(quantity.ranked):
         output = quantity.outputs[name]
@@ -145,7 +145,7 @@ def _draw_strip(axes: Axes, error: FloatArray, color: str, limit: float) -> None
 
 
 def _finding(title: str, quantities: tuple[_Quantity, _Quantity], samples: int) -> tuple[str, str]:
-    """What the best models reach, and their names on the second line."""
+    """Return the figures of the best models, and their names on the second line."""
     found = [(q.name, q.ranked[0], q.scores[q.ranked[0]]) for q in quantities if q.ranked]
     reached = ", ".join(f"{name} to {percent(score.mean_percent)}" for name, _, score in found)
     winners = ", ".join(f"{name}: {model}" for name, model, _ in found)

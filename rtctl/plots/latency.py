@@ -1,4 +1,4 @@
-"""How often a step is later than so much: complementary distributions of lateness and round trip, both axes log."""
+"""Complementary distributions of lateness and round trip, both axes logarithmic."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plot_latency(
     reference: Histogram | None,
     title: str,
 ) -> None:
-    """Two panels into `path` (PNG): lateness with cyclictest's (if measured), round trips."""
+    """Draw two panels into `path` (PNG): lateness with cyclictest's (if measured), round trips."""
     with house_style():
         figure = new_figure(10.0, 4.6)
         left, right = figure.subplots(1, 2, sharey=True)

@@ -1,4 +1,4 @@
-"""Where loops of deflection against resistance are not nested: minor loops outside the major one.
+"""Nesting of loops of deflection against resistance: minor loops outside the major one.
 
 The major loop is the sweep down from the highest current to the lowest after it, and the sweep back up.
 Nested loops would stay between its two branches D(ln R) (paper, figure 5c).
@@ -24,7 +24,7 @@ class Outside(NamedTuple):
 def leaves_major_loop(
     current_mA: FloatArray, resistance_ohm: FloatArray, deflection_um: FloatArray
 ) -> Outside | None:
-    """The sample (n,) farthest outside the major loop; None without a major loop or with all samples inside.
+    """Return the sample (n,) farthest outside the major loop; None without a major loop or with all samples inside.
 
     Samples within 8 % of either end of the range of ln R do not count: there the branches are vertical.
     """
@@ -50,7 +50,7 @@ def leaves_major_loop(
 
 
 def _major_branches(current_mA: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
-    """Samples of the widest cooling sweep and of the heating sweep after it; None without both."""
+    """Return samples of the widest cooling sweep and of the heating sweep after it; None without both."""
     top = int(np.argmax(current_mA))
     bottom = top + int(np.argmin(current_mA[top:]))
     again = bottom + int(np.argmax(current_mA[bottom:]))
@@ -60,6 +60,6 @@ def _major_branches(current_mA: FloatArray) -> tuple[NDArray[np.intp], NDArray[n
 
 
 def window_around(values: FloatArray, centre: float, share: float) -> tuple[float, float]:
-    """Limits about `centre` that span `share` of the range of `values`."""
+    """Return limits about `centre` that span `share` of the range of `values`."""
     half = 0.5 * share * float(np.nanmax(values) - np.nanmin(values))
     return centre - half, centre + half

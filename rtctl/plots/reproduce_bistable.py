@@ -45,7 +45,7 @@ class Cloud(NamedTuple):
 def draw(
     path: Path, size: tuple[float, float], shape: tuple[int, int], fill: Callable[[list[Axes]], None]
 ) -> None:
-    """A figure of `shape` axes, filled and saved in a few colours: a third of the bytes."""
+    """Yield a figure of `shape` axes, filled and saved in a few colours: a third of the bytes."""
     with house_style():
         figure: Figure = new_figure(*size)
         axes = np.atleast_1d(figure.subplots(*shape)).ravel().tolist()
@@ -57,7 +57,7 @@ def draw(
 
 
 def over_frequency(axes: Axes, clouds: Sequence[Cloud], label: str) -> None:
-    """Dots a record: open in one well, filled through both."""
+    """Draw a dot per record: open in one well, filled through both."""
     for k, cloud in enumerate(clouds):
         color = COLORS[cloud.name]
         shift = 0.05 * (k - 0.5 * (len(clouds) - 1))
@@ -72,7 +72,7 @@ def over_frequency(axes: Axes, clouds: Sequence[Cloud], label: str) -> None:
 
 
 def forces(axes: Axes, curves: Mapping[str, FloatArray], z: FloatArray, well_mm: float) -> None:
-    """Restoring forces over displacement, the well as a cross."""
+    """Draw restoring forces over displacement, the well as a cross."""
     for name, force in curves.items():
         axes.plot(
             z, force / 1000.0, color=COLORS[name], linewidth=2.2 if name == "truth" else 1.2, label=name
@@ -84,7 +84,7 @@ def forces(axes: Axes, curves: Mapping[str, FloatArray], z: FloatArray, well_mm:
 
 
 def portrait(axes: Axes, curves: Sequence[tuple[str, FloatArray, FloatArray]], title: str) -> None:
-    """Velocity over displacement."""
+    """Draw velocity over displacement."""
     for name, z, v in curves:
         axes.plot(z, v, color=COLORS[name], linewidth=1.6 if name == "record" else 1.0, label=name)
     axes.set_xlabel("displacement [mm]")

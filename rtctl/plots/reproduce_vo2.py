@@ -18,22 +18,22 @@ class Loops(Protocol):
 
     @property
     def current_mA(self) -> FloatArray:
-        """Command."""
+        """Commanded current (n,) [mA]."""
         ...
 
     @property
     def resistance_ohm(self) -> FloatArray:
-        """Reading."""
+        """Resistance reading (n,) [ohm]."""
         ...
 
     @property
     def deflection_um(self) -> FloatArray:
-        """Reference instrument."""
+        """Deflection by the reference instrument (n,) [um]."""
         ...
 
 
 def frequency_figure(rest: Loops, by_frequency: Mapping[float, Loops]) -> Figure:
-    """D against I and against R, quasi-static and by frequency [Hz]."""
+    """Draw D against I and against R, quasi-static and by frequency [Hz]."""
     with house_style():
         figure = new_figure(10.0, 4.6)
         left, right = figure.subplots(1, 2, sharey=True)
@@ -66,7 +66,7 @@ def levels_figure(
     time_ns: Mapping[str, Sequence[float]],
     title: str,
 ) -> Figure:
-    """Error on the fitted data, error on random currents and time a calculation, each against the level."""
+    """Draw error on the fitted data, error on random currents and calculation time, each against the level."""
     with house_style():
         figure = new_figure(11.0, 4.2)
         panels = figure.subplots(1, 3)
@@ -96,7 +96,7 @@ def errors_figure(
     title: str,
     error_limit: float | None = None,
 ) -> Figure:
-    """Above: what was asked and what came (first in black); below: an error for each estimator."""
+    """Draw setpoint and outputs above (first in black), and an error for each estimator below."""
     with house_style():
         figure = new_figure(10.0, 5.4)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.2))

@@ -1,4 +1,4 @@
-"""One figure of a run: does it follow, how far off is it, what did it command and sense, on which loops."""
+"""One figure of a run: tracking, errors, commands and readings, and loops."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def run_figure(
     output_range: float,
     profile: DeviceProfile,
 ) -> Figure:
-    """The figure that `plot_run` writes."""
+    """Return the figure that `plot_run` writes."""
     time, column = np.asarray(time_s, np.float64), _columns(time_s, signals, profile)
     if not closed_loop:
         column["setpoint"] = np.full(len(time), np.nan)
@@ -106,7 +106,7 @@ def _columns(
 
 
 def _panels(column: Mapping[str, FloatArray], profile: DeviceProfile) -> list[list[Shown]]:
-    """What stands below the errors, one panel each: every command, then the readings that share a unit."""
+    """Return the panels below the errors: every command, then the readings that share a unit."""
     panels = [[shown(channel, column[channel.name])] for channel in profile.commands]
     for unit in dict.fromkeys(channel.unit for channel in profile.sensed):
         panels.append([shown(c, column[c.name]) for c in profile.sensed if c.unit == unit])
@@ -160,7 +160,7 @@ def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArra
 
 
 def _last_cycles(setpoint: FloatArray) -> slice | None:
-    """The last samples of a setpoint that turns too often for one panel; None where all can be seen."""
+    """Return the last samples of a setpoint that turns too often for one panel; None where all can be seen."""
     slope = np.sign(np.diff(setpoint))
     turns = np.flatnonzero(slope[1:] * slope[:-1] < 0.0) + 1
     return slice(int(turns[-MOST_TURNS // 2]), len(setpoint)) if len(turns) > MOST_TURNS else None
@@ -174,7 +174,7 @@ def _draw_window(
     window: slice,
     output: Channel,
 ) -> None:
-    """The last cycles magnified, and where they lie in the whole run."""
+    """Draw the last cycles magnified, and mark where they lie in the whole run."""
     _draw_following(axes, time[window], {name: values[window] for name, values in column.items()}, output)
     axes.set_xlim(time[window][0], time[-1])
     axes.set_xlabel(f"time [s], the last {time[-1] - time[window][0]:.2g} s (loops on the right)")
@@ -182,7 +182,7 @@ def _draw_window(
 
 
 def _finding(title: str, column: Mapping[str, FloatArray], width: float, output: Channel) -> tuple[str, str]:
-    """The headline and the line under it."""
+    """Return the headline and the line under it."""
     tracking = error_figures(column["setpoint"] - column[output.name], width)
     sensing = error_figures(column["estimate"] - column[output.name], width)
     first = tracking or sensing

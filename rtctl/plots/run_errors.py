@@ -1,4 +1,4 @@
-"""The error panel of a run: tracking and self-sensing error over what the estimator claims of itself.
+"""The error panel of a run: tracking and self-sensing error over the estimator's stated standard error.
 
 tracking error = setpoint − output; self-sensing error = estimate − output, the output as an instrument measures it.
 """
@@ -22,7 +22,7 @@ from rtctl.plots.elements.style import BLACK, SKY, VERMILION
 def draw_errors(
     axes: Axes, time_s: FloatArray, column: Mapping[str, FloatArray], width: float, output: Channel
 ) -> None:
-    """Errors [the output's unit] against the instrument; without one, setpoint − estimate is all there is."""
+    """Draw errors [the output's unit] against the instrument; without one, setpoint − estimate alone."""
     reference, name = column[output.name], f"setpoint − {output.name}"
     if not np.isfinite(reference).any():
         reference, name = column["estimate"], "setpoint − estimate (no external instrument)"
@@ -49,7 +49,7 @@ def draw_errors(
 
 
 def _limit(tracking: FloatArray, sensing: FloatArray, twice: FloatArray, width: float) -> float:
-    """Half height of the axis: the errors decide, the band is taken in where it is not far outside."""
+    """Return the half height of the axis: set by the errors, extended to the band where that is not far outside."""
     errors = 1.15 * max(shown_limit(tracking, 2.0), shown_limit(sensing, 4.0), 1e-3 * width)
     claimed = 1.05 * float(np.nanmax(twice, initial=0.0))
     return max(errors, min(claimed, 2.0 * errors))

@@ -1,4 +1,4 @@
-"""Ours beside the paper's, a pair of bars a scenario: mean error in percent of the device's range."""
+"""Our errors beside the paper's, a pair of bars a scenario: mean error in percent of the device's range."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rtctl.plots.elements.errors import percent
 from rtctl.plots.elements.style import BLUE, RAIL, headline, house_style, new_figure, save_png
 
 Row = tuple[str, float | None, float | None]
-"""Scenario, our mean error and the paper's [% of range]; None where there is no such figure."""
+"""Scenario, our mean error and the paper's [% of range]; None without a figure."""
 
 
 def plot_scenarios(path: Path, rows: Sequence[Row], *, title: str = "Mean error") -> None:
@@ -22,7 +22,7 @@ def plot_scenarios(path: Path, rows: Sequence[Row], *, title: str = "Mean error"
 
 
 def scenarios_figure(rows: Sequence[Row], *, title: str = "Mean error") -> Figure:
-    """The figure that `plot_scenarios` writes."""
+    """Return the figure that `plot_scenarios` writes."""
     if not rows:
         raise ValueError("a chart of scenarios needs at least one row")
     with house_style():
@@ -46,7 +46,7 @@ def scenarios_figure(rows: Sequence[Row], *, title: str = "Mean error") -> Figur
 def _draw_bars(
     axes: Axes, values: Sequence[float | None], offset: float, color: str, label: str, absent: str
 ) -> None:
-    """Bars with their values written at the end; `absent` where there is none."""
+    """Draw bars with their values at the end; `absent` where there is none."""
     y = np.arange(len(values)) + offset
     axes.barh(y, [value or 0.0 for value in values], height=0.36, color=color, label=label)
     for position, value in zip(y, values, strict=True):
@@ -56,7 +56,7 @@ def _draw_bars(
 
 
 def _finding(title: str, rows: Sequence[Row]) -> str:
-    """In how many scenarios we are ahead, and by what factor (geometric mean)."""
+    """Return in how many scenarios we are better, and by what factor (geometric mean)."""
     pairs = [(ours, paper) for _, ours, paper in rows if ours and paper]
     if not pairs:
         return title

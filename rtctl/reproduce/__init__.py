@@ -1,1 +1,1 @@
-"""The papers' studies on our plants: every table and figure of a paper beside ours, also where ours falls short."""
+"""The papers' studies on our plants: every table and figure of a paper beside ours, also where ours are worse."""

@@ -20,7 +20,7 @@ NUMBERS = (2, 3, 4)
 def write_report(
     study: Study, sections: Sequence[tuple[Section, float]], out: Path, command: str, finished: str
 ) -> None:
-    """All three files. `command` is what makes them, `finished` the date and what it was made at."""
+    """Write all three files. `command` is what makes them, `finished` the date and the machine."""
     found = [section for section, _ in sections]
     took = f"Made by `{command}` in {sum(seconds for _, seconds in sections):.0f} s ({finished})."
     results = {
@@ -43,12 +43,12 @@ def _write(path: Path, text: str) -> None:
 
 
 def cell(value: float | None) -> str:
-    """A number in four digits; a dash where there is none."""
+    """Return a number in four digits; a dash where there is none."""
     return "–" if value is None else f"{value:.4g}"
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """A row of a comparison as text."""
+    """Return a row of a comparison as text."""
     ratio = "–" if row.ratio is None else f"{row.ratio:.3g}"
     return (row.quantity, row.unit, cell(row.paper), cell(row.ours), ratio, row.note)
 

@@ -1,4 +1,4 @@
-"""Runs a study step by step; a finished one is kept in DIR/sections, so that a stopped study goes on."""
+"""Run a study step by step; a finished one is kept in DIR/sections, so that a stopped study can resume."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Told = Callable[[str], None]
 
 
 def run_study(study: Study, out: Path, *, short: bool, report: Told) -> list[tuple[Section, float]]:
-    """The sections in order, each with the seconds that it took (in the session that ran it).
+    """Return the sections in order, each with the seconds that it took (in the session that ran it).
 
-    `told` takes one line before each step. A section kept by another version, or by a run of the other length, is
+    `report` takes one line before each step. A section kept by another version, or by a run of the other length, is
     computed again; so is one whose picture is gone.
     """
     run = Run(out=out, pictures=out / "pictures", short=short)

@@ -1,4 +1,4 @@
-"""What a study is made of: steps that each yield a section, sections of figures beside the paper's, tables, pictures.
+"""Parts of a study: steps that each yield a section; sections of figures beside the paper's, tables, pictures.
 
 A section is plain data (numbers, text, names of PNG files), so that a finished step is kept as JSON and not run again.
 """
@@ -18,7 +18,7 @@ class Row:
 
     quantity: str
     unit: str
-    """As it is written: "um", "%"; "" without a unit."""
+    """Unit as it is written: "um", "%"; "" without a unit."""
     paper: float | None
     ours: float | None
     note: str = ""
@@ -79,7 +79,7 @@ KINDS: dict[str, type[Comparison] | type[Table] | type[Picture]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """What one step found. `text`: what was done and what follows from it, paragraphs parted by an empty line."""
+    """Result of one step. `text`: method and conclusions, paragraphs separated by an empty line."""
 
     title: str
     text: str
@@ -88,19 +88,19 @@ class Section:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What a step is given."""
+    """Inputs of a step."""
 
     out: Path
-    """Folder for files of its own."""
+    """Folder for its own files."""
     pictures: Path
     """Folder of the report's pictures."""
     short: bool
-    """Fewer seeds, shorter records: what a test can wait for."""
+    """Whether fewer seeds and shorter records are used, for tests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One section's computation; `name` is its file's, in the order of the report."""
+    """Computation of one section; `name` is its file's, in the order of the report."""
 
     name: str
     compute: Callable[[Run], Section]
@@ -111,19 +111,19 @@ class Study:
     """A paper's study."""
 
     name: str
-    """As in `rtctl reproduce NAME`."""
+    """Name in `rtctl reproduce NAME`."""
     title: str
     paper: str
     """The reference."""
     lead: str
-    """What the study is and on which plants it runs, for the head of the report."""
+    """Introduction of the report: what the study is and on which plants it runs."""
     steps: tuple[Step, ...]
     faults: tuple[str, ...] = ()
-    """Of the paper: what cannot be taken from it as it is printed, one sentence each."""
+    """Errors of the paper as printed, one sentence each."""
 
 
 def as_json(section: Section) -> dict[str, Any]:
-    """Plain data of a section."""
+    """Return plain data of a section."""
     names = {kind: name for name, kind in KINDS.items()}
     parts = []
     for part in section.parts:
@@ -145,7 +145,7 @@ def as_json(section: Section) -> dict[str, Any]:
 
 
 def from_json(content: dict[str, Any]) -> Section:
-    """The section that `as_json` wrote."""
+    """Return the section that `as_json` wrote."""
     return Section(
         title=content["title"], text=content["text"], parts=tuple(_part(part) for part in content["parts"])
     )

@@ -24,6 +24,8 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT))  # this tree, not one that happens to be installed
 RECORDED = HERE / "recorded.json"
 CLOSE = 1e-6
 """Relative difference of numbers below which two answers agree."""

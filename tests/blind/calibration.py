@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 from generator import Truth, generate
 
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
+from rtctl.diagnosis.nominal_fit.step_refinement import refine_nominal
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.subjects import subject_of
@@ -97,17 +98,17 @@ def nominal_of(folder: Path) -> tuple[Hypothesis, Problem]:
     manifest, model = folder / "dataset.toml", folder / "model.toml"
     simulation = simulation_for(model, open_dataset(manifest))
     subject = subject_of(simulation.kind)
-    fit, _, _ = split(read_dataset(manifest), subject)
+    fit, _, _ = split_records(read_dataset(manifest), subject)
     data = Problem(
         subject=subject,
         records=fit,
         scales=estimate_scales(fit, subject.output, subject.drive),
         steps_per_period=subject.steps_per_period,
     )
-    nominal = fitted_nominal(data, simulation, ())
+    nominal = fit_from_starts(data, simulation, ())
     if nominal is None:
         raise RuntimeError(f"the nominal model diverges on {folder}")
-    data, nominal = finely(data, nominal)
+    data, nominal = refine_nominal(data, nominal)
     return nominal, data
 
 

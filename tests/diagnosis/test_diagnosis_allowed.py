@@ -10,8 +10,9 @@ import pytest
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.diagnose import LEAST_ALLOWED, allowing
+from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset, Record
@@ -37,13 +38,20 @@ def problem() -> Problem:
 
 @pytest.mark.parametrize(
     ("share", "allowed"),
-    [(0.003, 0.003), (1e-6, LEAST_ALLOWED), (0.3, SUBJECT.allowed_share), (None, SUBJECT.allowed_share)],
+    [
+        (0.003, 0.003),
+        (1e-6, NominalFitThresholds().min_allowed_misfit),
+        (0.3, SUBJECT.allowed_share),
+        (None, SUBJECT.allowed_share),
+    ],
     ids=["as promised", "no less than tables have", "no more than is no gap", "nothing promised"],
 )
 def test_a_model_is_allowed_what_its_identification_promises(share: float | None, allowed: float) -> None:
     seen = problem()
     names = (LOG_RESISTANCE, "deflection")
-    found = allowing(seen, {} if share is None else {name: share * seen.size(name) for name in names}).allowed
+    found = allow_misfit(
+        seen, {} if share is None else {name: share * seen.size(name) for name in names}
+    ).allowed
     assert set(found) == set(names)
     for name, square in found.items():
         assert np.sqrt(square) == pytest.approx(allowed * seen.size(name))
@@ -71,4 +79,4 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:
     seen = replace(problem(), subject=subject_of("oscillator"))
-    assert allowing(seen, {}) is seen
+    assert allow_misfit(seen, {}) is seen

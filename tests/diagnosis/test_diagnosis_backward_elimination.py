@@ -8,7 +8,7 @@ from diagnosis_cases import device, friction_case
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.backward_elimination import _compensate, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
@@ -18,7 +18,7 @@ from rtctl.plants.subjects import subject_of
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     subject = subject_of("oscillator")
-    records, _, _ = split(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
+    records, _, _ = split_records(read_dataset(friction_case(tmp_path_factory.mktemp("friction"))), subject)
     return Problem(subject=subject, records=records, scales=estimate_scales(records), steps_per_period=64.0)
 
 

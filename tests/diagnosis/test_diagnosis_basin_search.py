@@ -7,7 +7,7 @@ import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, SAMPLES, device
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
+from rtctl.diagnosis.nominal_fit.basin_search import search_basins
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -51,7 +51,7 @@ def begun(problem: Problem, factor: float) -> Hypothesis:
 def test_the_deepest_valley_is_found_from_its_neighbours(factor: float) -> None:
     problem = ring_downs()
     stuck, right = begun(problem, factor), begun(problem, 1.0)
-    found = past_kinks(problem, stuck)
+    found = search_basins(problem, stuck)
     assert stuck.cost > 5.0 * right.cost
     assert found.cost < 1.05 * right.cost
     assert found.values[-1] == pytest.approx(LEVEL, rel=1e-2)

@@ -10,7 +10,7 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
@@ -83,7 +83,7 @@ def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Prob
         scales=estimate_scales(records),
         steps_per_period=64.0,
     )
-    nominal = fitted_nominal(problem, device(), ())
+    nominal = fit_from_starts(problem, device(), ())
     assert nominal is not None
     return problem, run_residual_tests(nominal, problem, ids)
 

@@ -12,9 +12,11 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.diagnosis.nominal_fit.foreign_model import foreign
+from rtctl.diagnosis.nominal_fit.foreign_model import note_foreign_model
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.screening.checks import short, split
+from rtctl.diagnosis.screening.excitation_checks import note_few_periods
+from rtctl.diagnosis.screening.split import split_records
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
@@ -30,7 +32,8 @@ def record(seed: int, use: str = "fit", samples: int = 600) -> tuple[np.ndarray,
 
 
 def warnings_of(folder: Path, *records: tuple[np.ndarray, np.ndarray, str]) -> list[str]:
-    return split(read_dataset(write_case(folder, list(records))), OSCILLATOR)[2]
+    dataset = read_dataset(write_case(folder, list(records)))
+    return list(split_records(dataset, OSCILLATOR).notes)
 
 
 def test_good_data_raise_no_warning(tmp_path: Path) -> None:
@@ -38,14 +41,16 @@ def test_good_data_raise_no_warning(tmp_path: Path) -> None:
 
 
 def test_without_test_records_the_last_is_held_out_and_that_is_said(tmp_path: Path) -> None:
-    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1), record(2)])), OSCILLATOR)
+    fit, tests, warnings = split_records(
+        read_dataset(write_case(tmp_path, [record(1), record(2)])), OSCILLATOR
+    )
     assert [one.name for one in fit] == ["r0"]
     assert [one.name for one in tests] == ["r1"]
     assert "r1 was held out" in warnings[0]
 
 
 def test_one_record_alone_is_fitted_and_has_no_gain(tmp_path: Path) -> None:
-    fit, tests, warnings = split(read_dataset(write_case(tmp_path, [record(1)])), OSCILLATOR)
+    fit, tests, warnings = split_records(read_dataset(write_case(tmp_path, [record(1)])), OSCILLATOR)
     assert (len(fit), tests) == (1, ())
     assert "the gain could not be measured" in warnings[0]
 
@@ -62,7 +67,7 @@ def test_a_heater_without_any_current_is_bad_input() -> None:
         for one in problem.records
     ]
     with pytest.raises(InputError, match="current of every record to fit is 0 mA"):
-        split(replace(problem, records=tuple(off)), VO2)
+        split_records(replace(problem, records=tuple(off)), VO2)
 
 
 @pytest.mark.parametrize(("other", "said"), [(0.0, False), (0.01, False), (0.5, True)])
@@ -73,7 +78,7 @@ def test_repeats_of_other_inputs_are_said_and_not_taken_for_repeats(
     again = drive + other * record(2)[0]
     manifest = write_case(tmp_path, [(drive, reading, "fit"), (again, reading, "fit"), record(3, "test")])
     manifest.write_text(manifest.read_text().replace('use = "fit"', 'use = "fit"\nrepeat = "A"'))
-    fit, _, warnings = split(read_dataset(manifest), OSCILLATOR)
+    fit, _, warnings = split_records(read_dataset(manifest), OSCILLATOR)
     assert [one.repeat for one in fit] == ([None, None] if said else ["A", "A"])
     assert any("are no repeats of one input" in warning for warning in warnings) == said
 
@@ -82,10 +87,10 @@ def test_a_resistance_that_no_film_has_is_said() -> None:
     problem = dataset(share=0.0, steps=17)
     (bad, *rest) = problem.records
     resistance = bad.signals["resistance"].copy()
-    assert not any("which no film has" in one for one in split(problem, VO2)[2])
+    assert not any("which no film has" in one for one in split_records(problem, VO2)[2])
     resistance[500:503] = -1.0
     bad = replace(bad, signals={**bad.signals, "resistance": resistance}, use="fit")
-    warnings = split(replace(problem, records=(bad, *rest)), VO2)[2]
+    warnings = split_records(replace(problem, records=(bad, *rest)), VO2)[2]
     assert any(f"{bad.name}: 3 readings of the resistance are 0 ohm or less" in one for one in warnings)
 
 
@@ -105,7 +110,7 @@ def test_a_velocity_that_is_no_slope_of_the_displacement_is_said(
         noisy = displacement + noise * 0.02 * rng.standard_normal(len(slope))
         signals = {**one.signals, "velocity": velocity, "displacement": noisy}
         records.append(replace(one, signals=signals))
-    warnings = split(replace(problem, records=tuple(records)), OSCILLATOR)[2]
+    warnings = split_records(replace(problem, records=tuple(records)), OSCILLATOR)[2]
     notes = [one for one in warnings if "the displacement's slope is" in one]
     assert len(notes) == bool(said)
     assert all(said in note for note in notes)
@@ -115,7 +120,7 @@ def test_no_usable_record_is_bad_input_with_every_reason(tmp_path: Path) -> None
     drive, _, _ = record(1)
     case = write_case(tmp_path, [record(2, samples=100), (drive, np.full_like(drive, 0.3), "fit")])
     with pytest.raises(InputError, match=r"no record with use(.|\n)*100 scored(.|\n)*one constant number"):
-        split(read_dataset(case), OSCILLATOR)
+        split_records(read_dataset(case), OSCILLATOR)
 
 
 def test_a_clipped_sensor_is_said_with_its_rail_and_a_quantised_one_is_not(tmp_path: Path) -> None:
@@ -141,14 +146,14 @@ def test_one_repeated_tone_is_said_and_two_levels_of_it_are_not(tmp_path: Path) 
 
 
 def _fit_record(folder: Path) -> FitRecord:
-    return split(read_dataset(write_case(folder, [record(1)])), OSCILLATOR)[0][0]
+    return split_records(read_dataset(write_case(folder, [record(1)])), OSCILLATOR)[0][0]
 
 
 def test_a_few_periods_are_said_to_be_few(tmp_path: Path) -> None:
     one = _fit_record(tmp_path)
     duration = one.samples * one.period_s
-    assert short([one], 2.0 * np.pi * 6.0 / duration) == []
-    (warning,) = short([one], 2.0 * np.pi * 4.0 / duration)
+    assert note_few_periods([one], 2.0 * np.pi * 6.0 / duration, ScreeningThresholds()) == []
+    (warning,) = note_few_periods([one], 2.0 * np.pi * 4.0 / duration, ScreeningThresholds())
     assert "4 periods" in warning
 
 
@@ -157,8 +162,8 @@ def test_a_model_that_leaves_most_of_the_signal_may_be_of_another_plant(tmp_path
     power = float(np.sum((one.measured["displacement"] - one.measured["displacement"].mean()) ** 2))
     problem = Problem(subject=OSCILLATOR, records=(one,), scales=estimate_scales([one]))
     whole = power / problem.size("displacement") ** 2
-    assert foreign(problem, ("displacement",), 0.5 * 0.5**2 * whole) == []
-    (warning,) = foreign(problem, ("displacement",), 0.5 * 0.8**2 * whole)
+    assert note_foreign_model(problem, ("displacement",), 0.5 * 0.5**2 * whole) == []
+    (warning,) = note_foreign_model(problem, ("displacement",), 0.5 * 0.8**2 * whole)
     assert "leaves 80% of" in warning
 
 

@@ -12,7 +12,7 @@ from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
@@ -69,7 +69,7 @@ def test_the_form_that_acts_is_found_and_the_other_stays_out(
 
 
 def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) -> None:
-    records, _, _ = split(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
+    records, _, _ = split_records(read_dataset(case(tmp_path, CARRIED)), subject_of("oscillator"))
     problem = Problem(
         subject=subject_of("oscillator"),
         records=records,
@@ -100,7 +100,7 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hum), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), subject_of("oscillator"))
+    records, _, _ = split_records(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
         subject=subject_of("oscillator"),
         records=records,
@@ -130,7 +130,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
         },
     }  # fmt: skip
     path = write_case(tmp_path, [(noise_drive(5), measured(device(hysteresis), noise_drive(5)), "fit")])
-    records, _, _ = split(read_dataset(path), subject_of("oscillator"))
+    records, _, _ = split_records(read_dataset(path), subject_of("oscillator"))
     problem = Problem(
         subject=subject_of("oscillator"),
         records=records,

@@ -9,11 +9,11 @@ import pytest
 from coarse_cases import dataset, identified, stepped_film
 from vo2_model_cases import UNITS
 
-import rtctl.diagnosis.diagnose
-from rtctl.diagnosis.diagnose import PUT_RIGHT, diagnose
+from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.report.causes import REFITTED_LOOPS
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
@@ -27,6 +27,7 @@ from rtctl.diagnosis.search.catalogue_search import (
 )
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
+from rtctl.diagnosis.verification import nonparametric_comparison
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import read_model, write_model
 from rtctl.simulations.vo2 import vo2_simulation
@@ -139,7 +140,7 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     found = answer(*few_levels, ids=FEW)
     assert found.verdict == "explained"
     assert [cause.id for cause in found.causes] == ["actuation.delay"]
-    assert PUT_RIGHT in found.warnings
+    assert REFITTED_LOOPS in found.warnings
     before, after = found.search.hysteresis_refit.before, found.search.chosen.hypothesis
     assert after.cost < 0.5 * before.cost
     given = few_levels[1].deflection_preisach
@@ -198,7 +199,7 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too():
         assert one.verdict == "explained"
         assert [cause.id for cause in one.causes] == ["actuation.delay"]
         assert one.search.passes
-    assert PUT_RIGHT in found.warnings
+    assert REFITTED_LOOPS in found.warnings
     assert as_they_are.search.hysteresis_refit is None
     assert found.gain.after < 0.6 * as_they_are.gain.after
 
@@ -222,7 +223,7 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too():
 
 
 def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monkeypatch):
-    for module in (causes, rtctl.diagnosis.diagnose):
+    for module in (causes, nonparametric_comparison):
         monkeypatch.setattr(module, "find_better_alternative", lambda *anything: "A law.")
     found = answer(*few_levels, ids=FEW)
     assert found.verdict == "unexplained"

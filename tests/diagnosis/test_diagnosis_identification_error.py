@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from rtctl.diagnosis.report.answer import apart_from_identification
+from rtctl.diagnosis.report.causes import separate_corrections
 from rtctl.diagnosis.result import Cause
+from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.simulations.vo2.mechanisms import MECHANISMS
 
 LAGS = ("hysteresis.rate_dependence", 0.9, ())
@@ -39,6 +40,6 @@ def test_a_small_correction_of_the_loops_is_told_only_where_nothing_else_is(
     simulations: list[Any] = [
         SimpleNamespace(mechanisms=[MECHANISMS[name] for name in names]) for names in sets
     ]
-    left, corrected = apart_from_identification([cause(*one) for one in given], simulations)
+    left, corrected = separate_corrections([cause(*one) for one in given], simulations, ReportThresholds())
     assert [one.id for one in left] == named
     assert corrected == tuple(name for name, _, _ in given if name not in named)

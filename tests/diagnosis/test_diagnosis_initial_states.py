@@ -8,7 +8,7 @@ from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, nois
 from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
+from rtctl.diagnosis.nominal_fit.initial_states import improve_initial_states
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -42,7 +42,7 @@ def at_the_true_values(starts: list[list[float]]) -> tuple[Problem, Hypothesis]:
 
 def test_a_record_that_a_wrong_start_leaves_elsewhere_begins_where_it_rested() -> None:
     problem, astray = at_the_true_values([[0.025, 0.0], [0.0, 0.0]])
-    found = at_better_starts(problem, astray)
+    found = improve_initial_states(problem, astray)
     samples = sum(record.samples for record in problem.records)
     noise = 0.5 * samples * (NOISE_MM / problem.size("displacement")) ** 2
     assert astray.cost > 1.5 * noise
@@ -53,7 +53,7 @@ def test_a_record_that_a_wrong_start_leaves_elsewhere_begins_where_it_rested() -
 
 def test_starts_that_are_right_stay() -> None:
     problem, right = at_the_true_values([[0.0, 0.0], [0.0, 0.0]])
-    assert at_better_starts(problem, right) is right
+    assert improve_initial_states(problem, right) is right
 
 
 def test_where_no_step_resolves_another_start_it_is_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -63,7 +63,7 @@ def test_where_no_step_resolves_another_start_it_is_as_it_is(monkeypatch: pytest
         raise ValueError("would need 1e9 steps")
 
     monkeypatch.setattr(type(astray.simulation), "predict", refused)
-    assert at_better_starts(problem, astray) is astray
+    assert improve_initial_states(problem, astray) is astray
 
 
 def test_a_model_without_states_is_as_it_is() -> None:
@@ -77,4 +77,4 @@ def test_a_model_without_states_is_as_it_is() -> None:
     )
     found = fit_hypothesis(problem, simulation(), (), iterations=0)
     assert found is not None
-    assert at_better_starts(problem, found) is found
+    assert improve_initial_states(problem, found) is found

@@ -7,7 +7,8 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely, fitted_nominal
+from rtctl.diagnosis.nominal_fit.step_refinement import refine_nominal
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.bounds import FAR_OFF, FURTHER, bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
@@ -47,19 +48,19 @@ def floor(problem: Problem, noise: float) -> float:
 def test_steps_are_refined_where_they_leave_more_than_the_noise() -> None:
     noise, plant = 1e-6, device()
     problem = data_of(plant, (0.0, 0.0), noise, 12.0, 6.0)
-    nominal = fitted_nominal(problem, plant, ())
+    nominal = fit_from_starts(problem, plant, ())
     assert nominal is not None
     assert nominal.cost > 2.0 * floor(problem, noise)
-    refined, nominal = finely(problem, nominal)
+    refined, nominal = refine_nominal(problem, nominal)
     assert refined.steps_per_period != 12.0
     assert nominal.cost < 1.1 * floor(problem, noise)
 
 
 def test_steps_stay_where_the_noise_is_far_above_their_error() -> None:
     problem = data_of(device(), (0.0, 0.0), 0.004, 64.0, 6.0)
-    nominal = fitted_nominal(problem, device(), ())
+    nominal = fit_from_starts(problem, device(), ())
     assert nominal is not None
-    assert finely(problem, nominal) == (problem, nominal)
+    assert refine_nominal(problem, nominal) == (problem, nominal)
 
 
 def test_the_gate_takes_the_error_of_the_steps_off_the_residual() -> None:
@@ -101,7 +102,7 @@ def test_a_constant_of_many_times_the_motion_leaves_the_nominal_values_as_they_a
         subject=OSCILLATOR, records=tuple(records), scales=estimate_scales(records), steps_per_period=64.0
     )
     start = device(stiffness=(1.55e4, "1/s^2"), stiffness_cubic=(30.0, "1/(mm^2*s^2)"))
-    nominal = fitted_nominal(problem, start, ())
+    nominal = fit_from_starts(problem, start, ())
     assert nominal is not None
     values = {one.name: one.value for one in nominal.simulation.parameters}
     assert values["stiffness"] == pytest.approx(1.6e4, rel=5e-3)

@@ -11,7 +11,7 @@ from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _without_running_away, fit_nominal
+from rtctl.diagnosis.nominal_fit.nominal_fit import DIVERGES, _fit_before_divergence, fit_nominal
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.fit_record import FitRecord
@@ -50,13 +50,13 @@ def off_by(share: float) -> Simulation:
 def test_a_model_that_runs_away_from_a_record_is_fitted_to_what_comes_before_and_then_to_all() -> None:
     problem = near_the_edge()
     assert fit_hypothesis(problem, off_by(0.05), ()) is None
-    whole, nominal = _without_running_away(problem, off_by(0.05), ())
+    whole, nominal = _fit_before_divergence(problem, off_by(0.05), ())
     assert [record.samples for record in whole.records] == [SAMPLES, SAMPLES]
     noise = 0.5 * 2 * SAMPLES * (NOISE_MM / problem.size("displacement")) ** 2
     assert nominal.cost == pytest.approx(noise, rel=0.1)
     first = fit_nominal(problem, off_by(0.05), lambda text: None)
     assert first.uncut
-    assert not first.said
+    assert not first.notes
     assert first.nominal.cost == pytest.approx(noise, rel=0.1)
 
 
@@ -65,4 +65,4 @@ def test_a_model_that_follows_next_to_nothing_is_refused() -> None:
     loud = {"displacement": 50.0 * np.random.default_rng(0).standard_normal(SAMPLES)}
     deaf = replace(problem, records=tuple(replace(one, measured=loud) for one in problem.records))
     with pytest.raises(RunError, match=DIVERGES):
-        _without_running_away(deaf, off_by(0.0), ())
+        _fit_before_divergence(deaf, off_by(0.0), ())

@@ -11,7 +11,7 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.diagnose import _verdict, allowing
+from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
@@ -26,6 +26,8 @@ from rtctl.diagnosis.search.nonparametric import (
 )
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
+from rtctl.diagnosis.verification.holdout_gain import judge_search
+from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
@@ -71,7 +73,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=measured, first=0))
     comparable, readings = subject.comparable(simulation(), tuple(records))
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
-    problem = allowing(
+    problem = allow_misfit(
         Problem(
             subject=subject, records=compared, scales=estimate_scales(compared, subject.output, subject.drive),
             steps_per_period=subject.steps_per_period,
@@ -194,9 +196,10 @@ def test_the_user_may_stop_that_comparison_and_hears_what_was_not_done() -> None
     )
     stopping = replace(problem, cancellation=CancellationToken())
     stopping.cancellation.cancel()
-    verdict, said, stopped = _verdict(search, stopping, [None], WorkBudget.of(), lambda text: None)
-    assert (verdict, stopped) == ("partly_explained", True)
-    assert "may explain it better than friction.coulomb" in said[-1]
-    verdict, said, stopped = _verdict(search, problem, [None], WorkBudget.of(), lambda text: None)
-    assert (verdict, stopped) == ("unexplained", False)
-    assert "leaves less: not named" in said[-1]
+    claimed = judge_search(search, problem)
+    stopped = compare_nonparametric(claimed, search, stopping, WorkBudget.of(), lambda text: None)
+    assert (stopped.claim, stopped.stopped) == ("partly_explained", True)
+    assert "may explain the data better than friction.coulomb" in stopped.notes[-1]
+    compared = compare_nonparametric(claimed, search, problem, WorkBudget.of(), lambda text: None)
+    assert (compared.claim, compared.stopped) == ("unexplained", False)
+    assert "a nonparametric alternative leaves a smaller residual" in compared.notes[-1]

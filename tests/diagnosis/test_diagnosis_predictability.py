@@ -10,26 +10,29 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.predictability import (
-    MOST,
-    _before_parting,
+    _before_diverging,
     _share_after,
-    beginnings,
-    foreseeable,
+    count_unpredictable,
+    cut_unpredictable,
+    fit_followed_parts,
     period_of,
-    unforeseeable,
 )
+from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
-from rtctl.diagnosis.verification.holdout_residual import unseen
+from rtctl.diagnosis.thresholds import NominalFitThresholds
+from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.identification.fit_record import CONTINUATION_SAMPLES, FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
+
+LIMITS = NominalFitThresholds()
 
 DELAY = {"id": "drive.delay", "parameters": {"delay": {"value": 2e-3, "unit": "s"}}}
 WELLS = {"stiffness": (-1.6e3, "1/s^2"), "stiffness_cubic": (30.0, "1/(mm^2*s^2)"), "damping": (3.0, "1/s")}
@@ -59,20 +62,20 @@ def hopping() -> tuple[Problem, Hypothesis]:
         scales=estimate_scales(records),
         steps_per_period=64.0,
     )
-    nominal = fitted_nominal(problem, device(**WELLS), ())
+    nominal = fit_from_starts(problem, device(**WELLS), ())
     assert nominal is not None
     return problem, nominal
 
 
 def test_where_it_hops_the_beginnings_show_what_is_missing() -> None:
     problem, nominal = hopping()
-    assert misfit(problem, nominal) > FAR
-    found = beginnings(problem, nominal)
+    assert relative_misfit(problem, nominal) > LIMITS.close_misfit
+    found = fit_followed_parts(problem, nominal)
     assert found is not None
     short, refitted = found
     kept = sum(record.samples for record in short.records)
     assert 0.1 * 3 * SAMPLES < kept < 0.9 * 3 * SAMPLES
-    assert misfit(short, refitted) < FAR
+    assert relative_misfit(short, refitted) < LIMITS.close_misfit
     for record in short.records:
         whole = next(one for one in problem.records if one.name == record.name)
         np.testing.assert_array_equal(
@@ -88,17 +91,17 @@ def test_what_is_followed_to_its_end_and_what_is_never_followed_is_left_alone() 
     problem, nominal = hopping()
     noise = np.random.default_rng(0).standard_normal(SAMPLES)
     deaf = tuple(replace(one, measured={"displacement": noise}) for one in problem.records)
-    assert beginnings(replace(problem, records=deaf), nominal) is None
-    found = beginnings(problem, nominal)
+    assert fit_followed_parts(replace(problem, records=deaf), nominal) is None
+    found = fit_followed_parts(problem, nominal)
     assert found is not None
-    assert beginnings(*found) is None
+    assert fit_followed_parts(*found) is None
 
 
 @pytest.mark.parametrize("hops", [True, False])
 def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: bool) -> None:
     """However small that is beside the motion of all records."""
     problem, nominal = hopping()
-    found = beginnings(problem, nominal)
+    found = fit_followed_parts(problem, nominal)
     assert found is not None
     short, followed = found
     record = problem.records[0]
@@ -111,7 +114,7 @@ def test_one_record_that_hops_is_enough_where_it_holds_most_of_the_error(hops: b
     reading[SAMPLES // 2 :] += 2.0 * float(np.std(reading)) * hops
     records = (*short.records, replace(record, measured={"displacement": reading}))
     more = replace(followed, starts=np.vstack((followed.starts, followed.starts[:1])))
-    assert (_share_after(replace(short, records=records), more) > MOST) == hops
+    assert (_share_after(replace(short, records=records), more) > LIMITS.max_share_after) == hops
 
 
 def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after() -> None:
@@ -120,7 +123,7 @@ def test_a_band_limited_drive_is_cut_too_and_its_beginnings_know_what_came_after
         replace(one, stimulus=replace(one.stimulus, holds={"drive": "band-limited"}))
         for one in problem.records
     )
-    found = beginnings(replace(problem, records=held), nominal)
+    found = fit_followed_parts(replace(problem, records=held), nominal)
     assert found is not None
     for record in found[0].records:
         whole = next(one for one in held if one.name == record.name).stimulus.inputs["drive"]
@@ -149,11 +152,11 @@ def test_what_next_to_nothing_decides_is_no_judge() -> None:
     problem = rocked_over()
     truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
-    short = foreseeable(problem, truth)
-    assert unforeseeable(problem, truth) == 1
+    short = cut_unpredictable(problem, truth)
+    assert count_unpredictable(problem, truth) == 1
     assert [one.samples < SAMPLES for one in short.records] == [True, False]
-    assert unforeseeable(short, truth) == 0
-    assert foreseeable(short, truth) is short
+    assert count_unpredictable(short, truth) == 0
+    assert cut_unpredictable(short, truth) is short
     record, kept = problem.records[0], short.records[0].samples
     values = truth.values_of(0)
     nudged = values.copy()
@@ -168,13 +171,13 @@ def test_what_next_to_nothing_decides_is_no_judge() -> None:
 def test_a_diagnosis_begins_before_that_and_says_so() -> None:
     problem, heard = rocked_over(), []
     found = fit_nominal(problem, device(**(WELLS | {"stiffness": (-1.59e3, "1/s^2")})), heard.append)
-    assert "the nominal model as far as what it does is foreseeable" in heard
+    assert "the nominal model as far as its motion is predictable" in heard
     assert found.uncut
     assert found.problem.samples < problem.samples
     assert [
-        f"of {problem.samples} samples {found.problem.samples} were used" in one for one in found.said
+        f"{found.problem.samples} of {problem.samples} samples were used" in one for one in found.notes
     ] == [True]
-    assert misfit(found.problem, found.nominal) < 0.02
+    assert relative_misfit(found.problem, found.nominal) < 0.02
 
 
 def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_something_missing() -> None:
@@ -182,8 +185,8 @@ def test_an_error_on_test_records_that_nobody_foresees_is_not_said_to_be_of_some
     truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
     found = Gain("displacement", "mm", 9.0, 3.0, 0.02, 3.0, 2.0, 4.0)
-    report = [unseen(found, problem, (record,), truth) for record in problem.records]
-    assert ["1 of 1 records" in one.said for one in report if one] == [True, False]
+    report = [explain_holdout_residual(found, problem, (record,), truth) for record in problem.records]
+    assert ["1 of 1 records" in one.note for one in report if one] == [True, False]
     assert [one.is_gap for one in report if one] == [False, False]
 
 
@@ -191,7 +194,7 @@ def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_al
     problem = rocked_over()
     truth = fit_hypothesis(problem, device(**WELLS), (), iterations=0)
     assert truth is not None
-    short = foreseeable(problem, truth)
+    short = cut_unpredictable(problem, truth)
     period = period_of(problem, short.records[0])
 
     def parting(record: FitRecord) -> FitRecord:
@@ -201,5 +204,5 @@ def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_al
 
     parted = replace(short, records=tuple(parting(record) for record in short.records))
     first, second = (record.samples for record in short.records)
-    assert _before_parting(problem, short, truth) == [first, second]
-    assert _before_parting(problem, parted, truth) == [first - 2 * period, second]
+    assert _before_diverging(problem, short, truth) == [first, second]
+    assert _before_diverging(problem, parted, truth) == [first - 2 * period, second]

@@ -10,8 +10,8 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import finely
-from rtctl.diagnosis.nominal_fit.progressive_fit import caught_up
+from rtctl.diagnosis.nominal_fit.progressive_fit import fit_progressively
+from rtctl.diagnosis.nominal_fit.step_refinement import refine_nominal
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -67,9 +67,9 @@ def test_a_record_that_is_lost_is_caught_up_with() -> None:
     problem = between_wells()
     astray = gone_astray(problem)
     assert astray.cost > 100.0 * noise_cost(problem)
-    found = caught_up(problem, astray)
+    found = fit_progressively(problem, astray)
     assert found.cost == pytest.approx(noise_cost(problem), rel=0.1)
-    assert caught_up(problem, found) is found  # none stands out any more
+    assert fit_progressively(problem, found) is found  # none stands out any more
 
 
 def test_what_cannot_be_followed_is_left_as_it_is() -> None:
@@ -79,14 +79,14 @@ def test_what_cannot_be_followed_is_left_as_it_is() -> None:
     strange = replace(problem, records=deaf)
     nominal = fit_hypothesis(strange, device(**WELLS), ())
     assert nominal is not None
-    assert caught_up(strange, nominal).cost == pytest.approx(nominal.cost, rel=0.05)
+    assert fit_progressively(strange, nominal).cost == pytest.approx(nominal.cost, rel=0.05)
     alone = replace(problem, records=problem.records[HOPPING:])
     one = fit_hypothesis(alone, device(**WELLS), ())
     assert one is not None
-    assert caught_up(alone, one) is one
+    assert fit_progressively(alone, one) is one
 
 
 def test_a_diagnosis_begins_with_every_record_followed() -> None:
     problem = between_wells()
-    _, nominal = finely(problem, gone_astray(problem))
+    _, nominal = refine_nominal(problem, gone_astray(problem))
     assert nominal.cost == pytest.approx(noise_cost(problem), rel=0.1)

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import FAR, fitted_nominal, misfit
-from rtctl.diagnosis.nominal_fit.segmentation import MOST, cut_up, remembers
+from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.segmentation import cut_strokes, drifts
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
@@ -66,7 +68,7 @@ def data_of(records: tuple[FitRecord, ...]) -> Problem:
 
 
 def nominal_of(problem: Problem, simulation: Simulation) -> Hypothesis:
-    found = fitted_nominal(problem, simulation, ())
+    found = fit_from_starts(problem, simulation, ())
     assert found is not None
     return found
 
@@ -74,8 +76,8 @@ def nominal_of(problem: Problem, simulation: Simulation) -> Hypothesis:
 def test_a_mass_that_drifts_away_remembers_and_its_stretches_lose_no_sample() -> None:
     problem = strokes(carriage(level=120.0, offset=3.0))
     nominal = nominal_of(problem, carriage())
-    assert remembers(problem, nominal)
-    short = cut_up(problem, nominal)
+    assert drifts(problem, nominal)
+    short = cut_strokes(problem, nominal)
     assert len(short.records) > 4
     whole = problem.records[0].measured["displacement"]
     joined = np.concatenate([piece.measured["displacement"][:-1] for piece in short.records])
@@ -85,11 +87,11 @@ def test_a_mass_that_drifts_away_remembers_and_its_stretches_lose_no_sample() ->
 
 
 def test_a_spring_forgets_and_a_good_model_needs_no_stretches(tmp_path: Path) -> None:
-    records, _, _ = split(read_dataset(friction_case(tmp_path)), subject_of("oscillator"))
+    records, _, _ = split_records(read_dataset(friction_case(tmp_path)), subject_of("oscillator"))
     problem = data_of(records)
-    assert not remembers(problem, nominal_of(problem, device()))
+    assert not drifts(problem, nominal_of(problem, device()))
     free = strokes(carriage(level=1e-9, offset=1e-9))
-    assert not remembers(free, nominal_of(free, carriage()))
+    assert not drifts(free, nominal_of(free, carriage()))
 
 
 def test_a_spring_that_rings_through_the_record_is_no_drift() -> None:
@@ -106,12 +108,12 @@ def test_a_spring_that_rings_through_the_record_is_no_drift() -> None:
     reading = record.measured["displacement"]
     problem = data_of((replace(record, measured={"displacement": reading + 0.6 * reading.std()}),))
     nominal = nominal_of(problem, ringing)
-    assert misfit(problem, nominal) > FAR
-    assert not remembers(problem, nominal)
+    assert relative_misfit(problem, nominal) > NominalFitThresholds().close_misfit
+    assert not drifts(problem, nominal)
 
 
 def test_very_many_stretches_are_thinned_evenly() -> None:
     problem = strokes(carriage(level=120.0, offset=3.0))
     many = replace(problem, records=problem.records * 60)
-    short = cut_up(many, nominal_of(problem, carriage()))
-    assert len(short.records) == MOST
+    short = cut_strokes(many, nominal_of(problem, carriage()))
+    assert len(short.records) == NominalFitThresholds().max_stroke_segments

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import FloatArray, answer_to, device, measured, noise_drive
 
-from rtctl.diagnosis.screening.spikes import spikes_in
+from rtctl.diagnosis.screening.spikes import find_spikes
 
 RNG = np.random.default_rng(5)
 MOTION = np.sin(0.3 * np.arange(2000)) + 0.01 * RNG.standard_normal(2000)
@@ -23,7 +23,7 @@ def spiked(values: FloatArray, *at: int) -> FloatArray:
 @pytest.mark.parametrize("values", [MOTION, STEPS])
 @pytest.mark.parametrize("at", [(700,), (0, 1999), (100, 101, 900)])
 def test_spikes_are_found(values: FloatArray, at: tuple[int, ...]) -> None:
-    assert spikes_in(spiked(values, *at)).tolist() == list(at)
+    assert find_spikes(spiked(values, *at)).tolist() == list(at)
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_spikes_are_found(values: FloatArray, at: tuple[int, ...]) -> None:
     ],
 )  # fmt: skip
 def test_what_may_be_a_motion_or_noise_is_left_alone(values: FloatArray) -> None:
-    assert len(spikes_in(values)) == 0
+    assert len(find_spikes(values)) == 0
 
 
 def test_a_reading_of_a_million_costs_a_note_and_no_verdict(tmp_path: Path) -> None:

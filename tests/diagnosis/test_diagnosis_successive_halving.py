@@ -12,13 +12,13 @@ from vo2_model_cases import PERIOD_S as VO2_PERIOD_S
 from vo2_model_cases import predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fitted_nominal
+from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.screening.checks import split
+from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.challengers import refit_challengers
 from rtctl.diagnosis.search.state import SearchSettings, SearchState
@@ -45,14 +45,14 @@ LIMITS = SearchThresholds()
 @pytest.fixture(scope="module")
 def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypothesis]:
     folder: Path = tmp_path_factory.mktemp("race")
-    records, _, _ = split(read_dataset(friction_case(folder)), subject_of("oscillator"))
+    records, _, _ = split_records(read_dataset(friction_case(folder)), subject_of("oscillator"))
     problem = Problem(
         subject=subject_of("oscillator"),
         records=records,
         scales=estimate_scales(records),
         steps_per_period=64.0,
     )
-    nominal = fitted_nominal(problem, device(), ())
+    nominal = fit_from_starts(problem, device(), ())
     assert nominal is not None
     return problem, nominal
 
@@ -214,7 +214,7 @@ def test_what_could_stand_in_for_one_that_found_its_way_is_tried_from_there() ->
         scales=estimate_scales(records),
         steps_per_period=64.0,
     )
-    nominal = fitted_nominal(problem, device(), ())
+    nominal = fit_from_starts(problem, device(), ())
     assert nominal is not None
     delayed = nominal.simulation.extended(("drive.delay",))
     values = np.array([parameter.value for parameter in delayed.parameters])

@@ -18,13 +18,13 @@ from rtctl.cli import main
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.screening.screened import Screened
 from rtctl.diagnosis.screening.unknown_initial_state import (
-    WARM_PERIODS,
-    WARM_PERIODS_OF_WELLS,
     has_two_wells,
-    warmed_up,
+    warm_up_moving_records,
 )
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
 from rtctl.plants.subjects import subject_of
@@ -32,6 +32,7 @@ from rtctl.session.model_validation import simulation_for
 from rtctl.simulations.vo2 import vo2_simulation
 
 FloatArray = NDArray[np.float64]
+LIMITS = ScreeningThresholds()
 RATE = 2.0 * np.pi * 20.0
 PERIOD = 2.0 * np.pi / RATE / PERIOD_S  # samples
 LAG: dict[str, object] = {"id": "sensor.lag", "parameters": {"time_constant": {"value": 1.5e-3, "unit": "s"}}}
@@ -59,6 +60,13 @@ def from_rest(samples: int = 4000) -> FloatArray:
     return grown
 
 
+def warmed_up(
+    fit: list[FitRecord], tests: list[FitRecord] | None = None, *, two_wells: bool = False
+) -> Screened:
+    screened = Screened(tuple(fit), tuple(tests or ()))
+    return warm_up_moving_records(screened, RATE, LIMITS, two_wells=two_wells)
+
+
 def let_go(samples: int = 4000) -> FloatArray:
     time_s = PERIOD_S * np.arange(samples)
     rng = np.random.default_rng(3)
@@ -67,8 +75,8 @@ def let_go(samples: int = 4000) -> FloatArray:
 
 
 def test_what_begins_in_motion_warms_up_for_some_periods() -> None:
-    (fit,), (test,), said = warmed_up([of(swinging())], [of(swinging(phase=1.0))], RATE)
-    assert WARM_PERIODS[0] * PERIOD <= fit.first == test.first <= WARM_PERIODS[1] * PERIOD
+    (fit,), (test,), said = warmed_up([of(swinging())], [of(swinging(phase=1.0))])
+    assert LIMITS.warm_up_periods[0] * PERIOD <= fit.first == test.first <= LIMITS.warm_up_periods[1] * PERIOD
     assert "2 of 2 records begin in motion" in said[0]
     for one, phase in ((fit, 0.0), (test, 1.0)):
         expected = np.sqrt(2.0) * RATE * np.cos(phase)
@@ -76,31 +84,31 @@ def test_what_begins_in_motion_warms_up_for_some_periods() -> None:
 
 
 def test_between_two_wells_few_periods_warm_up_since_nothing_scores_which_well_they_end_in() -> None:
-    (one,), _, _ = warmed_up([of(swinging())], [], RATE, two_wells=True)
-    assert one.first == round(WARM_PERIODS_OF_WELLS[0] * PERIOD)
+    (one,), _, _ = warmed_up([of(swinging())], two_wells=True)
+    assert one.first == round(LIMITS.warm_up_periods_two_wells[0] * PERIOD)
     assert has_two_wells(device(stiffness=(-1.6e4, "1/s^2"), stiffness_cubic=(10.0, "1/(mm^2*s^2)")))
     assert not has_two_wells(device())
 
 
 def test_at_most_a_quarter_of_a_record_warms_up_and_what_is_ignored_already_counts() -> None:
     short, ignoring = of(swinging(400)), of(swinging(), first=1000)
-    (short, ignoring), _, said = warmed_up([short, ignoring], [], RATE)
+    (short, ignoring), _, said = warmed_up([short, ignoring])
     assert (short.first, ignoring.first) == (100, 1000)
     assert "1 of 2 records begin in motion" in said[0]
 
 
 def test_records_from_rest_or_let_go_are_scored_from_their_first_sample() -> None:
     records = [of(from_rest()), of(let_go())]
-    fit, _, said = warmed_up(records, [], RATE)
+    fit, _, said = warmed_up(records)
     assert list(fit) == records
-    assert said == []
+    assert not said
 
 
 def test_beside_others_in_motion_those_at_rest_stay_whole_and_those_that_are_said_to_be_let_go() -> None:
     said = of(let_go())
     said = dataclasses.replace(said, stimulus=dataclasses.replace(said.stimulus, read=frozenset()))
     records = [of(swinging()), of(let_go()), of(from_rest()), said]
-    (swung, in_passing, rested, released), _, _ = warmed_up(records, [], RATE)
+    (swung, in_passing, rested, released), _, _ = warmed_up(records)
     assert swung.first > 0 < in_passing.first
     assert rested.first == released.first == 0
 
@@ -109,7 +117,7 @@ def test_noise_that_could_be_a_velocity_is_none() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         noisy = of(from_rest() + 0.1 * rng.standard_normal(4000))
-        assert warmed_up([noisy], [], RATE)[0][0].first == 0
+        assert warmed_up([noisy]).fit[0].first == 0
 
 
 def in_a_steady_state(seed: int, level: float) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ import pytest
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import classify_outcome
 from rtctl.diagnosis.thresholds import SearchThresholds
-from rtctl.diagnosis.verification.verdict import confirmed, doubtful
+from rtctl.diagnosis.verification.holdout_gain import confirmed_claim, is_doubtful
 
 
 def of_ratio(ratio: float) -> Gain:
@@ -34,22 +34,26 @@ def of_ratio(ratio: float) -> Gain:
 def test_a_part_is_explained_only_if_it_is_on_records_that_no_fit_saw(
     verdict: str, causes: str, gain: Gain | None, said: str
 ) -> None:
-    assert confirmed(verdict, causes.split(), [gain]) == said
+    assert confirmed_claim(verdict, causes.split(), [gain]) == said
 
 
 def test_a_gain_may_lie_in_a_few_stretches_but_not_in_chance() -> None:
     bursts = Gain("displacement", "mm", 4.3, 1.0, 0.1, 4.3, 1.001, 7.3)
     chance = Gain("displacement", "mm", 4.3, 1.0, 0.1, 4.3, 0.98, 7.3)
-    assert confirmed("partly_explained", ["sensor.lag"], [bursts]) == "partly_explained"
-    assert confirmed("partly_explained", ["sensor.lag"], [chance]) == "unexplained"
+    assert confirmed_claim("partly_explained", ["sensor.lag"], [bursts]) == "partly_explained"
+    assert confirmed_claim("partly_explained", ["sensor.lag"], [chance]) == "unexplained"
 
 
 def test_what_ails_a_sensor_shows_in_its_own_output_alone() -> None:
     assert (
-        confirmed("partly_explained", ["sensor.ageing"], [of_ratio(4.0), of_ratio(1.0)]) == "partly_explained"
+        confirmed_claim("partly_explained", ["sensor.ageing"], [of_ratio(4.0), of_ratio(1.0)])
+        == "partly_explained"
     )
-    assert confirmed("partly_explained", ["sensor.ageing"], [of_ratio(1.1), of_ratio(1.0)]) == "unexplained"
-    assert confirmed("partly_explained", ["sensor.ageing"], []) == "partly_explained"
+    assert (
+        confirmed_claim("partly_explained", ["sensor.ageing"], [of_ratio(1.1), of_ratio(1.0)])
+        == "unexplained"
+    )
+    assert confirmed_claim("partly_explained", ["sensor.ageing"], []) == "partly_explained"
 
 
 def at(cost: float, p_value: float) -> Any:
@@ -81,33 +85,36 @@ def test_a_set_that_passes_and_leaves_half_is_doubted_where_a_misfit_is_allowed(
 ) -> None:
     """A reading whose gain walks at random passes as ageing: the rest is as slow as what a model may be off by."""
     search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, 0.9), passes=passes)
-    assert doubtful(search, allowed) == said
+    assert is_doubtful(search, allowed, SearchThresholds().removed_share) == said
 
 
 def test_what_is_doubted_must_hold_on_test_records() -> None:
     for gain, said in ((1.2, "unexplained"), (3.0, "explained")):  # ten times the noise is left
-        found = confirmed("explained", ["sensor.ageing"], [of_ratio(gain), of_ratio(1.0)], doubted=True)
+        found = confirmed_claim("explained", ["sensor.ageing"], [of_ratio(gain), of_ratio(1.0)], doubted=True)
         assert found == said
-    assert confirmed("explained", ["sensor.ageing"], [of_ratio(1.2)], doubted=False) == "explained"
-    assert confirmed("adequate", [], [of_ratio(1.0)], doubted=True) == "adequate"
+    assert confirmed_claim("explained", ["sensor.ageing"], [of_ratio(1.2)], doubted=False) == "explained"
+    assert confirmed_claim("adequate", [], [of_ratio(1.0)], doubted=True) == "adequate"
 
 
 def test_what_is_doubted_and_no_gain_is_nothing_where_the_nominal_model_misses_by_noise() -> None:
     quiet = Gain("deflection", "um", 0.104, 0.1, 0.1, 1.04, 0.9, 1.1)
     loud = Gain("log_resistance", "", 0.15, 0.15, 0.1, 1.0, 0.9, 1.1)
-    assert confirmed("explained", ["sensor.ageing"], [quiet], doubted=True) == "adequate"
-    assert confirmed("explained", ["sensor.ageing"], [quiet, loud], doubted=True) == "unexplained"
+    assert confirmed_claim("explained", ["sensor.ageing"], [quiet], doubted=True) == "adequate"
+    assert confirmed_claim("explained", ["sensor.ageing"], [quiet, loud], doubted=True) == "unexplained"
     allowed = {"log_resistance": 0.1**2}
     assert (
-        confirmed("explained", ["sensor.ageing"], [quiet, loud], doubted=True, allowed=allowed) == "adequate"
+        confirmed_claim("explained", ["sensor.ageing"], [quiet, loud], doubted=True, allowed=allowed)
+        == "adequate"
     )
-    assert confirmed("partly_explained", ["sensor.ageing"], [quiet]) == "unexplained", "the gate saw the rest"
+    assert confirmed_claim("partly_explained", ["sensor.ageing"], [quiet]) == "unexplained", (
+        "the gate saw the rest"
+    )
 
 
 def test_what_corrects_the_identification_alone_and_is_no_gain_is_what_that_left() -> None:
     loud = Gain("log_resistance", "", 0.15, 0.15, 0.1, 1.0, 0.9, 1.1)
     shape = ["hysteresis.shape"]
-    assert confirmed("explained", shape, [loud], doubted=True, correction=True) == "adequate"
-    assert confirmed("explained", shape, [loud], doubted=True) == "unexplained"
-    assert confirmed("partly_explained", shape, [loud], correction=True) == "unexplained"
-    assert confirmed("explained", shape, [of_ratio(3.0)], doubted=True, correction=True) == "explained"
+    assert confirmed_claim("explained", shape, [loud], doubted=True, correction=True) == "adequate"
+    assert confirmed_claim("explained", shape, [loud], doubted=True) == "unexplained"
+    assert confirmed_claim("partly_explained", shape, [loud], correction=True) == "unexplained"
+    assert confirmed_claim("explained", shape, [of_ratio(3.0)], doubted=True, correction=True) == "explained"

@@ -11,7 +11,7 @@ import pytest
 from diagnosis_cases import NOMINAL, device, measured, noise_drive, write_case
 
 from rtctl.cli import main
-from rtctl.diagnosis.verification.wald_test import statistic
+from rtctl.diagnosis.verification.wald_test import wald_statistic
 
 
 def case(folder: Path, **factors: float) -> Path:
@@ -78,4 +78,4 @@ def test_walds_statistic_is_that_of_white_numbers_after_any_mixing() -> None:
     rng = np.random.default_rng(0)
     mixing, white = rng.standard_normal((4, 4)) * [1.0, 1e3, 1e-4, 1.0], rng.standard_normal(4)
     mixing = mixing.T
-    assert statistic(mixing @ white, mixing @ mixing.T) == pytest.approx(white @ white, rel=1e-6)
+    assert wald_statistic(mixing @ white, mixing @ mixing.T) == pytest.approx(white @ white, rel=1e-6)

@@ -1,4 +1,4 @@
-"""`nonparametric.relaxations`: - level sum of (r_k time)^order w_k, where w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
+"""`nonparametric.relaxations`: - level sum of (r_k time)^order w_k, w_k' = z' - r_k w_k, r_k = 4^k / time, k = -2 to 2.
 
 A spring that relaxes over decades of time, as a polymer's does: with an order between 0 and 1 nearly the fractional
 derivative of that order (Oldham and Spanier 1974); one relaxation alone is `stiffness.viscoelastic`.

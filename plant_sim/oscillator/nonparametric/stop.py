@@ -1,4 +1,4 @@
-"""`nonparametric.stop`: - above (z - place) beyond place, and - below (z + place) beyond -place: a spring with a kink."""
+"""`nonparametric.stop`: - above (z - place) beyond place, - below (z + place) beyond -place: a spring with a kink."""
 
 from __future__ import annotations
 

@@ -17,13 +17,17 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.diagnosis.nominal_fit.predictability import PARTED, followed, period_of
+from rtctl.diagnosis.nominal_fit.predictability import followed_samples, period_of
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.projection import Rows
 from rtctl.diagnosis.screening.unknown_initial_state import has_two_wells
+from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
+
+PARTED = NominalFitThresholds().diverged_rms
+"""RMS difference of two predictions over a period, over the output's size, from which they are different motions."""
 
 TURNS = 3
 """Of a rival's start, towards the other's prediction."""
@@ -194,7 +198,7 @@ def together(predicted: FloatArray, sizes: FloatArray, period: int) -> int:
         spread = np.nan_to_num(apart.max(axis=0) - apart.min(axis=0), nan=np.inf, posinf=np.inf)
     moving = predicted[:-1].std(axis=2).max(axis=0)
     reach = [
-        followed(one, period, PARTED * float(max(size, own)))
+        followed_samples(one, period, PARTED * float(max(size, own)))
         for one, size, own in zip(spread, sizes, moving, strict=True)
     ]
     return min(reach)

@@ -1,7 +1,7 @@
-"""Where records may have begun: a fit moves initial states downhill, and dry friction makes many valleys of them.
+"""Other initial states of single records: dry friction makes many valleys of them, and a fit only moves downhill.
 
 From a first reading that is off by more than the band in which friction holds, the motion comes to rest elsewhere, and
-no small step of the state leads back. Other starts are tried for each record alone: in all else it is the same fit.
+no small step of the state leads back. Other starts are tried for each record alone; all else of the fit is kept.
 """
 
 from __future__ import annotations
@@ -15,42 +15,49 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.oscillator.initial_state import estimate_initial_state
 from rtctl.identification.oscillator.weak_form import choose_half_width
 
-WORTH_MOVING = 1e-3
-"""Of the cost, that other starts take off it."""
 
-
-def at_better_starts(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    """The same set and parameters, each record from the start that fits it best; as it is if that is hardly better."""
+def improve_initial_states(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """Return the same set with the initial state that fits each record best; unchanged if that is hardly better."""
     if not hypothesis.simulation.state:
         return hypothesis
     starts, gained = hypothesis.starts.copy(), 0.0
     for index in range(len(problem.records)):
-        states = _candidates(problem, hypothesis, index)
-        costs = costs_of(problem, hypothesis, index, states)
+        states = _candidate_states(problem, hypothesis, index)
+        costs = costs_of_states(problem, hypothesis, index, states)
         best = int(np.argmin(costs))
         starts[index, : hypothesis.states] = states[best]
         gained += costs[0] - costs[best] if np.isfinite(costs[0]) else 0.0
-    if not gained > WORTH_MOVING * hypothesis.cost:
+    if not gained > problem.thresholds.nominal_fit.start_improvement * hypothesis.cost:
         return hypothesis
-    found = fit_hypothesis(problem, hypothesis.simulation, hypothesis.mechanisms, starts, 0, hypothesis.still)
-    return found if found is not None and found.cost < hypothesis.cost else hypothesis
+    better = fit_hypothesis(
+        problem, hypothesis.simulation, hypothesis.mechanisms, starts, 0, hypothesis.still
+    )
+    return better if better is not None and better.cost < hypothesis.cost else hypothesis
 
 
-def _candidates(problem: Problem, hypothesis: Hypothesis, index: int) -> FloatArray:
-    """(starts, states): the fitted one, zero, what the first readings tell; the first and the last at rest, too."""
-    fitted_start, record = hypothesis.start(index), problem.records[index]
-    found = [fitted_start, np.zeros_like(fitted_start)]
+def _candidate_states(problem: Problem, hypothesis: Hypothesis, index: int) -> FloatArray:
+    """Return (starts, states): the fitted state, zero, the first readings; the first and the last of them at rest."""
+    fitted, record = hypothesis.start(index), problem.records[index]
+    states = [fitted, np.zeros_like(fitted)]
     if record.first == 0:
         width_s = choose_half_width(problem.records, problem.scales.rate)
-        found.append(estimate_initial_state(record, 0, width_s, hypothesis.simulation.state))
+        states.append(estimate_initial_state(record, 0, width_s, hypothesis.simulation.state))
     moving = [name != "displacement" for name in hypothesis.simulation.state]
-    resting = [np.where(moving, 0.0, start) for start in (found[0], *found[2:])]
-    return np.array([*found, *resting])
+    resting = [np.where(moving, 0.0, state) for state in (states[0], *states[2:])]
+    return np.array([*states, *resting])
 
 
-def costs_of(problem: Problem, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
-    """(starts,) of one record, of which `states` are (starts, states): infinite where a run diverges, all of them where
-    no sensible step resolves one.
+def costs_of_states(problem: Problem, hypothesis: Hypothesis, index: int, states: FloatArray) -> FloatArray:
+    """Return the cost of one record from each of several initial states.
+
+    Args:
+        problem: Records that were fitted.
+        hypothesis: Its parameters are kept.
+        index: Position of the record.
+        states: (starts, states) in units.
+
+    Returns:
+        (starts,); infinite where a run diverges, all of them where no sensible step resolves one.
     """
     record = problem.records[index]
     values = np.tile(hypothesis.values_of(index), (len(states), 1))

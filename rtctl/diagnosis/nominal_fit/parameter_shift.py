@@ -1,38 +1,41 @@
-"""Values of the model's file that a re-fit moved so far that a person should know."""
+"""Values of the model file that the re-fit changed so much that a person should know."""
 
 from __future__ import annotations
 
-from rtctl.border.mechanisms import Scales, plain_unit
+from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
-TIMES = 2.0
-"""As large, or as small."""
-SCALES = 10.0
-"""Of an offset."""
-MOVED = (
-    "the re-fit has moved {}: the answer is about the model with these values. Are the units and signs of the data and "
-    "of the model's file right?"
+SHIFTED = (
+    "the re-fit changed {}: the answer is about the model with these values. Are the units and signs of the data and "
+    "of the model file right?"
 )
 
 
-def far_off(given: Simulation, refitted: TestedHypothesis, scales: Scales) -> list[str]:
-    """Of `given`, the model's file."""
-    moved = []
+def note_large_shifts(given: Simulation, refitted: TestedHypothesis, problem: Problem) -> list[str]:
+    """Note the values that the re-fit changed by far; `given` is the model of the file."""
+    limits = problem.thresholds.nominal_fit
+    shifted = []
     of_file = {one.name: one for one in given.parameters}
     for name, now in estimates_of(refitted, "").items():
         before = of_file[name]
         if before.declared.neutral == 0.0 and before.declared.default is not None:
-            far = abs(now.value - before.value) > SCALES * before.declared.scale(scales)
+            most = limits.shifted_offset_scales * before.declared.scale(problem.scales)
+            far = abs(now.value - before.value) > most
         else:
-            far = before.value != 0.0 and not _alike(before.value, now.low, now.high)
+            possible = _includes(before.value, now.low, now.high, limits.shifted_value_ratio)
+            far = before.value != 0.0 and not possible
         if far:
-            moved.append(f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}".rstrip())
-    return [MOVED.format(", ".join(moved))] if moved else []
+            text = f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}"
+            shifted.append(text.rstrip())
+    return [SHIFTED.format(", ".join(shifted))] if shifted else []
 
 
-def _alike(before: float, low: float, high: float) -> bool:
-    """Whether a value between `low` and `high` may have the sign of `before`, and its size but for TIMES."""
-    smallest, largest = sorted((low / before, high / before))
-    return largest >= 1.0 / TIMES and smallest <= TIMES
+def _includes(value: float, low: float, high: float, ratio: float) -> bool:
+    """Return whether the interval from `low` to `high` has a value of the same sign and size within `ratio`."""
+    if value == 0.0:
+        return False
+    smallest, largest = sorted((low / value, high / value))
+    return largest >= 1.0 / ratio and smallest <= ratio

@@ -1,8 +1,8 @@
-"""A record that a fit follows less well than the others, caught up with from its beginning.
+"""Progressive fits: a record on another branch is fitted from its initial part on.
 
 Near a fold one record jumps to another branch, or crosses a barrier at another moment, and no small step of any
-parameter leads back. The others tell the parameters, its beginning tells its start; from there on the fit takes in ever
-more of it, so that it never has far to go.
+parameter leads back. The other records tell the parameters, and its initial part tells its initial state; from there
+the fit takes in ever more of the record, so that it never has far to go.
 """
 
 from __future__ import annotations
@@ -11,98 +11,88 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts, costs_of
+from rtctl.diagnosis.nominal_fit.initial_states import costs_of_states, improve_initial_states
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 
-STANDS_OUT = 1.2
-"""Times what is left in the others, by RMS: their median."""
-BEGINNING = 1.0 / 16.0
-"""Of the record; then twice as much each time, or half as much more where that was too much."""
-LEAST_STEP = 1.0 / 64.0
-MOST_LATE = 8
-"""Times that a record is caught up with."""
-MOST_FITS = 12
-ITERATIONS = 12
-"""Of a fit that takes in more of it; the last one goes to its end."""
-WORTH_IT = 1e-3
-"""Of the cost."""
 
-
-def caught_up(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    """The same set, with every record that stands out followed if that lowers the cost; else as it is."""
+def fit_progressively(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
+    """Return the same set with outlying records fitted progressively, if that lowers the cost; else unchanged."""
+    limits = problem.thresholds.nominal_fit
     if not hypothesis.states or len(problem.records) < 2:
         return hypothesis
-    for _ in problem.records[:MOST_LATE]:
-        late = _standing_out(problem, hypothesis)
-        found = _followed(problem, hypothesis, late) if late is not None else None
-        if found is None or found.cost > (1.0 - WORTH_IT) * hypothesis.cost:
+    for _ in problem.records[: limits.max_progressive_records]:
+        outlier = _find_outlier(problem, hypothesis)
+        better = _fit_outlier(problem, hypothesis, outlier) if outlier is not None else None
+        if better is None or better.cost > (1.0 - limits.progressive_improvement) * hypothesis.cost:
             break
-        hypothesis = found
+        hypothesis = better
     return hypothesis
 
 
-def _standing_out(problem: Problem, hypothesis: Hypothesis) -> int | None:
-    """The record that is followed worst, if that is clearly less well than the others."""
+def _find_outlier(problem: Problem, hypothesis: Hypothesis) -> int | None:
+    """Return the record with the largest residual, if it is clearly larger than the others'."""
     costs = [
-        costs_of(problem, hypothesis, index, hypothesis.start(index)[None])[0]
+        costs_of_states(problem, hypothesis, index, hypothesis.start(index)[None])[0]
         for index in range(len(problem.records))
     ]
-    left = np.sqrt(np.array(costs) / [record.samples - record.first for record in problem.records])
-    worst = int(np.argmax(left))
-    return worst if left[worst] > STANDS_OUT * np.median(np.delete(left, worst)) else None
+    rms = np.sqrt(np.array(costs) / [record.samples - record.first for record in problem.records])
+    worst = int(np.argmax(rms))
+    usual = np.median(np.delete(rms, worst))
+    return worst if rms[worst] > problem.thresholds.nominal_fit.outlier_ratio * usual else None
 
 
-def _followed(problem: Problem, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
-    """Fitted with ever more of the `late` record; None where not even its beginning is followed."""
-    nominal = _without(problem, hypothesis, late)
-    reached, part = 0.0, BEGINNING
-    for _ in range(MOST_FITS):
-        if nominal is None or reached == 1.0:
+def _fit_outlier(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypothesis | None:
+    """Fit with ever more of the record `outlier`; None where not even its initial part can be fitted."""
+    limits = problem.thresholds.nominal_fit
+    fit = _fit_others(problem, hypothesis, outlier)
+    reached, part = 0.0, limits.first_part
+    for _ in range(limits.max_progressive_fits):
+        if fit is None or reached == 1.0:
             break
-        records = tuple(
-            record if k != late else record.truncate(_samples(record.samples, record.first, part))
-            for k, record in enumerate(problem.records)
-        )
-        more = replace(problem, records=records)
-        there = _fitted_from(more, nominal, ITERATIONS)
-        if there is not None and _standing_out(more, there) != late:
-            nominal, reached, part = there, part, min(1.0, 2.0 * part)
+        partial = _with_part(problem, outlier, part)
+        further = _fit_from(partial, fit, limits.progressive_iterations)
+        if further is not None and _find_outlier(partial, further) != outlier:
+            fit, reached, part = further, part, min(1.0, 2.0 * part)
             continue
-        if not reached or part - reached <= LEAST_STEP:
+        if not reached or part - reached <= limits.min_part_step:
             break
         part = 0.5 * (reached + part)
-    if nominal is None or not reached:
+    if fit is None or not reached:
         return None
-    return fit_hypothesis(
-        problem, nominal.simulation, nominal.mechanisms, nominal.starts, still=nominal.still
+    return fit_hypothesis(problem, fit.simulation, fit.mechanisms, fit.starts, still=fit.still)
+
+
+def _with_part(problem: Problem, outlier: int, part: float) -> Problem:
+    """Return the problem with an initial part [fraction of what is scored] of one record."""
+    records = tuple(
+        record.truncate(record.first + max(1, round(part * (record.samples - record.first))))
+        if k == outlier
+        else record
+        for k, record in enumerate(problem.records)
     )
+    return replace(problem, records=records)
 
 
-def _samples(total: int, first: int, part: float) -> int:
-    """So much of what is scored."""
-    return first + max(1, round(part * (total - first)))
-
-
-def _without(problem: Problem, hypothesis: Hypothesis, late: int) -> Hypothesis | None:
-    """Fitted to the other records; the start of the `late` one is that of `hypothesis`."""
-    kept = [k for k in range(len(problem.records)) if k != late]
+def _fit_others(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypothesis | None:
+    """Fit the other records, and keep the initial state of `outlier`."""
+    kept = [k for k in range(len(problem.records)) if k != outlier]
     others = replace(problem, records=tuple(problem.records[k] for k in kept))
-    found = fit_hypothesis(
+    fit = fit_hypothesis(
         others, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts[kept], still=hypothesis.still
     )
-    if found is None:
+    if fit is None:
         return None
     starts = hypothesis.starts.copy()
-    starts[kept] = found.starts
-    return replace(found, starts=starts)
+    starts[kept] = fit.starts
+    return replace(fit, starts=starts)
 
 
-def _fitted_from(problem: Problem, nominal: Hypothesis, iterations: int) -> Hypothesis | None:
-    """From the parameters of `begun`, and its starts or better ones."""
-    at = fit_hypothesis(problem, nominal.simulation, nominal.mechanisms, nominal.starts, 0, nominal.still)
-    if at is None:
+def _fit_from(problem: Problem, fit: Hypothesis, iterations: int) -> Hypothesis | None:
+    """Fit from the parameters of `fit`, and its initial states or better ones."""
+    there = fit_hypothesis(problem, fit.simulation, fit.mechanisms, fit.starts, 0, fit.still)
+    if there is None:
         return None
-    at = at_better_starts(problem, at)
-    return fit_hypothesis(problem, at.simulation, at.mechanisms, at.starts, iterations, at.still)
+    there = improve_initial_states(problem, there)
+    return fit_hypothesis(problem, there.simulation, there.mechanisms, there.starts, iterations, there.still)

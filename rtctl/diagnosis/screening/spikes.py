@@ -1,4 +1,4 @@
-"""Readings that no motion makes, one or two samples far from all others: a fit of squares would follow nothing else."""
+"""Spikes: one or two readings far from all others, which no motion makes and which would dominate a sum of squares."""
 
 from __future__ import annotations
 
@@ -11,73 +11,74 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from rtctl.border.arrays import FloatArray
+from rtctl.diagnosis.screening.screened import Kept
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.measured.dataset import Record
 
-WIDE = 7
-"""Samples of the running median: it follows a step, and up to three samples beside one another are nothing to it."""
-LONGEST = 2
-"""Samples of a spike; a longer one may be a motion."""
-FAR = 30.0
-"""Times as far from the running median as the readings are (median)."""
-BEYOND = 2.0
-"""Times as far from it as 99 % of the readings are from their median."""
-MOST = 0.01
-"""Of a record; where there are more of them, that is how the device is."""
+# Standard deviation over the median absolute deviation of a normal distribution.
 NORMAL_MAD = 1.4826
 SPIKES = (
-    "{} {} readings are spikes ({}), the largest {:.4g} {} in sample {} of {}: replaced by the line between their "
-    "neighbours; what made them cannot be diagnosed"
+    "{} {} readings are spikes ({}), the largest {:.4g} {} in sample {} of {}: they were replaced by the line between "
+    "their neighbours; what made them cannot be diagnosed"
 )
 
 
-class _Spike(NamedTuple):
-    """The largest of a record."""
+class _Spikes(NamedTuple):
+    """The spikes of one record."""
 
-    many: int
-    value: float
+    samples: int
+    largest: float
     sample: int
+    """Index of the largest one."""
     record: str
 
 
-def without_spikes(
-    records: Sequence[Record], names: Sequence[str], units: Mapping[str, str]
-) -> tuple[list[Record], list[str]]:
-    """The same where there are none, and what is to be said."""
-    cleaned, said = list(records), []
-    for name in names:
+def replace_spikes(
+    records: Sequence[Record],
+    outputs: Sequence[str],
+    units: Mapping[str, str],
+    thresholds: ScreeningThresholds,
+) -> Kept:
+    """Replace the spikes of the `outputs` by the line between their neighbours."""
+    cleaned, notes = list(records), []
+    for output in outputs:
         found = []
         for k, record in enumerate(cleaned):
-            at = spikes_in(record.signals[name]) if record.has(name) else ()
+            at = find_spikes(record.signals[output], thresholds) if record.has(output) else ()
             if not len(at):
                 continue
-            values = record.signals[name]
+            values = record.signals[output]
             largest = int(at[np.argmax(np.abs(values[at]))])
-            found.append(_Spike(len(at), float(values[largest]), largest, record.name))
-            rest = np.delete(np.arange(len(values)), at)
-            mended = np.interp(np.arange(len(values)), rest, values[rest])
-            cleaned[k] = replace(record, signals=dict(record.signals) | {name: mended})
+            found.append(_Spikes(len(at), float(values[largest]), largest, record.name))
+            others = np.delete(np.arange(len(values)), at)
+            mended = np.interp(np.arange(len(values)), others, values[others])
+            cleaned[k] = replace(record, signals=dict(record.signals) | {output: mended})
         if found:
-            top = max(found, key=lambda one: abs(one.value))
-            where = ", ".join(f"{one.many} in {one.record}" for one in found)
-            total = sum(one.many for one in found)
-            said.append(
-                SPIKES.format(total, name, where, top.value, units.get(name, ""), top.sample, top.record)
-            )
-    return cleaned, said
+            notes.append(_note_of(found, output, units.get(output, "")))
+    return Kept(cleaned, notes)
 
 
-def spikes_in(values: FloatArray) -> NDArray[np.intp]:
-    """Their samples."""
+def _note_of(found: Sequence[_Spikes], output: str, unit: str) -> str:
+    """Return the note on the spikes of one output."""
+    top = max(found, key=lambda one: abs(one.largest))
+    where = ", ".join(f"{one.samples} in {one.record}" for one in found)
+    total = sum(one.samples for one in found)
+    return SPIKES.format(total, output, where, top.largest, unit, top.sample, top.record)
+
+
+def find_spikes(values: FloatArray, thresholds: ScreeningThresholds | None = None) -> NDArray[np.intp]:
+    """Return the indices of the spikes in `values` (n,); none where so many are no exception."""
+    thresholds = thresholds or ScreeningThresholds()
     none = np.empty(0, dtype=np.intp)
-    if len(values) <= WIDE:
+    if len(values) <= thresholds.spike_median_width:
         return none
-    away = np.abs(values - median_filter(values, WIDE, mode="mirror"))
-    usual = NORMAL_MAD * float(np.median(away))
+    distance = np.abs(values - median_filter(values, thresholds.spike_median_width, mode="mirror"))
+    usual = NORMAL_MAD * float(np.median(distance))
     usual = usual or NORMAL_MAD * float(np.median(np.abs(np.diff(values))))
     reach = float(np.quantile(np.abs(values - np.median(values)), 0.99))
-    far = away > max(FAR * usual, BEYOND * reach)
+    far = distance > max(thresholds.spike_distance * usual, thresholds.spike_reach * reach)
     at = np.flatnonzero(far)
-    if not 0 < len(at) <= MOST * len(values):
+    if not 0 < len(at) <= thresholds.spike_max_share * len(values):
         return none
     runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-    return np.concatenate([none, *(run for run in runs if len(run) <= LONGEST)])
+    return np.concatenate([none, *(run for run in runs if len(run) <= thresholds.spike_max_samples)])

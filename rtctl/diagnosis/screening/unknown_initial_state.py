@@ -1,9 +1,9 @@
-"""Records that begin in motion, as a period of a steady state does: what acted before their first sample is unknown.
+"""Records whose history before the first sample is unknown: what a device remembers of it must not be scored.
 
-The motion's own start is fitted, but what a lag, a delay, a yielding force or a second mass holds by then would be
-taken to be at rest; its traces in the first periods decide between causes that are one law otherwise, wrongly. There a
-record starts the state and is not scored. So it is with a plant that remembers, of a record that does not begin where a
-full cooling leaves it.
+The initial motion is fitted, but the internal state of a lag, a delay, a yielding force or a second mass would be taken
+to be at rest. The traces of a wrong one in the first periods decide between causes that are the same law otherwise. So
+the first periods of a record that begins in motion start the state and are not scored. The same holds for a plant with
+memory whose record does not begin where a full cooling leaves it.
 """
 
 from __future__ import annotations
@@ -16,186 +16,184 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.screening.screened import Screened
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 
-FEWEST = 6
-"""Readings whose cubic tells how a record begins; more where noise asks for it."""
-EXACT = 0.05
-"""Standard error of the velocity that is small enough."""
-LOOKED_AT = 0.15
-"""Of a period, at most: further on a cubic does not follow the motion."""
-MOVES = 0.3
-"""Velocity times the period over 2 pi, of the displacement or its RMS, whichever is larger, with which a record begins
-that is in motion; of the blind generator's, all at rest or released, the largest is 0.29, by noise."""
-CERTAIN = 4.0
-"""Standard errors that this is at least."""
+# Median size of the fourth differences of white noise of variance 1 (variance 70, normal).
 NOISE_OF_DIFFERENCES = 0.6745 * 70.0**0.5
-"""Median size of fourth differences of white noise of variance 1."""
-RESTS = 0.1
-"""Below, a record rests beside others that are in motion, if its displacement is that small too, or the manifest says
-where it was let go: any ring-down has moments like that."""
-WARM_PERIODS = (10.0, 30.0)
-"""That start the state, at least and at most: a light second mode takes long to forget."""
-WARM_PERIODS_OF_WELLS = (2.0, 2.0)
-"""The same where a motion has two wells: after a few periods that nothing scores it may be in the other one."""
-SHARE = 0.1
-"""Of a record, between them."""
-MOST = 0.25
-"""Of a record, whatever its periods."""
-SAID = (
+BEGINS_IN_MOTION = (
     "{} of {} records begin in motion: what acted before their first sample is not known, so their first {:.3g} s "
     "start the state and are not scored"
 )
-OFF = 0.05
-"""Of a reading's variation, by which the first ones of a plant that remembers are off at least, and so many (FAR_OFF)
-times what they are off by later: then it began elsewhere."""
-FAR_OFF = 10.0
-FIRST = 3
-BLOCKS = 64
-"""Of a record; what it remembers is over after the first of which, and of the next, the error is usual (USUAL)."""
-USUAL = 3.0
-REMEMBERS = (
-    "{} not begin where a full cooling leaves the device (first readings are off by {:.0%} of the signal's RMS): what "
-    "acted before is not known, so the first {:.3g} s, until that is forgotten, are not scored. Was it cut from a "
-    "longer record?"
+UNKNOWN_HISTORY = (
+    "{} not begin where a full cooling leaves the device (the first readings are off by {:.0%} of the signal's RMS): "
+    "what acted before is not known, so the first {:.3g} s, until that is forgotten, are not scored. Was the record "
+    "cut from a longer one?"
 )
 
 
-def warmed_up(
-    fit: Sequence[FitRecord], tests: Sequence[FitRecord], rate: float, *, two_wells: bool = False
-) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
-    """Records to fit and to test without the first periods, at `rate` [1/s], of those that begin in motion; what is to
-    be said. They know their velocity there.
+class _InitialMotion(NamedTuple):
+    """Displacement and velocity at a record's first sample, in units of the RMS of its displacement about the mean."""
+
+    displacement: float = 0.0
+    velocity: float = 0.0
+    """Over the dominant angular frequency."""
+    error: float = 0.0
+    """Standard error of `velocity` by noise."""
+    units_per_s: float = 0.0
+    """Signed velocity, in the displacement's unit per second."""
+    declared: bool = False
+    """Whether the manifest says where the record begins."""
+
+    def moves(self, thresholds: ScreeningThresholds) -> bool:
+        """Return whether the record certainly begins in motion."""
+        least = thresholds.moving_start * max(1.0, self.displacement)
+        return self.velocity > max(least, thresholds.moving_start_errors * self.error)
+
+    def rests(self, thresholds: ScreeningThresholds) -> bool:
+        """Return whether the record begins at rest, as far as can be seen."""
+        still = self.velocity < thresholds.resting_start * max(1.0, self.displacement)
+        return still and (self.declared or self.displacement < thresholds.resting_start)
+
+
+class _History(NamedTuple):
+    """How long the history of a plant with memory is visible in a record."""
+
+    samples: int = 0
+    """Samples until the error is as usual; 0 where the record begins so, or never becomes so."""
+    offset: float = 0.0
+    """Error of the first readings over the signal's RMS."""
+
+
+def warm_up_moving_records(
+    screened: Screened, rate: float, thresholds: ScreeningThresholds, *, two_wells: bool = False
+) -> Screened:
+    """Leave the first periods of records that begin in motion unscored, and give them their initial velocity.
+
+    Args:
+        screened: Records to fit and to test on.
+        rate: Dominant angular frequency of the motion [1/s].
+        thresholds: Thresholds of the screening.
+        two_wells: Whether the motion has two wells, where fewer periods warm up.
     """
-    both = [*fit, *tests]
-    begins = [_Beginning.of(record, rate) for record in both]
-    warm, periods = both, WARM_PERIODS_OF_WELLS if two_wells else WARM_PERIODS
-    if any(begin.moves for begin in begins):
+    records = [*screened.fit, *screened.tests]
+    motions = [_initial_motion(record, rate, thresholds) for record in records]
+    warm = records
+    if any(motion.moves(thresholds) for motion in motions):
+        period_s = 2.0 * np.pi / rate
         warm = [
-            record if begin.rests else _from(record, 2.0 * np.pi / rate, periods)
-            for record, begin in zip(both, begins, strict=True)
+            record if motion.rests(thresholds) else _warm_up(record, period_s, thresholds, two_wells)
+            for record, motion in zip(records, motions, strict=True)
         ]
-    moved = [new for new, old in zip(warm, both, strict=True) if new.first > old.first]
-    first_s = max((record.first * record.period_s for record in moved), default=0.0)
-    said = [SAID.format(len(moved), len(both), first_s)] if moved else []
-    warm = [_as_it_moves(record, begin) for record, begin in zip(warm, begins, strict=True)]
-    return tuple(warm[: len(fit)]), tuple(warm[len(fit) :]), said
+    changed = [new for new, old in zip(warm, records, strict=True) if new.first > old.first]
+    first_s = max((record.first * record.period_s for record in changed), default=0.0)
+    notes = [BEGINS_IN_MOTION.format(len(changed), len(records), first_s)] if changed else []
+    warm = [_with_velocity(record, motion, thresholds) for record, motion in zip(warm, motions, strict=True)]
+    return _divided(warm, len(screened.fit), notes)
 
 
 def has_two_wells(simulation: Simulation) -> bool:
-    """Whether its stiffness is negative: between two wells."""
+    """Return whether the stiffness is negative, so that the motion is between two wells."""
     return any(one.name == "stiffness" and one.value < 0.0 for one in simulation.parameters)
 
 
-def forgotten(
-    fit: Sequence[FitRecord], tests: Sequence[FitRecord], simulation: Simulation
-) -> tuple[tuple[FitRecord, ...], tuple[FitRecord, ...], list[str]]:
-    """Records of a plant that remembers, without what of them depends on a history that is not known; what is to be
-    said.
-    """
-    both = [*fit, *tests]
+def skip_unknown_history(
+    screened: Screened, simulation: Simulation, thresholds: ScreeningThresholds
+) -> Screened:
+    """Leave unscored what of the records of a plant with memory depends on an unknown history."""
+    records = [*screened.fit, *screened.tests]
     values = np.array([one.value for one in simulation.parameters])
-    found = [_remembered(record, simulation, values) for record in both]
+    histories = [_visible_history(record, simulation, values, thresholds) for record in records]
     known = [
-        replace(record, first=max(record.first, count))
-        for record, (count, _) in zip(both, found, strict=True)
+        replace(record, first=max(record.first, history.samples))
+        for record, history in zip(records, histories, strict=True)
     ]
-    moved = [new for new, old in zip(known, both, strict=True) if new.first > old.first]
-    said = []
-    if moved:
-        names = ", ".join(dict.fromkeys(one.name for one in moved))
-        words = f"record {names} does" if len(moved) == 1 else f"records {names} do"
-        first_s = max(one.first * one.period_s for one in moved)
-        said.append(REMEMBERS.format(words, max(off for _, off in found), first_s))
-    return tuple(known[: len(fit)]), tuple(known[len(fit) :]), said
+    changed = [new for new, old in zip(known, records, strict=True) if new.first > old.first]
+    notes = []
+    if changed:
+        names = ", ".join(dict.fromkeys(one.name for one in changed))
+        words = f"record {names} does" if len(changed) == 1 else f"records {names} do"
+        first_s = max(one.first * one.period_s for one in changed)
+        notes.append(UNKNOWN_HISTORY.format(words, max(one.offset for one in histories), first_s))
+    return _divided(known, len(screened.fit), notes)
 
 
-def _remembered(record: FitRecord, simulation: Simulation, values: FloatArray) -> tuple[int, float]:
-    """Samples until the errors of a run from a full cooling are as usual, and what the first are off by; 0 where they
-    begin so, or never become so.
-    """
-    block = max(FIRST, record.samples // BLOCKS)
+def _divided(records: Sequence[FitRecord], to_fit: int, notes: Sequence[str]) -> Screened:
+    """Return the first `to_fit` records as those to fit, and the others as those to test on."""
+    return Screened(tuple(records[:to_fit]), tuple(records[to_fit:]), tuple(notes))
+
+
+def _visible_history(
+    record: FitRecord, simulation: Simulation, values: FloatArray, thresholds: ScreeningThresholds
+) -> _History:
+    """Compare a run from a full cooling with a record: how long does it miss more than usual?"""
+    first = thresholds.history_first_samples
+    block = max(first, record.samples // thresholds.history_blocks)
     count = record.samples // block
-    late, worst = 0, 0.0
+    samples, worst = 0, 0.0
     try:
         run = simulation.predict(record.stimulus, values)
-    except ValueError:  # said where it is fitted
-        return 0, 0.0
+    except ValueError:  # the check of the speed, or the fit, reports it
+        return _History()
     for name in (one for one in simulation.outputs if one in record.measured):
         error = np.nan_to_num(run.outputs[name][0] - record.measured[name], posinf=0.0, neginf=0.0)
         rms = np.sqrt(np.mean(error[: count * block].reshape(count, block) ** 2, axis=1))
         usual, size = float(np.median(rms)), float(record.measured[name].std())
-        off = abs(float(error[:FIRST].mean()))
-        if not off > max(FAR_OFF * usual, OFF * size):
+        offset = abs(float(error[:first].mean()))
+        if not offset > max(thresholds.history_offset_ratio * usual, thresholds.history_offset * size):
             continue
-        good = rms < USUAL * usual
+        good = rms < thresholds.history_usual_ratio * usual
         over = np.flatnonzero(good[:-1] & good[1:])
         if len(over) and over[0] <= count // 2:
-            late, worst = max(late, int(over[0]) * block), max(worst, off / size)
-    return late, worst
+            samples, worst = max(samples, int(over[0]) * block), max(worst, offset / size)
+    return _History(samples, worst)
 
 
-class _Beginning(NamedTuple):
-    """Sizes at a record's first sample, in RMS of its displacement about the mean."""
-
-    displacement: float
-    velocity: float
-    """Over the dominant angular frequency."""
-    error: float
-    """Standard, of that by noise."""
-    units_per_s: float
-    """The velocity, with its sign."""
-    report: bool
-    """Whether the manifest says where the record begins."""
-
-    @property
-    def moves(self) -> bool:
-        """For certain."""
-        return self.velocity > max(MOVES * max(1.0, self.displacement), CERTAIN * self.error)
-
-    @property
-    def rests(self) -> bool:
-        """As far as can be seen."""
-        still = self.velocity < RESTS * max(1.0, self.displacement)
-        return still and (self.report or self.displacement < RESTS)
-
-    @classmethod
-    def of(cls, record: FitRecord, rate: float) -> _Beginning:
-        """By the cubic through the first readings, `rate` [1/s] of the motion."""
-        measured = record.measured.get("displacement")
-        size = float(measured.std()) if measured is not None and record.samples > FEWEST else 0.0
-        if measured is None or size == 0.0:
-            return cls(0.0, 0.0, 0.0, 0.0, report=False)
-        noise = float(np.median(np.abs(np.diff(measured, 4)))) / NOISE_OF_DIFFERENCES / size
-        most = min(record.samples, round(2.0 * np.pi * LOOKED_AT / rate / record.period_s))
-        count, solution = FEWEST, _cubic(FEWEST, rate * record.period_s)
-        while count < most and noise * float(np.linalg.norm(solution[1])) > EXACT:
-            count = min(2 * count, most)
-            solution = _cubic(count, rate * record.period_s)
-        displacement, velocity = solution @ (measured[:count] - measured.mean()) / size
-        error = noise * float(np.linalg.norm(solution[1]))
-        report = "displacement" in record.stimulus.initial.keys() - record.stimulus.read
-        return cls(abs(displacement), abs(velocity), error, float(velocity) * size * rate, report)
+def _initial_motion(record: FitRecord, rate: float, thresholds: ScreeningThresholds) -> _InitialMotion:
+    """Estimate the motion at the first sample by a cubic through the first readings; `rate` [1/s] of the motion."""
+    measured, fewest = record.measured.get("displacement"), thresholds.start_fit_samples
+    size = float(measured.std()) if measured is not None and record.samples > fewest else 0.0
+    if measured is None or size == 0.0:
+        return _InitialMotion()
+    noise = float(np.median(np.abs(np.diff(measured, 4)))) / NOISE_OF_DIFFERENCES / size
+    span_s = 2.0 * np.pi * thresholds.start_fit_periods / rate
+    most = min(record.samples, round(span_s / record.period_s))
+    count, solution = fewest, _cubic_fit(fewest, rate * record.period_s)
+    while count < most and noise * float(np.linalg.norm(solution[1])) > thresholds.start_velocity_error:
+        count = min(2 * count, most)
+        solution = _cubic_fit(count, rate * record.period_s)
+    displacement, velocity = solution @ (measured[:count] - measured.mean()) / size
+    return _InitialMotion(
+        displacement=abs(displacement),
+        velocity=abs(velocity),
+        error=noise * float(np.linalg.norm(solution[1])),
+        units_per_s=float(velocity) * size * rate,
+        declared="displacement" in record.stimulus.initial.keys() - record.stimulus.read,
+    )
 
 
-def _cubic(count: int, step: float) -> FloatArray:
-    """(2, count) that makes value and slope at the first of readings a `step` apart of them."""
+def _cubic_fit(count: int, step: float) -> FloatArray:
+    """Return the (2, count) matrix that gives value and slope at the first of `count` readings `step` apart."""
     basis = np.vander(step * np.arange(count), 4, increasing=True)
-    found: FloatArray = np.linalg.pinv(basis)[:2]
-    return found
+    solution: FloatArray = np.linalg.pinv(basis)[:2]
+    return solution
 
 
-def _from(record: FitRecord, period_s: float, periods: tuple[float, float]) -> FitRecord:
+def _warm_up(
+    record: FitRecord, period_s: float, thresholds: ScreeningThresholds, two_wells: bool
+) -> FitRecord:
+    """Return `record` with its first periods [s] unscored."""
+    periods = thresholds.warm_up_periods_two_wells if two_wells else thresholds.warm_up_periods
     least, most = (round(count * period_s / record.period_s) for count in periods)
-    warm = min(int(np.clip(SHARE * record.samples, least, most)), int(MOST * record.samples))
-    return replace(record, first=max(record.first, warm))
+    samples = int(np.clip(thresholds.warm_up_share * record.samples, least, most))
+    samples = min(samples, int(thresholds.warm_up_max_share * record.samples))
+    return replace(record, first=max(record.first, samples))
 
 
-def _as_it_moves(record: FitRecord, begin: _Beginning) -> FitRecord:
-    """With its velocity at the first sample, if that is not said already; at rest where it hardly moves, as a
-    manifest that says nothing has it.
-    """
-    if not (record.first and begin.moves) or "velocity" in record.stimulus.initial:
+def _with_velocity(record: FitRecord, motion: _InitialMotion, thresholds: ScreeningThresholds) -> FitRecord:
+    """Return `record` with its estimated initial velocity, unless the manifest gives one or it hardly moves."""
+    if not (record.first and motion.moves(thresholds)) or "velocity" in record.stimulus.initial:
         return record
-    initial = {**record.stimulus.initial, "velocity": begin.units_per_s}
+    initial = {**record.stimulus.initial, "velocity": motion.units_per_s}
     return replace(record, stimulus=replace(record.stimulus, initial=initial))

@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fine_enough, fitted_again, over_stretches
+from rtctl.diagnosis.nominal_fit.segment_misfit import segment_cost
+from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
+from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.noise_floor import left_over_noise
@@ -153,7 +155,7 @@ def refine_integration_steps(state: SearchState) -> SearchState:
     """Refine the integration steps where their error is a visible part of what the best set leaves."""
     if state.settings.passes(state.best) or state.out_of_work:
         return state
-    finer, refitted = fine_enough(state.problem.until(state.settings.budget), state.best.hypothesis)
+    finer, refitted = refine_steps(state.problem.until(state.settings.budget), state.best.hypothesis)
     if finer.steps_per_period == state.problem.steps_per_period:
         return state
     state = replace(state, problem=replace(state.problem, steps_per_period=finer.steps_per_period))
@@ -277,7 +279,7 @@ def _refit_leaders_from_segments(
     near = limits.beam_cost if state.size < limits.beam_size else limits.similar_cost
     best = [one for one in fits[: limits.beam_width] if one.cost < near * fits[0].cost]
     problem, count = state.problem.until(state.settings.budget), limits.segment_refits
-    refitted = [*(fitted_again(problem, one) for one in best[:count]), *best[count:]]
+    refitted = [*(refit_from_segments(problem, one) for one in best[:count]), *best[count:]]
     refitted.sort(key=lambda one: one.cost)
     field = refit_challengers(state.problem, state.parents, refitted, state.settings)
     ordered = order_by_segments(state.problem, [one for one in field if one.cost < near * field[0].cost])
@@ -310,6 +312,6 @@ def order_by_segments(problem: Problem, field: Sequence[Hypothesis]) -> list[Hyp
     """Return `field`, those about as good as the first in the order of their cost over short segments."""
     close = [one for one in field if one.cost < problem.thresholds.search.similar_cost * field[0].cost]
     if len(close) > 1:
-        costs = {id(one): over_stretches(problem, one) for one in close}
+        costs = {id(one): segment_cost(problem, one) for one in close}
         close.sort(key=lambda one: costs[id(one)])
     return [*close, *field[len(close) :]]

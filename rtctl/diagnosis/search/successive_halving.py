@@ -12,8 +12,8 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.nominal_fit.basin_search import past_kinks
-from rtctl.diagnosis.nominal_fit.initial_states import at_better_starts
+from rtctl.diagnosis.nominal_fit.basin_search import search_basins
+from rtctl.diagnosis.nominal_fit.initial_states import improve_initial_states
 from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -153,7 +153,7 @@ def _finish(problem: Problem, finalists: Sequence[Hypothesis], budget: WorkBudge
             for one, further in zip(fits, descending, strict=True)
         ]
     near = limits.leading_cost * min((one.cost for one in fits), default=0.0)
-    return [past_kinks(problem, one) if one.cost < near and not budget.spent else one for one in fits]
+    return [search_basins(problem, one) if one.cost < near and not budget.spent else one for one in fits]
 
 
 def _finish_on_all_samples(
@@ -208,13 +208,13 @@ def _fit_no_worse(problem: Problem, candidate: Candidate, most: float) -> Hypoth
 
 def _polish_to_end(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     """Fit from the initial states that suit each record best, with every shape that the records determine."""
-    hypothesis = at_better_starts(problem, hypothesis)
+    hypothesis = improve_initial_states(problem, hypothesis)
     return _lower(hypothesis, polish(problem, hypothesis, problem.thresholds.search.last_iterations))
 
 
 def _fit_all_samples(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
     """Fit to the end on the initial part of the records, then to all samples."""
-    end = past_kinks(problem.glance, _polish_to_end(problem.glance, hypothesis))
+    end = search_basins(problem.glance, _polish_to_end(problem.glance, hypothesis))
     return _refit(problem, end, problem.thresholds.search.first_iterations)
 
 
@@ -290,7 +290,7 @@ def _is_among(hypothesis: Hypothesis, others: Sequence[Hypothesis]) -> bool:
 
 
 def _fit_further(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
-    hypothesis = at_better_starts(problem, hypothesis)
+    hypothesis = improve_initial_states(problem, hypothesis)
     return _lower(hypothesis, _refit(problem, hypothesis, problem.thresholds.search.second_iterations))
 
 

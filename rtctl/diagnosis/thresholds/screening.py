@@ -8,3 +8,84 @@ from dataclasses import dataclass
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScreeningThresholds:
     """Numbers of the checks of the data before any fit."""
+
+    min_samples: int = 200
+    """Smallest number of scored samples of a usable record."""
+    min_periods: float = 5.0
+    """Smallest number of periods of the motion in all fit records together; below, slow effects are not determined."""
+
+    clipped_share: float = 0.005
+    """Fraction of a record's readings at exactly its extreme value from which the sensor is called clipped."""
+    clipped_pile_ratio: float = 4.0
+    """Readings at the extreme value over those at any of the three levels beside it; a quantised sine reaches 2.4."""
+    min_clipped_readings: int = 10
+    """Smallest number of readings at the extreme value that is called clipping."""
+    min_levels: int = 8
+    """Number of distinct readings that must be exceeded: a record of few levels always piles up."""
+
+    repeat_tolerance: float = 0.05
+    """Largest RMS difference of the inputs of two repeats, as a fraction of the input's RMS."""
+    tone_power_share: float = 0.995
+    """Fraction of the drive's power in one line (with three bins on each side) from which it is a single tone."""
+    tone_min_bin: int = 4
+    """Lowest bin of a tone: below, its line cannot be told from the mean."""
+    tone_half_width: int = 3
+    """Bins on each side that a Hann window spreads a line over."""
+    tone_frequency_spread: float = 0.02
+    """Largest spread of the tones' frequencies, as a fraction of their mean, for records of the same tone."""
+    tone_level_spread: float = 0.05
+    """Largest spread of the tones' levels, as a fraction of their mean, for records of the same level."""
+
+    velocity_slope_tolerance: float = 0.3
+    """Largest relative difference of the displacement's slope from the velocity that was read beside it."""
+    velocity_correlation_errors: float = 6.0
+    """Standard errors by which slope and velocity must be correlated before they are compared."""
+    samples_per_independent: float = 10.0
+    """Samples for one independent reading: neighbouring samples of an oscillation are correlated."""
+
+    spike_median_width: int = 7
+    """Samples of the running median, which follows a step and ignores up to three neighbouring readings."""
+    spike_max_samples: int = 2
+    """Longest spike [samples]; a longer one may be motion."""
+    spike_distance: float = 30.0
+    """Distance from the running median over the usual distance of the readings (scaled median)."""
+    spike_reach: float = 2.0
+    """Distance from the running median over the distance within which 99 % of the readings lie about their median."""
+    spike_max_share: float = 0.01
+    """Largest fraction of a record that spikes may make up; more of them belong to the device."""
+
+    start_fit_samples: int = 6
+    """Fewest readings of the cubic that estimates the velocity at the first sample; more are used if noise asks."""
+    start_velocity_error: float = 0.05
+    """Standard error of the estimated initial velocity (over the motion's size) that is small enough."""
+    start_fit_periods: float = 0.15
+    """Longest part of a period that the cubic may span; beyond, it does not follow the motion."""
+    moving_start: float = 0.3
+    """Initial velocity over rate and size (displacement or its RMS, whichever is larger) of a record that begins in
+    motion. Of the generated records, which all begin at rest or released, the largest value is 0.29, by noise."""
+    moving_start_errors: float = 4.0
+    """Standard errors that the initial velocity must exceed."""
+    resting_start: float = 0.1
+    """Initial velocity below which a record rests beside others that move, if its displacement is that small too or
+    the manifest gives it: any ring-down passes through such moments."""
+    warm_up_periods: tuple[float, float] = (10.0, 30.0)
+    """Fewest and most periods that start the state of a record that begins in motion; a light second mode forgets its
+    start slowly."""
+    warm_up_periods_two_wells: tuple[float, float] = (2.0, 2.0)
+    """The same for a motion between two wells: after more unscored periods it may be in the other well."""
+    warm_up_share: float = 0.1
+    """Fraction of a record that warms up, within the limits of `warm_up_periods`."""
+    warm_up_max_share: float = 0.25
+    """Largest fraction of a record that warms up, whatever its periods."""
+
+    history_offset: float = 0.05
+    """Error of the first readings, as a fraction of the signal's RMS, from which a record of a plant with memory began
+    elsewhere."""
+    history_offset_ratio: float = 10.0
+    """The same error over the usual error of the record."""
+    history_first_samples: int = 3
+    """Readings whose mean error is compared."""
+    history_blocks: int = 64
+    """Blocks of a record; the history is forgotten after the first of two blocks with a usual error."""
+    history_usual_ratio: float = 3.0
+    """RMS error of a block over the median of all blocks below which it is usual."""

@@ -1,8 +1,8 @@
-"""A value that is off while the structure is right: `parameter.<name>`.
+"""Wald's test of single values of the model file: `parameter.<name>`, a wrong value in a right structure.
 
-Asked where the re-fitted nominal model is adequate and the model of the file is not. With d what the re-fit changed and
-C its covariance, all others than one being right is tested by d' C^-1 d over the others (Wald's statistic), which
-does not ask how far off the one is. A file whose values are all somewhat off was a start for a fit, and claims nothing.
+It is run where the re-fitted nominal model is adequate and the model of the file is not. With d the change by the
+re-fit and C its covariance, the hypothesis that all values but one are right is tested by d' C^-1 d over the others,
+whatever the deviation of the one. A file whose values are all somewhat off was a start for a fit: nothing is claimed.
 A. Wald, Trans. Am. Math. Soc. 54 (1943) 426.
 """
 
@@ -19,109 +19,150 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.parameter_estimates import NORMAL_95
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-
-MATERIAL = 0.1
-"""Of the noise: RMS of what the file's values leave beyond it, below which nobody need care."""
-APART = 5.0
-"""Times as far off, relative to its value, as any other could be: else all of them are off."""
-NORMAL_95 = 1.96
-OTHERS_RIGHT = 1e-3
-"""How often the others of a file with one wrong value may be taken for wrong too: it costs the claim, not a false one.
-"""
+from rtctl.diagnosis.thresholds import VerificationThresholds
 
 
 class WrongValue(NamedTuple):
-    """One parameter of the file's model whose value the data refute, the others being right."""
+    """One parameter of the model file whose value the data refute, while the others are right."""
 
     name: str
     given: TestedHypothesis
-    """The file's model."""
+    """The model of the file."""
     revised: TestedHypothesis
-    """With this one fitted, all others as the file has them."""
+    """The same with this parameter fitted, and all others as the file has them."""
     probability: float
-    """Of this one, of all that are one alone."""
+    """Of this parameter, among all that could be the only wrong one."""
     share_removed: float
-    """Of the squares beyond the noise that the file's model leaves."""
+    """Fraction of the squares beyond the noise, left by the model of the file, that the revised value removes."""
     equivalent: tuple[str, ...]
-    """Parameters that could be off in its place."""
+    """Parameters that could be wrong in its place."""
 
 
-def wrong_value(
+class _Deviations(NamedTuple):
+    """Deviations of the fitted values from those of the file, scaled as the fit's unknowns."""
+
+    believed: FloatArray
+    """(p,) values of the file."""
+    change: FloatArray
+    """(p,) optimum in the metric of the noise, less the file's values."""
+    covariance: FloatArray
+    """(p, p) of `change`, with the uncertainty of the file's values."""
+
+    @property
+    def total(self) -> float:
+        """Return Wald's statistic of all values together."""
+        return wald_statistic(self.change, self.covariance)
+
+    def of_others(self, k: int) -> float:
+        """Return Wald's statistic of all values but the one at `k`."""
+        others = np.delete(np.delete(self.covariance, k, 0), k, 1)
+        return wald_statistic(np.delete(self.change, k), others)
+
+
+def find_wrong_value(
     problem: Problem, given: Simulation, spreads: Mapping[str, float], nominal: TestedHypothesis, rate: float
 ) -> WrongValue | None:
-    """The one that is off, if it is one; None: the file's values are right, or more than one is wrong.
+    """Find the one value of the model file that is wrong, if it is one.
 
-    `given`: the model of the file, `spreads`: standard errors over its values, where the file says them; `nominal`: the
-    same re-fitted and adequate; `rate` of false claims.
+    Args:
+        problem: Records that were fitted.
+        given: The model of the file.
+        spreads: Standard errors over values, by name, where the file has them.
+        nominal: The same model, re-fitted and adequate.
+        rate: Rate of false claims.
+
+    Returns:
+        None where the file's values are right, or more than one is wrong.
     """
-    hypothesis, sensitivity = nominal.hypothesis, nominal.hypothesis.sensitivity
-    free = sensitivity.free
+    hypothesis, limits = nominal.hypothesis, problem.thresholds.verification
+    free = hypothesis.sensitivity.free
     if len(free) == 0 or problem.subject.allowed_share:
         return None
-    believed = np.array([given.parameters[k].value for k in free]) / sensitivity.scale
-    found = hypothesis.shared - nominal.projected.shift  # the optimum in the metric of the noise
-    spread = np.abs(believed) * [spreads.get(given.parameters[k].name, 0.0) for k in free]
-    off, covariance = found - believed, nominal.projected.covariance + np.diag(spread**2)
-    alone = [
-        statistic(np.delete(off, k), np.delete(np.delete(covariance, k, 0), k, 1)) for k in range(len(free))
-    ]
-    all_right = statistic(off, covariance)
-    material = MATERIAL**2 * nominal.projected.samples
-    if chi2.sf(all_right, len(off)) > rate / 10.0 or all_right < material:
+    deviations = _deviations_of(given, spreads, nominal)
+    total = deviations.total
+    level, material = limits.lone_value_level_share * rate, limits.material_rms**2
+    if chi2.sf(total, len(free)) > level or total < material * nominal.projected.samples:
         return None
-    others = len(off) - 1
-    passing = [
-        k for k in np.argsort(alone)
-        if (not others or chi2.sf(alone[k], others) > OTHERS_RIGHT) and _stands_out(k, off, believed, covariance)
-    ]  # fmt: skip
-    if not passing:
+    remaining = np.array([deviations.of_others(k) for k in range(len(free))])
+    candidates = _lone_candidates(deviations, remaining, limits)
+    if not candidates:
         return None
-    first = int(passing[0])
-    revised = _revised(problem, given, nominal, first)
+    first = candidates[0]
+    revised = _revise_value(problem, given, nominal, first)
     if revised is None:
         return None
-    weights = np.exp(-0.5 * (np.array(alone)[passing] - alone[first]))
-    names = [given.parameters[free[k]].name for k in passing]
-    cost = hypothesis.cost * (1.0 + all_right / max(nominal.projected.residual, 1e-300))
-    as_given = nominal._replace(hypothesis=replace(hypothesis, simulation=given, shared=believed, cost=cost))
+    weights = np.exp(-0.5 * (remaining[candidates] - remaining[first]))
+    names = [given.parameters[free[k]].name for k in candidates]
+    cost = hypothesis.cost * (1.0 + total / max(nominal.projected.residual, 1e-300))
+    as_given = replace(hypothesis, simulation=given, shared=deviations.believed, cost=cost)
     return WrongValue(
-        name=names[0], given=as_given, revised=revised, probability=float(weights[0] / weights.sum()),
-        share_removed=float(np.clip(1.0 - alone[first] / all_right, 0.0, 1.0)), equivalent=tuple(names[1:]),
-    )  # fmt: skip
+        name=names[0],
+        given=nominal._replace(hypothesis=as_given),
+        revised=revised,
+        probability=float(weights[0] / weights.sum()),
+        share_removed=float(np.clip(1.0 - remaining[first] / total, 0.0, 1.0)),
+        equivalent=tuple(names[1:]),
+    )
 
 
-def statistic(off: FloatArray, covariance: FloatArray) -> float:
-    """Wald's, chi-squared of len(off) degrees of freedom where the believed values are right."""
-    if len(off) == 0:
+def _deviations_of(given: Simulation, spreads: Mapping[str, float], nominal: TestedHypothesis) -> _Deviations:
+    """Return how far the re-fit is from the values of the file, and how certain that is."""
+    sensitivity = nominal.hypothesis.sensitivity
+    free = sensitivity.free
+    believed = np.array([given.parameters[k].value for k in free]) / sensitivity.scale
+    optimum = nominal.hypothesis.shared - nominal.projected.shift
+    spread = np.abs(believed) * [spreads.get(given.parameters[k].name, 0.0) for k in free]
+    return _Deviations(believed, optimum - believed, nominal.projected.covariance + np.diag(spread**2))
+
+
+def _lone_candidates(
+    deviations: _Deviations, remaining: FloatArray, limits: VerificationThresholds
+) -> list[int]:
+    """Return the positions of values that may be the only wrong one, the likeliest first."""
+    others = len(remaining) - 1
+    return [
+        int(k)
+        for k in np.argsort(remaining)
+        if (not others or chi2.sf(remaining[k], others) > limits.others_right_p)
+        and _stands_out(int(k), deviations, limits.lone_deviation_ratio)
+    ]
+
+
+def wald_statistic(change: FloatArray, covariance: FloatArray) -> float:
+    """Return Wald's statistic: chi-squared of len(change) degrees of freedom where the believed values are right."""
+    if len(change) == 0:
         return 0.0
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     normal = covariance / np.outer(size, size)
-    return float((off / size) @ np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ (off / size))
+    return float((change / size) @ np.linalg.pinv(normal, rcond=1e-12, hermitian=True) @ (change / size))
 
 
-def _stands_out(k: int, off: FloatArray, believed: FloatArray, covariance: FloatArray) -> bool:
-    """Whether it is off by far more, relative to its value, than any other that has one can be."""
-    size = np.abs(believed)
+def _stands_out(k: int, deviations: _Deviations, ratio: float) -> bool:
+    """Return whether a value deviates, relative to its size, by `ratio` times what any other value can."""
+    size = np.abs(deviations.believed)
     if not size[k] > 0.0:
         return True
-    could = np.abs(off) + NORMAL_95 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    others = [could[j] / size[j] for j in range(len(off)) if j != k and size[j] > 0.0]
-    return bool(abs(off[k]) / size[k] > APART * max(others, default=0.0))
+    change = np.abs(deviations.change)
+    largest = change + NORMAL_95 * np.sqrt(np.maximum(np.diag(deviations.covariance), 0.0))
+    others = [largest[j] / size[j] for j in range(len(size)) if j != k and size[j] > 0.0]
+    return bool(change[k] / size[k] > ratio * max(others, default=0.0))
 
 
-def _revised(
+def _revise_value(
     problem: Problem, given: Simulation, nominal: TestedHypothesis, position: int
 ) -> TestedHypothesis | None:
+    """Fit one value of the file, all others as they are; None where that diverges."""
     hypothesis, free = nominal.hypothesis, nominal.hypothesis.sensitivity.free
     values = np.array([parameter.value for parameter in given.parameters])
     values[free[position]] = hypothesis.values[free[position]]
     others = frozenset(given.parameters[k].name for j, k in enumerate(free) if j != position)
-    again = fit_hypothesis(
+    refitted = fit_hypothesis(
         problem,
         given.with_values(values),
         hypothesis.mechanisms,
         hypothesis.starts,
         still=hypothesis.still | others,
     )
-    return None if again is None else run_residual_tests(again, problem, (), nominal.noise)
+    return None if refitted is None else run_residual_tests(refitted, problem, (), nominal.noise)

@@ -42,7 +42,7 @@ TARGET_SHARE = (0.2, 0.4)
 """Share of accepted moves between which the step size stays."""
 STEP_CHANGE = 1.15
 MIN_STEP, MAX_STEP = 1e-9, 0.5
-"""Of a coefficient's range."""
+"""Limits of the step size relative to a coefficient's range."""
 COVARIANCE_GAIN = 0.15
 """Weight of one temperature's accepted moves in the covariance of the next ones."""
 MIN_VARIANCE = 1e-14

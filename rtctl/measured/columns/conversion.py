@@ -1,4 +1,4 @@
-"""A raw column to a float64 array, or a message that says which rows are wrong."""
+"""Convert a raw column to a float64 array, or report which rows are wrong."""
 
 from __future__ import annotations
 
@@ -18,12 +18,15 @@ from rtctl.measured.readers.table import length
 
 _TEXT = "OUS"  # NumPy's kinds of it
 KEPT_BYTES = 128 << 20
-"""Of numbers that are kept for the next record of the same file."""
+"""Bytes of numbers that are kept for the next record of the same file."""
 
 
 class TableCache:
-    """Files of one manifest: each opened once. Of files that several records share, a column whose rows cannot be
-    had without reading all of it (`piecewise` is false) is kept, up to `KEPT_BYTES` over all columns.
+    """Files of one manifest, each opened once.
+
+    If several records share a file, a column whose rows cannot be read without all of it (`piecewise` is false) is
+    kept,
+    up to `KEPT_BYTES` over all columns.
     """
 
     def __init__(self, shared: Iterable[Path] = ()) -> None:
@@ -32,17 +35,17 @@ class TableCache:
         self._kept: OrderedDict[tuple[Path, str], FloatArray] = OrderedDict()
 
     def table(self, path: Path) -> Table:
-        """The opened file. Raises ValueError in words."""
+        """Return the opened file. Raises ValueError in words."""
         if path not in self._tables:
             self._tables[path] = open_table(path)
         return self._tables[path]
 
     def __contains__(self, path: Path) -> bool:
-        """Whether the file was opened."""
+        """Return whether the file was opened."""
         return path in self._tables
 
     def length(self, path: Path, name: str, unit: str) -> int:
-        """Samples of a column, which is checked as far as that goes without its numbers. Raises ValueError."""
+        """Return the samples of a column, checked as far as possible without its numbers. Raises ValueError."""
         header = self._header(path, name)
         if header.refusal:
             raise ValueError(f'column "{name}" {header.refusal}')
@@ -56,7 +59,7 @@ class TableCache:
         return samples
 
     def column(self, path: Path, name: str, unit: str, first: int = 0, end: int | None = None) -> FloatArray:
-        """Numbers of rows [first, end) of a column; NaN where a file has gaps. Raises ValueError in words."""
+        """Return the numbers of rows [first, end) of a column; NaN for gaps in a file. Raises ValueError in words."""
         samples = self.length(path, name, unit)
         end = samples if end is None else end
         table = self.table(path)
@@ -69,7 +72,7 @@ class TableCache:
         return whole if end - first == len(whole) else whole[first:end].copy()  # not to keep all of it alive
 
     def period_s(self, path: Path, name: str) -> tuple[float, str] | None:
-        """Sample period [s] that the file states for a column, and under which key, if it does."""
+        """Return the sample period [s] that the file states for a column, and under which key, if it does."""
         header = self._header(path, name)
         return None if header.period_s is None else (header.period_s, header.period_key)
 
@@ -93,8 +96,10 @@ class TableCache:
 
 
 def numbers(raw: NDArray[Any], name: str, first_row: int = 0) -> FloatArray:
-    """`raw` as contiguous float64 (n,), n from row `first_row` of the file. Raises ValueError for text, several
-    dimensions and other kinds.
+    """Return `raw` as contiguous float64 (n,), n from row `first_row` of the file.
+
+    Raises:
+        ValueError: The column is text, has several dimensions or is of another kind.
     """
     if raw.size != max(raw.shape, default=0):
         raise ValueError(
@@ -120,7 +125,7 @@ def check_finite(values: FloatArray, name: str, first_row: int) -> None:
 
 
 def rows_text(rows: NDArray[np.intp], shown: int = 5) -> str:
-    """`3, 17, 18 and 12 more (counted from 0)`."""
+    """Return rows as `3, 17, 18 and 12 more (counted from 0)`."""
     text = ", ".join(str(row) for row in rows[:shown])
     more = f" and {len(rows) - shown} more" if len(rows) > shown else ""
     return f"{'row' if len(rows) == 1 else 'rows'} {text}{more} (counted from 0)"

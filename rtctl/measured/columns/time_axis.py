@@ -1,4 +1,4 @@
-"""A time column to one sample period: it must be uniform, or is resampled on request."""
+"""Convert a time column to one sample period: it must be uniform, or is resampled on request."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TOLERANCE = 1e-3
 
 
 def uniform_period(time_s: FloatArray, name: str, first_row: int) -> float:
-    """Period [s] of a uniform time column. Raises ValueError that says where it is not, and by how much."""
+    """Return the period [s] of a uniform time column. Raises ValueError that says where it is not, and by how much."""
     intervals = _rising(time_s, name, first_row)
     usual = float(np.median(intervals))  # the mean would be moved by the very gap that is looked for
     deviation = np.abs(intervals - usual)
@@ -39,7 +39,7 @@ def check_stated_period(stated: tuple[float, str] | None, name: str, sample_rate
 
 
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
-    """Uniform instants (m,) [s] from the first to the last, a median interval apart."""
+    """Return uniform instants (m,) [s] from the first to the last, a median interval apart."""
     usual = float(np.median(_rising(time_s, name, first_row)))
     count = int(np.floor((time_s[-1] - time_s[0]) / usual * (1.0 + 1e-9))) + 1
     grid: FloatArray = time_s[0] + usual * np.arange(count)
@@ -47,7 +47,7 @@ def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray
 
 
 def resampled(values: FloatArray, time_s: FloatArray, grid_s: FloatArray, *, held: bool) -> FloatArray:
-    """`values` on the grid: linear between samples, or the last one where an input is held between them."""
+    """Return `values` on the grid: linear between samples, or the last one where an input is held between them."""
     if held:
         period = grid_s[1] - grid_s[0] if len(grid_s) > 1 else 0.0
         # a grid point that rounding leaves just before a sample belongs to that sample

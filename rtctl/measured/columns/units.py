@@ -34,19 +34,19 @@ _COMMON = (
 
 
 def check_unit(unit: str, to: str | None = None) -> None:
-    """Nothing if pint reads `unit` and it converts to `to`. Raises ValueError in words."""
+    """Check that pint reads `unit` and that it converts to `to`. Raises ValueError in words."""
     known = _parsed(unit)
     if to is not None and known.dimensionality != _parsed(to).dimensionality:
         raise ValueError(f'unit "{unit}" is not compatible with {to}')
 
 
 def same_unit(one: str, other: str) -> bool:
-    """Whether two readable units mean the same scale."""
+    """Return whether two readable units mean the same scale."""
     return bool(_parsed(one) == _parsed(other))
 
 
 def convert_column(values: FloatArray, unit: str, to: str) -> FloatArray:
-    """`values` (n,) [unit] in `to`. Raises ValueError in words for an unknown or incompatible unit."""
+    """Convert `values` (n,) [unit] to `to`. Raises ValueError in words for an unknown or incompatible unit."""
     check_unit(unit, to)
     if same_unit(unit, to):
         return values

@@ -1,4 +1,4 @@
-"""All that is wrong with a manifest and its files, collected, so that a user corrects it in one go."""
+"""Collected findings about a manifest and its files, so that a user corrects them in one go."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ class Findings:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All messages so far."""
+        """Return all messages so far."""
         return tuple(self._lines)
 
     def add(self, message: str) -> None:
-        """One message, without the source."""
+        """Add one message, without the source."""
         self._lines[f"{self.source}: {message}"] = None
 
     @contextmanager
     def under(self, where: str) -> Iterator[None]:
-        """A ValueError or InputError in the block becomes a finding about `where`."""
+        """Turn a ValueError or InputError in the block into a finding about `where`."""
         try:
             yield
         except (ValueError, InputError) as error:

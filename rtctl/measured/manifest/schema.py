@@ -1,4 +1,4 @@
-"""`dataset.toml` as checked tables: what was measured, in which columns of which files, in which units."""
+"""Tables of `dataset.toml`: what was measured, in which columns of which files, in which units."""
 
 from __future__ import annotations
 
@@ -86,19 +86,19 @@ Table = Annotated[dict[str, Any], BeforeValidator(_table)]
 
 
 class DatasetTable(Checked):
-    """[dataset]"""
+    """Table [dataset]."""
 
     name: Text
     plant: Annotated[str, BeforeValidator(_measured_plant)]
     identity: str = ""
-    """Which device answered, where the wire told."""
+    """Identity of the device that answered, where the wire reported it."""
     description: str = ""
     conditions: Table = Field(default_factory=dict)
-    """Of every record, unless the record says otherwise."""
+    """Conditions of every record, unless the record has its own."""
 
 
 class SignalTable(Checked):
-    """[signals.<name>]"""
+    """Table [signals.<name>]."""
 
     role: Annotated[Role, _one_of(*get_args(Role))]
     unit: Annotated[str, BeforeValidator(_unit)]
@@ -113,11 +113,11 @@ class SignalTable(Checked):
 
 
 class RecordTable(Checked):
-    """[[records]]"""
+    """Table [[records]]."""
 
     file: Text
     name: Annotated[str, BeforeValidator(_file_name)] | None = None
-    """Default: the file's name without its suffix, made unique by the rows."""
+    """Name; default: the file's name without its suffix, made unique by the rows."""
     sample_rate_hz: Annotated[float, BeforeValidator(_rate_hz)] | None = None
     time: Text | None = None
     resample: bool = False
@@ -144,7 +144,7 @@ class RecordTable(Checked):
 
     @property
     def first_row(self) -> int:
-        """Row of the file at which the record begins."""
+        """Row of the file at which the record starts."""
         return self.rows[0] if self.rows else 0
 
 
@@ -157,7 +157,7 @@ class Manifest(Checked):
 
 
 def read_manifest(path: Path) -> Manifest:
-    """The checked manifest. Raises InputError with every finding, one a line."""
+    """Return the checked manifest. Raises InputError with every finding, one a line."""
     tables = read_toml(path)
     findings = [f"{path}: {text}" for text in _against_plant(tables)]
     try:
@@ -170,7 +170,7 @@ def read_manifest(path: Path) -> Manifest:
 
 
 def _against_plant(tables: dict[str, Any]) -> list[str]:
-    """Findings across tables, on the raw tables: so that they come together with those inside a table."""
+    """Return findings across tables, on the raw tables: so that they come together with those inside a table."""
     found = []
     if not tables.get("records"):
         found.append("no records: add [[records]] with file and sample_rate_hz for each measured file")
@@ -184,7 +184,7 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
 
 
 def _shared_columns(signals: dict[str, Any]) -> list[str]:
-    """Two signals of one column are a slip of copying."""
+    """Return findings on two signals of one column, a slip of copying."""
     columns: dict[str, str] = {}
     found = []
     for name, table in signals.items():

@@ -27,7 +27,7 @@ NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
 
 
 def open_table(path: Path) -> Table:
-    """The columns of a file by its suffix. Raises ValueError in words."""
+    """Return the columns of a file by its suffix. Raises ValueError in words."""
     suffix = path.suffix.lower()
     if suffix not in READERS:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Arrow IPC, file (Feather version 2) or stream: the record batches and the column that are asked for."""
+"""Arrow IPC, file (Feather version 2) or stream: reads only the requested record batches and column."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FILE_MAGIC = b"ARROW1"
 
 
 def read(path: Path) -> Table:
-    """Columns of an Arrow file. Raises ValueError in words."""
+    """Return the columns of an Arrow file. Raises ValueError in words."""
     with path.open("rb") as file:
         is_file = file.read(len(_FILE_MAGIC)) == _FILE_MAGIC
     with reading("an Arrow file"), pa.memory_map(str(path)) as source:

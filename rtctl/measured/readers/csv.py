@@ -20,25 +20,25 @@ _LF, _CR, _QUOTE = b'\n\r"'
 
 
 class _Form(NamedTuple):
-    """How the lines of a file are to be read."""
+    """Format of the lines of a file."""
 
     names: list[str]
-    """As the file writes them, with blanks around."""
+    """Column names as the file writes them, with blanks around."""
     comments: int
-    """Lines in front of the header."""
+    """Number of lines before the header."""
     delimiter: str
     decimal: str
 
 
 class Line(NamedTuple):
-    """Where a line begins; blank lines do not count."""
+    """Where a line starts; blank lines do not count."""
 
     number: int
     byte: int
 
 
 def read(path: Path) -> Table:
-    """Columns; lines in front of the header that begin with # are skipped. Raises ValueError in words."""
+    """Return the columns; lines before the header that start with # are skipped. Raises ValueError in words."""
     form = _form(path)
     written = {name.strip(): name for name in form.names}
     head = form.comments + 1
@@ -62,7 +62,7 @@ def read(path: Path) -> Table:
 
 
 def line_index(path: Path, head: int = 0) -> tuple[int, list[Line]]:
-    """How many lines are not blank, and in each block of the file the first of them from line `head` on.
+    """Return the number of non-blank lines, and in each block of the file the first of them from line `head` on.
 
     Lines end with LF, CR LF or CR; the last may lack its end. Raises ValueError for a line break inside quotes.
     """
@@ -86,7 +86,7 @@ def line_index(path: Path, head: int = 0) -> tuple[int, list[Line]]:
 
 
 def _pieces(path: Path, form: _Form, name: str, kind: pa.DataType, byte: int) -> Iterator[pa.Array]:
-    """The column of the lines from `byte` on, a block at a time."""
+    """Yield the column of the lines from `byte` on, a block at a time."""
     with pa.OSFile(str(path)) as source:
         source.seek(byte)
         with pa.csv.open_csv(
@@ -105,7 +105,7 @@ def _pieces(path: Path, form: _Form, name: str, kind: pa.DataType, byte: int) ->
 
 
 def _form(path: Path) -> _Form:
-    """What the opening lines tell. Raises ValueError in words."""
+    """Determine the format from the opening lines. Raises ValueError in words."""
     header, first, comments = _opening_lines(path)
     delimiter = max(",;\t", key=header.count)
     _check_header(header, delimiter)
@@ -120,7 +120,7 @@ def _form(path: Path) -> _Form:
 
 
 def _opening_lines(path: Path) -> tuple[str, str, int]:
-    """Header, the line after it, and how many comment lines come before."""
+    """Return the header, the line after it, and the number of comment lines before."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         comments = 0
         header = file.readline()

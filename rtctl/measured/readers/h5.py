@@ -17,7 +17,7 @@ _USER_BLOCKS = (0, 512, 1024, 2048)  # MATLAB puts its own header in front (HDF5
 
 
 def is_hdf5(path: Path) -> bool:
-    """Whether the file carries HDF5's signature."""
+    """Return whether the file carries HDF5's signature."""
     with path.open("rb") as file:
         for offset in _USER_BLOCKS:
             file.seek(offset)
@@ -27,7 +27,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def read(path: Path, separator: str = "/") -> Table:
-    """Datasets of an HDF5 file as columns, groups joined by `separator`. Raises ValueError in words."""
+    """Return the datasets of an HDF5 file as columns, groups joined by `separator`. Raises ValueError in words."""
     if not is_hdf5(path):
         raise ValueError("not an HDF5 file")
     h5py = _h5py()
@@ -51,7 +51,7 @@ def read(path: Path, separator: str = "/") -> Table:
 
 
 def _header(dataset: Any) -> Header:
-    """A unit may stand in the attribute "unit" or "units"."""
+    """Return the header of a dataset; its unit may stand in the attribute "unit" or "units"."""
     kind = _text(dataset.attrs.get("MATLAB_class"))
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
         return Header(shape=(0,))

@@ -17,7 +17,7 @@ _TAG_BYTES = 8
 
 
 def read(path: Path) -> Table:
-    """Variables of a .mat file, and the fields of its structs, as columns. Raises ValueError in words."""
+    """Return the variables of a .mat file, and the fields of its structs, as columns. Raises ValueError in words."""
     if h5.is_hdf5(path):
         return h5.read(path, separator=".")
     headers: dict[str, Header] = {}
@@ -45,7 +45,7 @@ def _variable(path: Path, name: str) -> Any:
 
 
 def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Dotted names and arrays below a struct; an array of structs stays one, and is refused when it is used."""
+    """Yield dotted names and arrays below a struct; an array of structs stays one, and is refused when it is used."""
     if value.dtype.names is None or value.size != 1:
         yield name, value
         return
@@ -66,7 +66,7 @@ def _refusal(kind: str) -> str:
 
 
 def _check_whole(path: Path) -> None:
-    """Follow the tags of version 5: SciPy passes over a variable that was cut off, in silence."""
+    """Follow the tags of version 5: SciPy silently passes over a variable that was cut off."""
     size = path.stat().st_size
     with path.open("rb") as file:
         mark = file.read(_HEADER_BYTES)[-2:]

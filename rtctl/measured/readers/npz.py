@@ -1,4 +1,4 @@
-"""NumPy .npz: one array a column; rows are read at their place where it is not compressed, else unpacked up to."""
+"""NumPy .npz: one array a column; rows are read in place where it is not compressed, else unpacked up to them."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _UNPACK_BYTES = 1 << 20
 
 
 class _Layout(NamedTuple):
-    """Where the numbers of an array lie in its member of the archive."""
+    """Position of an array's numbers in its member of the archive."""
 
     header: Header
     dtype: np.dtype[np.generic]
     offset: int
-    """Of the first number in the unpacked member."""
+    """Offset [bytes] of the first number in the unpacked member."""
     stored_at: int | None
-    """Of the first number in the file, if the member is not compressed."""
+    """Offset [bytes] of the first number in the file, if the member is not compressed."""
 
 
 def read(path: Path) -> Table:
-    """Columns of an .npz file. Raises ValueError in words."""
+    """Return the columns of an .npz file. Raises ValueError in words."""
     if not zipfile.is_zipfile(path):
         raise ValueError(
             "not an .npz file, or cut off; save it with numpy.savez(path, drive=..., displacement=...)"

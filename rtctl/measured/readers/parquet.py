@@ -1,4 +1,4 @@
-"""Parquet: only the row groups and the column that are asked for; a field's metadata may state its unit."""
+"""Parquet: reads only the requested row groups and column; a field's metadata may state its unit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BUFFER_BYTES = 1 << 20
 
 
 def read(path: Path) -> Table:
-    """Columns of a Parquet file. Raises ValueError in words."""
+    """Return the columns of a Parquet file. Raises ValueError in words."""
     with reading("a Parquet file"), pq.ParquetFile(path) as file:
         headers = arrow_headers(file.schema_arrow, file.metadata.num_rows)
 
@@ -32,7 +32,7 @@ def read(path: Path) -> Table:
 
 
 def _groups(metadata: pq.FileMetaData, first: int, end: int) -> tuple[list[int], int]:
-    """Row groups that hold rows [first, end), and the row at which they begin."""
+    """Return the row groups that hold rows [first, end), and the row at which they start."""
     sizes = [metadata.row_group(k).num_rows for k in range(metadata.num_row_groups)]
     starts = np.cumsum([0, *sizes])
     groups = [k for k in range(len(sizes)) if starts[k] < end and starts[k + 1] > first]

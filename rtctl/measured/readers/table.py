@@ -1,4 +1,4 @@
-"""What every reader gives: a header of each column without its numbers, and rows of a column when asked for."""
+"""Common result of all readers: a header of each column without its numbers, and rows of a column on request."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ Column = NDArray[Any]
 
 
 class Header(NamedTuple):
-    """What a file tells about a column before its numbers are read."""
+    """Properties of a column that the file states before its numbers are read."""
 
     shape: tuple[int, ...]
-    """(n,), (n, 1) or (1, n) of a signal; anything else is refused when it is used."""
+    """Shape: (n,), (n, 1) or (1, n) of a signal; anything else is refused when it is used."""
     dtype: np.dtype[Any] | None = None
-    """None where only the numbers themselves tell (CSV)."""
+    """Type; None where only the numbers themselves show it (CSV)."""
     unit: str | None = None
-    """As the file states it, for a cross-check."""
+    """Unit that the file states, for a cross-check."""
     period_s: float | None = None
-    """As the file states it, for a cross-check."""
+    """Sample period [s] that the file states, for a cross-check."""
     period_key: str = ""
-    """Where the file states it."""
+    """Key under which the file states the period."""
     refusal: str = ""
-    """Why the column is no signal, in words that go on from its name."""
+    """Why the column is no signal, as a phrase that continues its name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,13 +37,13 @@ class Table:
 
     columns: Mapping[str, Header]
     load: Callable[[str, int, int], Column]
-    """Rows [first, end) of a column; `end` is at most the column's length."""
+    """Returns rows [first, end) of a column; `end` is at most the column's length."""
     piecewise: bool = True
-    """Whether rows cost what they hold; if not, the whole column is read (or skipped over) for any of them."""
+    """Whether single rows are cheap to read; if not, the whole column is read (or skipped over) for any of them."""
 
 
 def length(shape: Sequence[int]) -> int:
-    """Samples of a vector, or 0. Raises ValueError in words for several dimensions."""
+    """Return the samples of a vector, or 0. Raises ValueError in words for several dimensions."""
     samples = max(shape, default=1)
     if int(np.prod(shape, dtype=np.int64)) != samples:
         raise ValueError(f"has shape {tuple(shape)}, one dimension is needed; save one array a signal")
@@ -51,14 +51,14 @@ def length(shape: Sequence[int]) -> int:
 
 
 def vector_rows(shape: Sequence[int], first: int, end: int) -> tuple[slice, ...]:
-    """Index of rows [first, end) of a vector, row or column."""
+    """Return the index of rows [first, end) of a vector, row or column."""
     axis = int(np.argmax(shape)) if shape else 0
     return tuple(slice(first, end) if k == axis else slice(None) for k in range(len(shape)))
 
 
 @contextmanager
 def reading(kind: str) -> Iterator[None]:
-    """Whatever a foreign parser lets out becomes a ValueError that says "not <kind>" or "damaged"."""
+    """Turn any exception of a foreign parser into a ValueError that says "not <kind>" or "damaged"."""
     try:
         yield
     except ValueError as error:
@@ -76,7 +76,7 @@ def check_distinct(names: Sequence[str]) -> None:
 
 
 def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
-    """Headers of Arrow columns; a field's metadata may state its unit."""
+    """Return the headers of Arrow columns; a field's metadata may state its unit."""
     check_distinct(schema.names)
     return {
         entry.name: Header(shape=(rows,), unit=(entry.metadata or {}).get(b"unit", b"").decode() or None)
@@ -85,7 +85,7 @@ def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
 
 
 def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:
-    """Rows [first, end) of consecutive pieces; the pieces after the last row are not asked for."""
+    """Return rows [first, end) of consecutive pieces; the pieces after the last row are not requested."""
     wanted: list[pa.Array] = []
     start = 0
     for piece in pieces:
@@ -101,7 +101,7 @@ def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:
 
 
 def arrow_numbers(column: pa.Array) -> Column:
-    """Numbers as float64 with NaN for nulls; anything else as it is, for the message about it."""
+    """Return numbers as float64 with NaN for nulls; anything else as it is, for the message about it."""
     kind = column.type
     if pa.types.is_null(kind):
         return np.full(len(column), np.nan)

@@ -22,7 +22,7 @@ _UNKNOWN_SIZE = 0xFFFF_FFFF_FFFF_FFFF  # what LabVIEW leaves where it could not 
 
 
 def read(path: Path) -> Table:
-    """Channels of a TDMS file as columns. Raises ValueError in words."""
+    """Return the channels of a TDMS file as columns. Raises ValueError in words."""
     _check_whole(path)
     with reading("a TDMS file"), path.open("rb") as file, TdmsFile.open(file) as opened:
         channels = [channel for group in opened.groups() for channel in group.channels()]
@@ -62,7 +62,7 @@ def _number(value: Any) -> float:
 
 
 def _check_whole(path: Path) -> None:
-    """Follow the segments' lead-ins: npTDMS reads what there is of a file that was cut off, and only logs it."""
+    """Follow the segments' lead-ins: npTDMS reads a file that was cut off as far as it goes, and only logs it."""
     size, start = path.stat().st_size, 0
     with path.open("rb") as file:
         while start < size:

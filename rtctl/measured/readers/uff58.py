@@ -30,7 +30,7 @@ _ABSCISSAE = {18: "frequency", 19: "rpm", 20: "order"}
 
 
 def read(path: Path) -> Table:
-    """Functions of a universal file as columns. Raises ValueError in words."""
+    """Return the functions of a universal file as columns. Raises ValueError in words."""
     _check_whole(path)
     with reading("a universal file (UFF)"):
         file = pyuff.UFF(str(path))
@@ -65,7 +65,7 @@ def _names(functions: list[Fields]) -> list[str]:
 
 
 def _response(function: Fields) -> str:
-    """`12:+Z`: node and direction (record 6, fields 6 and 7)."""
+    """Return node and direction as `12:+Z` (record 6, fields 6 and 7)."""
     direction = int(function["rsp_dir"])
     sign = "" if direction == 0 else "+" if direction > 0 else "-"
     axis = _DIRECTIONS[abs(direction)] if abs(direction) < len(_DIRECTIONS) else str(abs(direction))
@@ -97,7 +97,7 @@ def _refusal(function: Fields) -> str:
 
 
 def _period_s(function: Fields) -> float | None:
-    """The abscissa's increment [s], if there is one and its label is none or a unit of time."""
+    """Return the abscissa's increment [s], if there is one and its label is none or a unit of time."""
     increment = float(function["abscissa_inc"])
     if not increment > 0.0:
         return None
@@ -114,7 +114,7 @@ def _label(function: Fields, key: str) -> str:
 
 
 def _check_whole(path: Path) -> None:
-    """The last dataset must have its end, a line with -1: pyuff drops one without it in silence."""
+    """Check that the last dataset has its end, a line with -1: pyuff silently drops one without it."""
     with path.open("rb") as file:
         head = file.read(512).lstrip()
         file.seek(-min(path.stat().st_size, 512), 2)

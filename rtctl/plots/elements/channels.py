@@ -1,4 +1,4 @@
-"""How a device's channel is drawn: its label, the unit that reads well, and whether its axis is logarithmic."""
+"""Drawing of a device's channel: its label, a readable unit, and whether its axis is logarithmic."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ class Shown(NamedTuple):
     """One channel on an axis."""
 
     label: str
-    """`name [unit]`."""
+    """Label `name [unit]`."""
     unit: str
-    """`[unit]`."""
+    """Unit `[unit]`."""
     values: FloatArray
     is_kilo: bool
-    """Logarithmic in thousands: resistances span decades."""
+    """Whether it is logarithmic in thousands: resistances span decades."""
 
 
 def written(unit: str) -> str:
-    """A unit as it is printed."""
+    """Return a unit as it is printed."""
     return _WRITTEN.get(unit, unit)
 
 
 def label_of(channel: Channel) -> str:
-    """`coil current [mA]`."""
+    """Return a label such as `coil current [mA]`."""
     return f"{channel.name.replace('_', ' ')} [{written(channel.unit)}]"
 
 
 def shown(channel: Channel, values: FloatArray) -> Shown:
-    """`values` [the channel's unit] as they are drawn."""
+    """Return `values` [the channel's unit] as they are drawn."""
     if channel.unit == "ohm":
         return Shown(f"{channel.name.replace('_', ' ')} [kΩ]", "[kΩ]", values / 1e3, True)
     return Shown(label_of(channel), f"[{written(channel.unit)}]", values, False)
 
 
 def scale_axis(axes: Axes, which: str, channel: Shown) -> None:
-    """Logarithmic where the channel is."""
+    """Make the axis logarithmic where the channel is."""
     if channel.is_kilo:
         kilo(axes, which)

@@ -1,6 +1,6 @@
-"""Fewer points that look the same: min/max of buckets against time, one point a cell in a plane.
+"""Fewer points with the same look: min/max of buckets against time, one point a cell in a plane.
 
-A panel is about a thousand pixels wide: what is left out would have fallen on pixels that are drawn anyway.
+A panel is about a thousand pixels wide: the points left out would have fallen on pixels that are drawn anyway.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ PLANE_POINTS = 12000
 
 
 def extremes(values: FloatArray, points: int = LINE_POINTS) -> IntArray:
-    """Indices (at most `points`, ascending) that keep minimum and maximum of each bucket of `values`.
+    """Return indices (at most `points`, ascending) that keep minimum and maximum of each bucket of `values`.
 
     All of them where there are no more than `points`. A bucket without a number keeps one NaN: the gap.
     """
@@ -36,12 +36,12 @@ def extremes(values: FloatArray, points: int = LINE_POINTS) -> IntArray:
 
 
 def path_points(*columns: FloatArray) -> IntArray:
-    """Indices (ascending) of a line in a plane that keep the extremes of every column."""
+    """Return indices (ascending) of a line in a plane that keep the extremes of every column."""
     return np.unique(np.concatenate([extremes(column) for column in columns]))
 
 
 def visited(x: FloatArray, y: FloatArray, points: int = PLANE_POINTS) -> IntArray:
-    """Indices (at most `points`, ascending) of finite samples: the first in each cell of a grid.
+    """Return indices (at most `points`, ascending) of finite samples: the first in each cell of a grid.
 
     All finite samples where there are no more than `points`; else the finest grid from 800 cells a side.
     """
@@ -58,7 +58,7 @@ def visited(x: FloatArray, y: FloatArray, points: int = PLANE_POINTS) -> IntArra
 
 
 def _cell(values: FloatArray, cells: int) -> IntArray:
-    """The column of each value when its range is cut into `cells`."""
+    """Return the column of each value when its range is cut into `cells`."""
     low, width = values.min(), np.ptp(values)
     return (
         np.zeros(len(values), np.intp) if width == 0.0 else ((values - low) / width * cells).astype(np.intp)

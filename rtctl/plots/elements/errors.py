@@ -21,7 +21,7 @@ class ErrorFigures(NamedTuple):
 
 
 def error_figures(error: FloatArray, width: float) -> ErrorFigures | None:
-    """Figures of the finite samples of `error` (n,) against a range `width`; None where there are none."""
+    """Return figures of the finite samples of `error` (n,) against a range `width`; None where there are none."""
     if not width > 0.0:
         raise ValueError(f"the range that percents refer to must be > 0, got {width!r}")
     size = np.abs(error[np.isfinite(error)])
@@ -32,14 +32,14 @@ def error_figures(error: FloatArray, width: float) -> ErrorFigures | None:
 
 
 def percent(value: float) -> str:
-    """As the paper's tables write it below ten (1.95 %), whole numbers for what is gross (71 %)."""
+    """Format as the paper's tables do below ten (1.95 %), and in whole numbers above (71 %)."""
     return f"{value:.2f} %" if value < 10.0 else f"{value:.0f} %"
 
 
 def shown_limit(error: FloatArray, spread: float) -> float:
-    """Half height of an error axis: the largest error, `spread` times the 90th percentile if less.
+    """Return the half height of an error axis: the largest error, or `spread` times the 90th percentile if less.
 
-    With a spread of 2, noise and a sine's error are shown whole, and of steps what lies between the jumps.
+    With a spread of 2, noise and a sine's error are shown whole, and the part between the jumps for steps.
     """
     size = np.abs(error[np.isfinite(error)])
     if len(size) == 0:
@@ -48,7 +48,7 @@ def shown_limit(error: FloatArray, spread: float) -> float:
 
 
 def percent_axis(axes: Axes, width: float) -> None:
-    """A second y axis on the right: percent of the range `width` [unit of the y axis]."""
+    """Add a second y axis on the right: percent of the range `width` [unit of the y axis]."""
 
     def to_percent(y: ArrayLike) -> ArrayLike:
         return 100.0 * np.asarray(y) / width

@@ -11,19 +11,19 @@ from rtctl.border.arrays import FloatArray
 from rtctl.plots.elements.decimation import extremes
 
 ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 3, "borderaxespad": 0.1}
-"""A legend in one row over the panel, where it hides nothing."""
+"""Place of a legend in one row over the panel, where it hides nothing."""
 
 
 def draw_line(
     axes: Axes, time_s: FloatArray, values: FloatArray, color: str, label: str = "", width: float = 1.0
 ) -> None:
-    """A line (n,) against time through the extremes of its buckets; nothing where there is no number."""
+    """Draw a line (n,) against time through the extremes of its buckets; nothing without numbers."""
     if np.isfinite(values).any():
         kept = extremes(values)
         axes.plot(time_s[kept], values[kept], color=color, linewidth=width, label=label or "_unlabelled")
 
 
 def note(axes: Axes, text: str) -> None:
-    """A remark in the lower right corner, legible over data."""
+    """Write a remark in the lower right corner, legible over data."""
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     axes.text(0.995, 0.03, text, transform=axes.transAxes, ha="right", fontsize=9.0, bbox=box)

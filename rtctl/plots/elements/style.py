@@ -52,7 +52,7 @@ _RC: dict[Any, Any] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Our sizes and colours on matplotlib's defaults inside the block, whatever a matplotlibrc says."""
+    """Apply our sizes and colours on matplotlib's defaults inside the block, whatever a matplotlibrc says."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_RC)
@@ -74,14 +74,14 @@ class HouseFigure(Figure):
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
-    """An empty figure [inch] with its own Agg canvas and constrained layout."""
+    """Return an empty figure [inch] with its own Agg canvas and constrained layout."""
     figure = HouseFigure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def headline(figure: Figure, finding: str, detail: str = "") -> None:
-    """The finding in bold over the whole figure, a second line behind it; long ones are set smaller."""
+    """Write the finding in bold over the whole figure, and a second line under it; long ones are set smaller."""
     width, height = figure.get_figwidth(), figure.get_figheight()
     size = min(13.0, 108.0 * width / len(finding))
     text = f"{finding}\n" if detail else finding  # reserves both lines: the second has another weight
@@ -98,7 +98,7 @@ def save_png(figure: Figure, path: Path) -> None:
 
 
 def kilo(ohm_axis: Axes, which: str = "y") -> None:
-    """A logarithmic resistance axis in kohm whose ticks read 10, 20, 50, 100 and not powers of ten."""
+    """Make a logarithmic resistance axis in kohm whose ticks read 10, 20, 50, 100 and not powers of ten."""
     axis = ohm_axis.yaxis if which == "y" else ohm_axis.xaxis
     if which == "y":
         ohm_axis.set_yscale("log")
@@ -108,7 +108,7 @@ def kilo(ohm_axis: Axes, which: str = "y") -> None:
 
 
 def few_decades(axis: Axis) -> None:
-    """Ticks of a logarithmic axis over a few decades: they read 10, 20, 50, 100."""
+    """Set ticks of a logarithmic axis over a few decades: they read 10, 20, 50, 100."""
     axis.set_major_locator(mpl.ticker.LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(mpl.ticker.FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(mpl.ticker.NullFormatter())

@@ -1,1 +1,1 @@
-"""The bistable beam: regression of restoring forces from 450 shaker records, and what it gets wrong."""
+"""The bistable beam: regression of restoring forces from 450 shaker records, and its errors."""

@@ -1,6 +1,6 @@
-"""One pass over the campaign: of each record the Gram matrices, turning points, kind of motion, three seconds of it.
+"""One pass over the campaign: Gram matrices, turning points, kind of motion and three seconds of each record.
 
-Kept in DIR/campaign.npz, so that every step of the study reads it and a stopped study goes on.
+Kept in DIR/campaign.npz, so that every step of the study reads it and a stopped study can resume.
 """
 
 from __future__ import annotations
@@ -28,58 +28,58 @@ HALF_WIDTH_S = 0.025
 DECIMATION = 10
 TAIL_S = 3.0
 SAME_POINT = 0.02
-"""Of the motion's size: stroboscopic points of a record that are one, noise and the rest of the transient included."""
+"""Distance relative to the motion's size below which stroboscopic points are equal, despite noise and transient."""
 
 
 class Collected(NamedTuple):
-    """Of all records, in the order of the campaign."""
+    """Results for all records, in the order of the campaign."""
 
     campaign: Shaker
     filtered: FloatArray
-    """(records, 11, 11) by the paper's filter."""
+    """Gram matrices (records, 11, 11) by the paper's filter."""
     weak: FloatArray
-    """(records, 11, 11) by bumps."""
+    """Gram matrices (records, 11, 11) by bumps."""
     kinds: tuple[Kind, ...]
-    """By the paper's rule."""
+    """Kinds of motion by the paper's rule."""
     periods: IntArray
-    """By the stroboscopic points of the second half; 0: none up to 16."""
+    """Periods by the stroboscopic points of the second half; 0: none up to 16."""
     early_periods: IntArray
-    """Of the first half."""
+    """Periods of the first half."""
     points: tuple[FloatArray, ...]
     """Turning points [mm]."""
     tail: FloatArray
-    """(records, 2, samples) displacement and velocity of the end at 1 kHz, filtered as the paper does."""
+    """Displacement and velocity (records, 2, samples) of the end at 1 kHz, filtered as in the paper."""
     phase: FloatArray
-    """(records,) of the drive at the tail's first sample."""
+    """Phase (records,) of the drive at the tail's first sample."""
     made_s: float
-    """Processor time of making the records."""
+    """Processor time of making the records [s]."""
     gram_s: tuple[float, float]
-    """Of the two regressions' passes."""
+    """Processor time of the two regressions' passes [s]."""
 
     @property
     def frequency_hz(self) -> FloatArray:
-        """(records,)"""
+        """Drive frequency (records,) [Hz]."""
         return np.array([one.frequency_hz for one in self.campaign.settings])
 
     @property
     def second_mode(self) -> NDArray[np.bool_]:
-        """(records,) which have it: what the study must find out."""
+        """Which records (records,) contain the second mode, which the study must find out."""
         return np.array([one.second_mode for one in self.campaign.settings])
 
     @property
     def ends_through(self) -> NDArray[np.bool_]:
-        """(records,) whose last seconds go through both wells, whatever they did before."""
+        """Which records (records,) go through both wells in their last seconds, whatever they did before."""
         ends: NDArray[np.bool_] = (self.tail[:, 0].min(axis=1) < 0.0) & (self.tail[:, 0].max(axis=1) > 0.0)
         return ends
 
     @property
     def interwell(self) -> NDArray[np.bool_]:
-        """(records,) interwell or chaotic, the paper's darker colour."""
+        """Which records (records,) are interwell or chaotic, the paper's darker colour."""
         return np.array([kind is not Kind.INTRAWELL for kind in self.kinds])
 
 
 def collected(run: Run) -> Collected:
-    """Of the study's campaign: from its folder, or made."""
+    """Return the results of the study's campaign, from its folder or computed."""
     return _collected(run.out / "campaign.npz", run.short)
 
 
@@ -94,7 +94,7 @@ def _collected(path: Path, short: bool) -> Collected:
 
 
 def collect(campaign: Shaker, report: Callable[[int], None] = lambda done: None) -> Collected:
-    """One record after the other, one in memory."""
+    """Process one record after the other, with one in memory."""
     h = 1.0 / RATE_HZ
     filtered, weak, kinds, points, tails = [], [], [], [], []
     periods, phases = [], []
@@ -131,11 +131,11 @@ def collect(campaign: Shaker, report: Callable[[int], None] = lambda done: None)
 
 
 _FIRST = 20
-"""Sample of the record to which `looked_at`'s first belongs: ten of the filter and one of its own steps."""
+"""Sample of the record at which `looked_at` starts: ten of the filter and one of its own steps."""
 
 
 def looked_at(displacement: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Displacement and velocity at 1 kHz by the paper's filter and central differences."""
+    """Return displacement and velocity at 1 kHz by the paper's filter and central differences."""
     z = apply_mean_filter(displacement)
     v = (z[2:] - z[:-2]) * (0.5 * RATE_HZ)
     inner = z[1:-1]
@@ -144,7 +144,7 @@ def looked_at(displacement: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _period(one: Recorded, z: FloatArray, v: FloatArray, half: int) -> int:
-    """By stroboscopic points of a half of the record."""
+    """Return the period from the stroboscopic points of a half of the record."""
     frequency = one.setting.frequency_hz
     t = (_FIRST + DECIMATION * np.arange(len(z))) / RATE_HZ
     turns = (one.phase / (2.0 * np.pi) + frequency * t[[0, -1]]).tolist()

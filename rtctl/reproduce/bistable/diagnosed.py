@@ -27,14 +27,14 @@ from rtctl.wiring import build_simulation, mechanism_ids
 
 DECIMATION = 10
 SECONDS = 8.0
-"""Of each record: a few dozen periods say what is in it."""
+"""Seconds of each record: a few dozen periods show its content."""
 IGNORED = 2000
-"""Samples in which a linear mode forgets that the model starts it at rest, where the record found it moving."""
+"""Samples in which a linear mode forgets that the model starts it at rest, while the record was in motion."""
 ORDER, POINTS, DRIVE_POINTS = 4, 41, 81
 
 
 def signals(one: Recorded, seconds: float) -> tuple[FloatArray, FloatArray]:
-    """Base acceleration [m/s^2] and displacement [mm] at 1 kHz."""
+    """Return base acceleration [m/s^2] and displacement [mm] at 1 kHz."""
     samples = min(len(one.displacement), round(seconds * RATE_HZ) + 2 * DRIVE_POINTS)
     inner = slice(DRIVE_POINTS, samples - DRIVE_POINTS, DECIMATION)
     z = savgol_filter(one.displacement[:samples], POINTS, ORDER)
@@ -43,7 +43,7 @@ def signals(one: Recorded, seconds: float) -> tuple[FloatArray, FloatArray]:
 
 
 def write_records(folder: Path, records: Sequence[Recorded], seconds: float, testing: int) -> Path:
-    """A dataset of these records; the last `testing` are never fitted. Returns the manifest."""
+    """Write a dataset of these records, the last `testing` for tests only; return the manifest."""
     tables = []
     for k, one in enumerate(records):
         u, z = signals(one, seconds)
@@ -75,7 +75,7 @@ def write_records(folder: Path, records: Sequence[Recorded], seconds: float, tes
 
 
 def diagnosed(manifest: Path, model: ModelFile, mechanisms: Sequence[str] | None = None) -> dict[str, Any]:
-    """The diagnosis's answer on a dataset, as `rtctl diagnose` writes it."""
+    """Return the diagnosis's answer on a dataset, as `rtctl diagnose` writes it."""
     dataset = read_dataset(manifest)
     path = manifest.parent / "model.toml"
     write_oscillator_model(path, model)

@@ -16,7 +16,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 
 OUTER_MM = 12.5
-"""Where the truth's force is RM5's: the campaign's largest regular displacements are 11 to 15 mm."""
+"""Displacement where the truth's force is RM5's: the campaign's largest regular displacements are 11 to 15 mm."""
 
 
 class Beam(NamedTuple):
@@ -28,13 +28,13 @@ class Beam(NamedTuple):
     quintic: float = 0.0
 
     def force(self, z: FloatArray) -> FloatArray:
-        """Restoring force per mass [mm/s^2] at z [mm]."""
+        """Return the restoring force per mass [mm/s^2] at z [mm]."""
         square = z * z
         return np.asarray(z * (self.stiffness + square * (self.cubic + square * self.quintic)))
 
     @property
     def well_mm(self) -> float:
-        """Of the stable equilibrium; NaN where there is none."""
+        """Displacement of the stable equilibrium [mm]; NaN where there is none."""
         a, b, g = self.stiffness, self.cubic, self.quintic
         if g == 0.0:
             square = -a / b if b != 0.0 else math.nan
@@ -45,14 +45,14 @@ class Beam(NamedTuple):
 
     @property
     def well_hz(self) -> float:
-        """Of small free oscillations there; NaN where there is none."""
+        """Frequency of small free oscillations there [Hz]; NaN where there is none."""
         square = self.well_mm**2
         rate = self.stiffness + 3.0 * self.cubic * square + 5.0 * self.quintic * square * square
         return math.sqrt(rate) / (2.0 * math.pi) if rate > 0.0 else math.nan
 
     @property
     def guard_mm(self) -> float:
-        """Displacement beyond which it has no bound; infinite where there is none."""
+        """Displacement beyond which the motion is unbounded [mm]; infinite where there is none."""
         if self.quintic >= 0.0:
             return math.inf
         root = self.cubic**2 - 4.0 * self.stiffness * self.quintic
@@ -66,7 +66,7 @@ RM5C = Beam(0.9, -3832.4, 76.9, 4.5e-2)
 
 
 def heuristic(well_mm: float, well_hz: float, damping: float) -> Beam:
-    """The paper's equation (2): from the wells' place and the frequency of small oscillations there."""
+    """Return the model of the paper's equation (2), from the wells' place and their frequency of small oscillations."""
     stiffness = -0.5 * (2.0 * math.pi * well_hz) ** 2
     return Beam(damping, stiffness, -stiffness / well_mm**2)
 
@@ -87,16 +87,16 @@ TRUTH = _truth()
 
 
 class SecondMode(NamedTuple):
-    """Of the beam, seen by the displacement sensor beside the first."""
+    """Second mode of the beam, which the displacement sensor sees beside the first."""
 
     gain: float
-    """Of the base's acceleration, as a factor."""
+    """Factor on the base's acceleration."""
     frequency_hz: float
     damping_ratio: float
 
 
 def model_file(beam: Beam, gain: float = 1.0, second: SecondMode | None = None) -> ModelFile:
-    """As a model whose drive is the base's acceleration [m/s^2], times `gain`."""
+    """Return a model file whose drive is the base's acceleration [m/s^2], times `gain`."""
     numbers = {
         "damping": (beam.damping, "1/s"), "stiffness": (beam.stiffness, "1/s^2"),
         "stiffness_cubic": (beam.cubic, "1/(mm^2*s^2)"), "drive_gain": (1000.0 * gain, "mm/m"),

@@ -22,7 +22,7 @@ from rtctl.wiring import build_simulation
 
 UNITS = {"drive": "m/s^2", "displacement": "mm"}
 SEED = 4200
-"""Of the reported campaign; what was developed was developed on `DEVELOPMENT_SEED`."""
+"""Seed of the reported campaign; development used `DEVELOPMENT_SEED`."""
 DEVELOPMENT_SEED = 104_100
 RATE_HZ = 10_000.0
 AMPLITUDE, AMPLITUDE_SPREAD = 3.81, 0.086
@@ -30,11 +30,11 @@ NOISE_MM, FRAME_NOISE_MM_S = 4e-3, 0.05
 STARTS = ((-12.98, 12.94), (-857.89, 862.38))
 """Ranges of displacement [mm] and velocity [mm/s] from which motions start: the paper's."""
 SECOND = SecondMode(gain=0.55, frequency_hz=83.0, damping_ratio=0.002)
-"""A clamped beam's second mode takes 0.55 of what the first does, at six times its frequency."""
+"""Second mode: on a clamped beam it is driven 0.55 as much as the first, at six times its frequency."""
 TONE = 0.4
-"""Of the frame's answer on it [m/s^2]: a tenth of the drive."""
+"""Amplitude of the frame's response on it [m/s^2]: a tenth of the drive."""
 LARGE_ORBIT = (11.5, 200.0)
-"""Where the records with the second mode start: their motion goes through both wells where that motion is stable."""
+"""Start of the records with the second mode: their motion goes through both wells where that motion is stable."""
 
 
 class Setting(NamedTuple):
@@ -57,32 +57,32 @@ class Shaker(NamedTuple):
 
     @property
     def samples(self) -> int:
-        """Of a record."""
+        """Number of samples of a record."""
         return round(self.record_s * RATE_HZ)
 
 
 class Recorded(NamedTuple):
-    """One record as the instruments give it."""
+    """One record as the instruments measure it."""
 
     setting: Setting
     displacement: FloatArray
-    """Of the tip [mm], against the frame."""
+    """Displacement of the tip [mm] against the frame."""
     frame_velocity: FloatArray
-    """[mm/s]; the beam is driven by minus its derivative."""
+    """Velocity of the frame [mm/s]; the beam is driven by minus its derivative."""
     clean: FloatArray
-    """The displacement without noise."""
+    """Displacement without noise [mm]."""
     amplitude: float
-    """Of the base's acceleration in this run [m/s^2]."""
+    """Amplitude of the base's acceleration in this run [m/s^2]."""
     phase: float
-    """Of the drive at the record's first sample, cos(2 pi f t + phase)."""
+    """Phase of the drive at the record's first sample, cos(2 pi f t + phase)."""
 
 
 _DROPPED = {9.25: 8, 9.75: 4, 10.0: 4, 11.75: 7}
-"""Frequency -> records with the second mode: 23, as many as the paper drops."""
+"""Number of records with the second mode by frequency: 23, as many as the paper drops."""
 
 
 def shaker(*, short: bool, seed: int | None = None) -> Shaker:
-    """The campaign; `short`: seven frequencies, two runs, 8 s, on the seed of the development."""
+    """Return the campaign; `short`: seven frequencies, two runs, 8 s, on the seed of the development."""
     if seed is None:
         seed = DEVELOPMENT_SEED if short else SEED
     frequencies = (
@@ -98,7 +98,7 @@ def shaker(*, short: bool, seed: int | None = None) -> Shaker:
 
 
 def record(campaign: Shaker, setting: Setting) -> Recorded:
-    """The record of `setting`: the truth integrated at the sampling rate, and the noise of both instruments."""
+    """Return the record of `setting`: the truth integrated at the sampling rate, plus the noise of both instruments."""
     rng = np.random.default_rng([campaign.seed, setting.number])
     amplitude = AMPLITUDE + AMPLITUDE_SPREAD * rng.standard_normal()
     phase = rng.uniform(0.0, 2.0 * np.pi)

@@ -1,4 +1,4 @@
-"""Least squares, R^2, constraints and folds from Gram matrices: the records themselves are not needed any more.
+"""Least squares, R^2, constraints and folds from Gram matrices, without the records themselves.
 
 A model leaves y + d v + a z + b z^3 + g z^5 of a row, so with the vector m = (1, d, 0 .., a, b, g ..) over the columns
 its squared error on a record is m G m, G the record's Gram matrix.
@@ -24,20 +24,20 @@ class Fit(NamedTuple):
 
     terms: tuple[str, ...]
     left: FloatArray
-    """(11,) what it leaves of a row: 1 for y, each term's coefficient."""
+    """Residual vector (11,) of a row: 1 for y, each term's coefficient."""
 
     def coefficient(self, term: str) -> float:
-        """Of a term on the side of the acceleration."""
+        """Return the coefficient of a term on the side of the acceleration."""
         return float(self.left[COLUMNS.index(term)])
 
     @property
     def beam(self) -> Beam:
-        """As a beam's model: terms beyond the quintic are not in it."""
+        """Return a beam's model; terms beyond the quintic are dropped."""
         return Beam(*(self.coefficient(term) for term in QUINTIC))
 
 
 def of_beam(beam: Beam) -> Fit:
-    """A beam's model over the columns."""
+    """Return a beam's model over the columns."""
     left = np.zeros(len(COLUMNS))
     left[0] = 1.0
     for term, value in zip(QUINTIC, beam, strict=True):
@@ -46,7 +46,7 @@ def of_beam(beam: Beam) -> Fit:
 
 
 def least_squares(gram: FloatArray, terms: Sequence[str]) -> Fit:
-    """Of `terms` on a Gram matrix (11, 11); columns scaled before anything is solved."""
+    """Fit `terms` on a Gram matrix (11, 11); columns are scaled before anything is solved."""
     chosen = [COLUMNS.index(term) for term in terms]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram)[chosen], 1e-300))
     inner = gram[np.ix_(chosen, chosen)] * scale[:, None] * scale
@@ -57,7 +57,7 @@ def least_squares(gram: FloatArray, terms: Sequence[str]) -> Fit:
 
 
 def constrained(gram: FloatArray, well_mm: float) -> Fit:
-    """The quintic whose force vanishes at the measured wells: the paper's equations (29) to (31)."""
+    """Fit the quintic whose force vanishes at the measured wells: the paper's equations (29) to (31)."""
     v, z, cube, fifth = (COLUMNS.index(term) for term in QUINTIC)
     basis = np.zeros((4, len(COLUMNS)))
     basis[0, 0] = basis[1, v] = basis[2, z] = basis[3, cube] = 1.0
@@ -69,12 +69,12 @@ def constrained(gram: FloatArray, well_mm: float) -> Fit:
 
 
 def squared_error(gram: FloatArray, fit: Fit) -> float:
-    """Sum over the rows of a Gram matrix."""
+    """Return the squared error summed over the rows of a Gram matrix."""
     return float(fit.left @ gram @ fit.left)
 
 
 def determination(gram: FloatArray, fit: Fit) -> float:
-    """R^2 of the paper's equation (19)."""
+    """Return R^2 of the paper's equation (19)."""
     one = COLUMNS.index("1")
     total = gram[0, 0] - gram[0, one] ** 2 / gram[one, one]
     return 1.0 - squared_error(gram, fit) / float(total)

@@ -32,7 +32,7 @@ class Swept(NamedTuple):
 
 @lru_cache(maxsize=16)
 def swept(beam: Beam, short: bool) -> Swept:
-    """`short`: four by four starts, half as long."""
+    """Sweep a model; `short`: four by four starts, half as long."""
     frequencies = np.unique([one.frequency_hz for one in shaker(short=short).settings])
     count = 4 if short else 10
     z, v = np.meshgrid(*(np.linspace(*limits, count) for limits in STARTS))
@@ -72,7 +72,7 @@ class Orbit(NamedTuple):
 
 
 def orbits_at(found: Swept, frequency_hz: float, *, interwell: bool) -> list[Orbit]:
-    """The different orbits of a model at a frequency, through both wells or in one."""
+    """Return the different orbits of a model at a frequency, through both wells or in one."""
     seen: dict[tuple[int, float, float], Orbit] = {}
     for lane in np.flatnonzero(
         (found.lanes.frequency_hz == frequency_hz) & (found.orbits.period > 0)
@@ -93,14 +93,14 @@ def orbits_at(found: Swept, frequency_hz: float, *, interwell: bool) -> list[Orb
 
 
 def mirrored(one: Orbit) -> Orbit:
-    """The orbit that an odd force has as well: turned round in both axes, half a period of the drive later."""
+    """Return the orbit that an odd force has as well: mirrored in both axes, half a drive period later."""
     half = ROWS_PER_PERIOD // 2
     z, v = (-np.roll(signal[:-1], half) for signal in (one.displacement, one.velocity))
     return Orbit(one.time_s, np.append(z, z[0]), np.append(v, v[0]), -one.points)
 
 
 def nearest_orbit(orbits: list[Orbit], z: FloatArray, v: FloatArray) -> Orbit | None:
-    """By the paper's equation (4): whose mean square of state (mm, mm/s) and mean displacement are a record's."""
+    """Return the orbit nearest by the paper's equation (4): mean square of state (mm, mm/s) and mean displacement."""
     if not orbits:
         return None
     size = float(np.mean(z**2) + np.mean(v**2))

@@ -1,0 +1,1 @@
+"""The ME microresonator: its coefficients by annealing, its responses, harmonics and hysteresis."""

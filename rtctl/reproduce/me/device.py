@@ -20,22 +20,22 @@ from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.wiring import build_simulation
 
 SENSITIVITY = 2.6
-"""mT/A."""
+"""Sensitivity of the coil [mT/A]."""
 SATURATION = 159.15e3
-"""A/m."""
+"""Saturation magnetisation [A/m]."""
 SUSCEPTIBILITY = 40.0
 MU_0 = 4e-7 * math.pi
 RESONANCE_HZ = 7500.0
 QUALITY = 500.0
 AMPLITUDE = 0.74476 / 1.03
-"""um at `AMPLITUDE_FIELD`, in resonance."""
+"""Amplitude [um] at `AMPLITUDE_FIELD`, in resonance."""
 AMPLITUDE_FIELD = 0.4
-"""mT."""
+"""Field [mT] of that amplitude."""
 SOFTENING_HZ, HARDENING_HZ = -8.0, 0.6
 """Backbone: f0 + SOFTENING_HZ a^2 + HARDENING_HZ a^4, a in um (first harmonic)."""
 SAMPLE_RATE_HZ = 125e3
 NOISE_DENSITY = 2e-6
-"""um/Hz^0.5 of the vibrometer, one-sided."""
+"""One-sided noise density of the vibrometer [um/Hz^0.5]."""
 UNITS = {"drive": "mT", "displacement": "um"}
 
 OMEGA0 = 2.0 * math.pi * RESONANCE_HZ
@@ -44,15 +44,15 @@ STIFFNESS = OMEGA0**2
 CUBIC = STIFFNESS * 8.0 / 3.0 * SOFTENING_HZ / RESONANCE_HZ
 QUINTIC = STIFFNESS * 16.0 / 5.0 * HARDENING_HZ / RESONANCE_HZ
 GAIN = OMEGA0 * DAMPING * AMPLITUDE / AMPLITUDE_FIELD
-"""um/s^2/mT."""
+"""Drive gain [um/s^2/mT]."""
 ARGUMENT = 3.0 * SUSCEPTIBILITY * 1e-3 / (MU_0 * SATURATION)
-"""Of Langevin's function a mT."""
+"""Argument of Langevin's function per field [1/mT]."""
 NOISE = NOISE_DENSITY * math.sqrt(SAMPLE_RATE_HZ / 2.0)
-"""um, standard deviation of a sample."""
+"""Standard deviation of a sample [um]."""
 
 
 def model(*, nominal: bool = False, **changed: float) -> ModelFile:
-    """The device as a model file; `nominal`: linear and cubic alone, as Duffing's equation has it."""
+    """Return the device as a model file; `nominal`: linear and cubic terms alone, as in Duffing's equation."""
     numbers = {
         "damping": (DAMPING, "1/s"),
         "stiffness": (STIFFNESS, "1/s^2"),
@@ -74,28 +74,28 @@ def model(*, nominal: bool = False, **changed: float) -> ModelFile:
 
 
 def simulation(file: ModelFile) -> Simulation:
-    """`file` in mT and um."""
+    """Return the simulation of `file` in mT and um."""
     return build_simulation(file, UNITS, "the study's resonator")
 
 
 def tone(field_mT: float, frequency_hz: float, duration_s: float) -> Stimulus:
-    """A tone B cos(2 pi f t) that begins at t = 0."""
+    """Return a tone B cos(2 pi f t) that starts at t = 0."""
     time_s = np.arange(round(duration_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
     return stimulus(field_mT * np.cos(2.0 * math.pi * frequency_hz * time_s))
 
 
 def stimulus(field: FloatArray) -> Stimulus:
-    """A field [mT] at the sample rate, band-limited between its samples."""
+    """Return a stimulus of a field [mT] at the sample rate, band-limited between its samples."""
     return Stimulus(inputs={"drive": field}, holds={"drive": "band-limited"}, period_s=1.0 / SAMPLE_RATE_HZ)
 
 
 def response(driven: Stimulus, file: ModelFile | None = None) -> FloatArray:
-    """Displacement (n,) [um] from rest, without noise."""
+    """Return the displacement (n,) [um] from rest, without noise."""
     simulated = simulation(file or model())
     values = np.array([[one.value for one in simulated.parameters]])
     return np.asarray(simulated.predict(driven, values).outputs["displacement"][0])
 
 
 def noisy(displacement: FloatArray, seed: int, deviation: float = NOISE) -> FloatArray:
-    """With the vibrometer's white noise [um]."""
+    """Add the vibrometer's white noise [um]."""
     return displacement + deviation * np.random.default_rng(seed).standard_normal(len(displacement))

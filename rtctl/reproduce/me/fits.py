@@ -26,18 +26,18 @@ from rtctl.identification.simulation_error.output_error import FitOptions, fit_o
 from rtctl.reproduce.me import device
 
 FIELD = 0.28
-"""mT: what the paper trains at."""
+"""Field [mT] of the paper's training data."""
 FREQUENCY_HZ = 7498.0
-"""What the generator is set to: the resonance at that field."""
+"""Frequency setting of the generator [Hz]: the resonance at that field."""
 CLOCK_ERROR = 3e-6
-"""Of the generator against the recorder: the paper's "slight discrepancy" of the frequency."""
+"""Relative clock error of the generator against the recorder: the paper's "slight discrepancy" of the frequency."""
 CLOCK_RANGE = 1e-5
 STIFFNESS_RANGE = 0.02
 FACTOR_RANGE = (0.5, 1.5)
-"""Of damping and force."""
+"""Range of damping and force relative to the expected values."""
 OPTIONS = FitOptions(free_start=False, threads=1, iterations=40)
 CUBIC_RANGE = 3e7
-"""1/(um^2 s^2), to both sides: 37 Hz at 1 um."""
+"""Range of the cubic stiffness [1/(um^2 s^2)], to both sides: 37 Hz at 1 um."""
 
 
 class Box(NamedTuple):
@@ -48,33 +48,33 @@ class Box(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a fit gave."""
+    """Result of a fit."""
 
     values: FloatArray
-    """(5,)"""
+    """Coefficients (5,)."""
     seconds: float
-    """Of processor time, on one thread."""
+    """Processor time [s], on one thread."""
     annealed: AnnealingResult | None = None
 
 
 def driven(duration_s: float, field_mT: float = FIELD, frequency_hz: float = FREQUENCY_HZ) -> Stimulus:
-    """The tone as the recorder sees it."""
+    """Return the tone as the recorder sees it."""
     return device.tone(field_mT, frequency_hz * (1.0 + CLOCK_ERROR), duration_s)
 
 
 def tone_record(displacement: FloatArray, first: int = 0) -> ToneRecord:
-    """From the tone's start; samples before `first` are not scored."""
+    """Return a record from the tone's start; samples before `first` are not scored."""
     return ToneRecord(displacement=displacement, period_s=1.0 / device.SAMPLE_RATE_HZ, first=first)
 
 
 def truth(field_mT: float = FIELD) -> FloatArray:
-    """(5,) of the device; the force at small fields, and no word of its quintic spring."""
+    """Return the coefficients (5,) of the device: the force at small fields, without its quintic spring."""
     rate = 2.0 * math.pi * FREQUENCY_HZ * (1.0 + CLOCK_ERROR)
     return np.array([device.DAMPING, device.STIFFNESS, device.CUBIC, device.GAIN * field_mT, rate])
 
 
 def box(field_mT: float = FIELD) -> Box:
-    """Around what a designer would expect of such a device."""
+    """Return the ranges about a designer's expectation of such a device."""
     middle = truth(field_mT)
     middle[2], middle[4] = 0.0, 2.0 * math.pi * FREQUENCY_HZ
     low, high = FACTOR_RANGE
@@ -86,7 +86,7 @@ def box(field_mT: float = FIELD) -> Box:
 
 
 def start_in(ranges: Box, seed: int) -> FloatArray:
-    """(5,) by chance in the inner half of the box; the spring is linear, the frequency as set."""
+    """Draw a start (5,) in the inner half of the box; the spring is linear, the frequency as set."""
     share = np.random.default_rng(seed).uniform(0.25, 0.75, 5)
     share[2] = share[4] = 0.5
     return np.asarray(ranges.low + share * (ranges.high - ranges.low))
@@ -99,7 +99,7 @@ def annealing(
     options: AnnealingOptions,
     ranges: Box | None = None,
 ) -> Found:
-    """Algorithm 1 as it is meant."""
+    """Fit by Algorithm 1 as it is meant."""
     low, high = ranges or box()
     begun = time.process_time()
     found = anneal(lambda sets: compute_cost(record, objective, sets), start, low, high, options)
@@ -107,7 +107,7 @@ def annealing(
 
 
 def sized(record: ToneRecord, values: FloatArray) -> FloatArray:
-    """`values` with the record's amplitude, which correlation and peak index do not see.
+    """Scale `values` to the record's amplitude, to which correlation and peak index are insensitive.
 
     z -> s z with F -> s F and b -> b / s^2 is the same motion on another scale: an exact symmetry of the equation.
     """
@@ -124,7 +124,7 @@ def least_squares(
     first: int = 0,
     field_mT: float = FIELD,
 ) -> Found | None:
-    """Output error within the box from `start` (5,), or from the weak form's own start values; None: it diverged.
+    """Fit by output error within the box from `start` (5,), or from the weak form's start values; None: it diverged.
 
     The frequency is the record's own: it comes with the measured drive.
     """
@@ -146,7 +146,7 @@ def least_squares(
 
 
 def _within(simulation: Simulation, ranges: Box, field_mT: float) -> Simulation:
-    """Its parameters bounded as the annealing's are."""
+    """Bound the simulation's parameters as the annealing's."""
     scale = np.array([1.0, 1.0, 1.0, field_mT])
     low, high = (side[:4] / scale for side in ranges)
     bounded = tuple(

@@ -1,4 +1,4 @@
-"""The film's magnetisation and what it does to a pure field: M = M_s (coth a - 1/a), a = 3 chi H / M_s   (10)."""
+"""The film's magnetisation and its effect on a pure field: M = M_s (coth a - 1/a), a = 3 chi H / M_s   (10)."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ SAMPLES = 4096
 
 
 def langevin(a: FloatArray) -> FloatArray:
-    """coth a - 1/a."""
+    """Return coth a - 1/a."""
     small = np.abs(a) < SERIES_BELOW
     safe = np.where(small, 1.0, a)
     return np.where(small, a / 3.0 - a**3 / 45.0, 1.0 / np.tanh(safe) - 1.0 / safe)
 
 
 def magnetisation(field_mT: FloatArray) -> FloatArray:
-    """M [A/m] at a flux density [mT] in air."""
+    """Return M [A/m] at a flux density [mT] in air."""
     return np.asarray(SATURATION * langevin(ARGUMENT * np.asarray(field_mT)))
 
 
 def departure(field_mT: float) -> float:
-    """Of M from its tangent at zero, in parts of it."""
+    """Return the relative departure of M from its tangent at zero."""
     return float(1.0 - 3.0 * langevin(np.array(ARGUMENT * field_mT)) / (ARGUMENT * field_mT))
 
 
 def harmonics(signal: FloatArray) -> FloatArray:
-    """Amplitudes of harmonics 0, 1, 2, ... of one cycle's samples (n,)."""
+    """Return the amplitudes of harmonics 0, 1, 2, ... of one cycle's samples (n,)."""
     amplitude = np.abs(np.fft.rfft(signal)) * 2.0 / len(signal)
     amplitude[0] *= 0.5
     return amplitude
 
 
 def distortion(signal: FloatArray, fundamental: int = 1) -> float:
-    """THD of one cycle's samples: root of the harmonics' power over the fundamental's amplitude."""
+    """Return the THD of one cycle's samples: root of the harmonics' power over the fundamental's amplitude."""
     found = harmonics(signal)
     multiples = found[2 * fundamental :: fundamental]
     return float(np.sqrt(np.sum(multiples**2)) / found[fundamental])
 
 
 def cycle_of(field_mT: float, samples: int = SAMPLES) -> FloatArray:
-    """A pure field over one cycle."""
+    """Return a pure field over one cycle."""
     return np.asarray(field_mT * np.cos(2.0 * np.pi * np.arange(samples) / samples))

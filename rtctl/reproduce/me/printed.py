@@ -1,4 +1,4 @@
-"""Table A1 as printed, and what kind of oscillator its numbers would be."""
+"""Table A1 as printed, and the kind of oscillator that its numbers describe."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ TABLE_A1 = (
 
 
 def quality(mass: float, stiffness: float, damping: float) -> float:
-    """Of m z'' + d z' + k z = 0."""
+    """Return the quality factor of m z'' + d z' + k z = 0."""
     return math.sqrt(stiffness * mass) / damping
 
 
 def below_the_drive(one: Printed) -> float:
-    """How many times the drive's angular frequency is above sqrt(Delta / mass)."""
+    """Return the drive's angular frequency over sqrt(Delta / mass)."""
     return one.omega / math.sqrt(one.delta / one.mass)
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     qualities = [quality(one.mass, one.delta, one.alpha) for one in TABLE_A1]
     swapped = [quality(one.mass, one.alpha, one.delta) for one in TABLE_A1]
     spread = max(one.omega for one in TABLE_A1) - min(one.omega for one in TABLE_A1)

@@ -1,4 +1,4 @@
-"""The study of the ME microresonator: its steps, and what its paper has wrong."""
+"""The study of the ME microresonator: its steps, and the errors of its paper."""
 
 from rtctl.identification.oscillator.annealing import FAULTS
 from rtctl.reproduce.me import printed

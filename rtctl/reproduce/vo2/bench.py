@@ -32,32 +32,32 @@ Result = TypeVar("Result")
 
 DEVICES = ("vo2_a", "vo2_b", "vo2_l2p")
 SEEDS = (21, 22, 23, 24, 25)
-"""Of the noise in a run, and of the currents of a random staircase."""
+"""Seeds of the noise in a run, and of the currents of a random staircase."""
 IDENTIFICATION_SEEDS = dict(zip(SEEDS, (902, 903, 904, 905, 906), strict=True))
-"""Of the noise in the identification data of the model that a run with that seed uses."""
+"""Seed of the noise in the identification data of the model that a run with that seed uses."""
 ESTIMATORS = ("composite", "gap_free", "preisach", "egpi", "observer")
 WORKERS = 2
 
 
 def devices(run: Run) -> tuple[str, ...]:
-    """All, or one."""
+    """Return all devices, or one for a short run."""
     return DEVICES[:1] if run.short else DEVICES
 
 
 def seeds(run: Run) -> tuple[int, ...]:
-    """All, or one."""
+    """Return all seeds, or one for a short run."""
     return SEEDS[:1] if run.short else SEEDS
 
 
 def length(run: Run, scenario: str) -> tuple[str, ...]:
-    """Overrides that make a run short."""
+    """Return overrides that make a run short."""
     if not run.short:
         return ()
     return ("excitation.0.levels=150",) if scenario == "random_staircase" else ("scenario.duration=2 s",)
 
 
 def in_parallel(run: Run, work: Callable[[Job], Result], jobs: Sequence[Job]) -> list[Result]:
-    """`work` of each job, in order; on two processes unless the run is short."""
+    """Return `work` of each job, in order; on two processes unless the run is short."""
     if run.short or len(jobs) < 2 * WORKERS:
         with threadpool_limits(1):
             return [work(job) for job in jobs]
@@ -70,25 +70,25 @@ def in_parallel(run: Run, work: Callable[[Job], Result], jobs: Sequence[Job]) ->
 
 
 def _one_thread() -> None:
-    """In a worker: small matrices on many threads cost more than they give."""
+    """Limit a worker to one thread: on small matrices many threads cost more than they gain."""
     threadpool_limits(1)
 
 
 def scenario_of(name: str, device: str, seed: int, overrides: Sequence[str] = ()) -> Scenario:
-    """A bundled scenario on a device (a bundled one, or a plant file)."""
+    """Return a bundled scenario on a device (a bundled one, or a plant file)."""
     given = [f'driver.device="{device}"', f"driver.seed={seed}", *overrides]
     return load_scenario(bundled_scenarios() / f"{name}.toml", given)[0]
 
 
 @lru_cache(maxsize=64)
 def model_of(path: Path) -> Vo2Model:
-    """Read once a process."""
+    """Return the model of a file, read once a process."""
     return read_model(path)
 
 
 @lru_cache(maxsize=64)
 def gains_of(path: Path) -> tuple[str, ...]:
-    """Overrides that set the PI's gains to those that every run would tune anew: they follow from the model alone."""
+    """Return overrides that set the PI's gains, which every run would tune anew: they follow from the model alone."""
     model, scenario = model_of(path), scenario_of("steps", DEVICES[0], 0)
     gains = build_controller(scenario, model, controllable(model), scenario.reading_delay)[0].gains
     return f'controller.kp="{gains.kp!r} mA/um"', f'controller.ki="{gains.ki!r} mA/(um*s)"'
@@ -99,7 +99,7 @@ class Trial(NamedTuple):
 
     scenario: str
     device: str
-    """The model's; the plant is `plant` where that is given."""
+    """Device of the model; the plant is `plant` where that is given."""
     model: Path
     estimator: str
     seed: int
@@ -118,7 +118,7 @@ class Scores(NamedTuple):
 
 
 def played(trial: Trial) -> tuple[Scores, Mapping[str, FloatArray]]:
-    """The run's scores and recorded signals: in-process, in lockstep, as `rtctl run` does it."""
+    """Return the run's scores and recorded signals: in-process, in lockstep, as `rtctl run` does it."""
     overrides = [f"estimator.kind={trial.estimator}", *trial.overrides]
     if trial.scenario == "random_staircase":
         overrides.append(f"excitation.0.seed={trial.seed}")
@@ -140,12 +140,12 @@ def played(trial: Trial) -> tuple[Scores, Mapping[str, FloatArray]]:
 
 
 def scored(trial: Trial) -> Scores:
-    """The scores alone: what crosses a process border."""
+    """Return the scores alone, which cross a process border."""
     return played(trial)[0]
 
 
 def variant(run: Run, device: str, name: str, **tables: Mapping[str, Any]) -> str:
-    """A plant file in the study's folder: the bundled device with keys of some of its tables changed; its path."""
+    """Write a plant file to the study's folder, the bundled device with some keys changed; return its path."""
     content = read_toml(find_plant(device, Path()))
     for table, keys in tables.items():
         content[table] = {**content.get(table, {}), **keys}
@@ -156,6 +156,6 @@ def variant(run: Run, device: str, name: str, **tables: Mapping[str, Any]) -> st
 
 
 def spread(values: Sequence[float], digits: int = 2) -> str:
-    """Mean over the seeds and their least to largest."""
+    """Format the mean over the seeds and their range."""
     mean, low, high = float(np.mean(values)), min(values), max(values)
     return f"{mean:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"

@@ -18,7 +18,7 @@ from rtctl.session.acquisition import acquire
 from rtctl.wiring import build_driver
 
 Protocol = Literal["damped", "full"]
-"""Identified on the paper's damped oscillation alone, or on reversal curves and a random staircase as well."""
+"""Excitation: the paper's damped oscillation alone, or reversal curves and a random staircase as well."""
 Models = dict[tuple[str, int], Path]
 """Files by device and seed of the run."""
 
@@ -27,11 +27,11 @@ class Identification(NamedTuple):
     """One model of one device."""
 
     folder: Path
-    """Of the dataset and the models."""
+    """Folder of the dataset and the models."""
     plant: str
     """Bundled device or plant file."""
     seed: int
-    """Of the noise in the dataset."""
+    """Seed of the noise in the dataset."""
     protocol: Protocol
     plays: int
     levels: int
@@ -39,7 +39,7 @@ class Identification(NamedTuple):
 
     @property
     def model(self) -> Path:
-        """The model's file."""
+        """Path of the model's file."""
         coarse = "-short" if self.short else ""
         return self.folder / f"{self.protocol}-{self.plays}-{self.levels}{coarse}.toml"
 
@@ -54,14 +54,14 @@ def identification(
     levels: int = 10,
     plant: str = "",
 ) -> Identification:
-    """What gives the model that a run with this seed uses; `plant`: the plant file behind the name `device`."""
+    """Return the identification of the model that a run with this seed uses; `plant`: plant file behind `device`."""
     noise = IDENTIFICATION_SEEDS[seed]
     folder = run.out / "work" / f"{device}-{noise}"
     return Identification(folder, plant or device, noise, protocol, plays, levels, run.short)
 
 
 def identified(job: Identification) -> Path:
-    """The model's file; data and model are made where they are not there yet."""
+    """Return the model's file; data and model are made where they are missing."""
     if not job.model.is_file():
         options = Vo2FitOptions(plays=job.plays, paper_levels=job.levels)
         if job.short:
@@ -73,7 +73,7 @@ def identified(job: Identification) -> Path:
 
 
 def acquired(job: Identification) -> None:
-    """The dataset, by the bundled excitation."""
+    """Return the dataset by the bundled excitation."""
     if not (job.folder / "dataset.toml").is_file():
         scenario = scenario_of("acquire_vo2", job.plant, job.seed)
         driver = build_driver(scenario, bundled_scenarios())
@@ -81,7 +81,7 @@ def acquired(job: Identification) -> None:
 
 
 def data_of(folder: Path, protocol: Protocol) -> Dataset:
-    """The dataset, or of its staircases only the paper's."""
+    """Return the dataset, or only the paper's part of its staircases."""
     dataset = read_dataset(folder / "dataset.toml")
     if protocol == "full":
         return dataset
@@ -91,18 +91,18 @@ def data_of(folder: Path, protocol: Protocol) -> Dataset:
 
 
 def models(run: Run, protocol: Protocol) -> Models:
-    """Of every device and seed: six plays, ten levels."""
+    """Return the models of every device and seed: six plays, ten levels."""
     keys = [(device, seed) for device in devices(run) for seed in seeds(run)]
     jobs = [identification(run, device, seed, protocol) for device, seed in keys]
     return dict(zip(keys, all_identified(run, jobs), strict=True))
 
 
 def all_identified(run: Run, jobs: Sequence[Identification]) -> list[Path]:
-    """The model's file of each job; data first, that no two workers make the same."""
+    """Return the model's file of each job; data first, so that no two workers make the same."""
     in_parallel(run, acquired, list({job.folder: job for job in jobs}.values()))
     return in_parallel(run, identified, jobs)
 
 
 def to_the_letter(model: Vo2Model) -> Vo2Model:
-    """With the composite's second half identified on the current; docs/decisions/0005 says why ours is not."""
+    """Return the model with the composite's second half identified on the current; docs/decisions/0005 says why."""
     return replace(model, composite_egpi=model.deflection_egpi)

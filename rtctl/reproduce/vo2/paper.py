@@ -1,4 +1,4 @@
-"""What the paper gives: J. Zhang et al., IEEE/ASME Trans. Mechatronics 21(5), 2016, 2405-2416.
+"""Figures of the paper: J. Zhang et al., IEEE/ASME Trans. Mechatronics 21(5), 2016, 2405-2416.
 
 Errors as printed [um]; percent of the range that its errors are given over, [1.62, 58.65] um.
 """
@@ -15,7 +15,7 @@ RANGE_UM = 58.65 - 1.62
 LEAST_RESISTANCE_KOHM = 11.19
 TIME_CONSTANT_MS = 1.8
 BEST_DEVICE_PERCENT = 0.54
-"""Of its range: the group's composite on an earlier device, 0.554 um of 103 um (paper, reference [35])."""
+"""Best error in percent of range: the group's composite on an earlier device, 0.554 um of 103 um (reference [35])."""
 
 
 class Errors(NamedTuple):
@@ -26,12 +26,12 @@ class Errors(NamedTuple):
 
     @property
     def mean_percent(self) -> float | None:
-        """Of the paper's range."""
+        """Mean error in percent of the paper's range."""
         return None if self.mean_um is None else 100.0 * self.mean_um / RANGE_UM
 
     @property
     def max_percent(self) -> float | None:
-        """Of the paper's range."""
+        """Largest error in percent of the paper's range."""
         return None if self.max_um is None else 100.0 * self.max_um / RANGE_UM
 
 
@@ -44,7 +44,7 @@ FIT = {
 }
 """Figures 8 to 10, on the data that were fitted."""
 RANDOM = {"composite": Errors(1.10, 2.88), "preisach": Errors(1.45, 4.55)}
-"""Figure 12."""
+"""Errors of figure 12."""
 TRACKING = {
     ("steps", "composite"): Errors(1.11),
     ("steps", "preisach"): Errors(2.21),
@@ -55,7 +55,7 @@ TRACKING = {
 }
 """Figures 14 to 16; the last from "20.1 % less than those under the Preisach"."""
 TIME_US = {"composite": 160.0, "preisach": 680.0, "egpi": 110.0}
-"""A self-sensing calculation in MATLAB on a laptop of 2011: six plays, ten levels."""
+"""Time [us] of a self-sensing calculation in MATLAB on a laptop of 2011: six plays, ten levels."""
 
 GPI_WEIGHTS = (0.415, 0.648, 0.325, 0.0, 0.081, 0.618)
 """Table I; its envelopes and bias are lost in the transcription."""

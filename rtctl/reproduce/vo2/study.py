@@ -1,4 +1,4 @@
-"""The study: steps in the order of the paper's figures, and what the paper has wrong."""
+"""The study: steps in the order of the paper's figures, and the paper's errors."""
 
 from __future__ import annotations
 

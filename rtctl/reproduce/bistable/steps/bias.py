@@ -1,4 +1,4 @@
-"""What the filter does to the answer: known truths, known noise, the paper's filter and the weak form side by side."""
+"""Bias of the filter: known truths, known noise, the paper's filter and the weak form side by side."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ METHODS = ("filter before each derivative", "filter once", "weak form")
 
 
 def bias(run: Run) -> Section:
-    """The paper does not know its truth; here it is known, and so is what each method makes of it."""
+    """Compare each method with the known truth, which the paper does not have."""
     found = collected(run)
     chosen = kept(found)
     records = {name: _records(run, truth) for name, truth in TRUTHS.items()}
@@ -74,13 +74,13 @@ def bias(run: Run) -> Section:
 
 
 def _errors(name: str, found: Beam) -> Iterable[Row]:
-    """In per cent of the truth."""
+    """Return the errors in per cent of the truth."""
     for term, own, true in zip(("damping", "linear", "cubic", "quintic"), found, TRUTH, strict=True):
         yield Row(quantity=f"{name}: {term} off by", unit="%", paper=None, ours=100.0 * (own / true - 1.0))
 
 
 def _records(run: Run, truth: Beam) -> list[Recorded]:
-    """One run a frequency, with their clean displacements."""
+    """Return one run a frequency, with their clean displacements."""
     campaign = shaker(short=run.short, seed=(DEVELOPMENT_SEED if run.short else SEED) + 1)
     campaign = campaign._replace(record_s=4.0 if run.short else 10.0, truth=truth)
     first = [one._replace(second_mode=False) for one in campaign.settings if one.run == 0]

@@ -17,7 +17,7 @@ from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 
 
 def campaign(run: Run) -> Section:
-    """Sections 2.2 and 2.3 of the paper: the records and the models' wells."""
+    """Return the section on the paper's sections 2.2 and 2.3: the records and the models' wells."""
     found = collected(run)
     _figure_3(run, found)
     count = len(found.kinds)
@@ -74,7 +74,7 @@ def _or_none(value: float) -> float | None:
 
 
 def _kinds_table(found: Collected) -> Table:
-    """Frequencies at which each kind occurs."""
+    """Return the frequencies at which each kind occurs."""
     rows = []
     for kind in dict.fromkeys(found.kinds):
         at = found.frequency_hz[[own is kind for own in found.kinds]]

@@ -1,4 +1,4 @@
-"""What the regression of the whole campaign costs: processor seconds and memory, the making of the records left out."""
+"""Cost of the regression of the whole campaign: processor seconds and memory, without making the records."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BUDGET_S, BUDGET_MB = 10.0, 1000.0
 
 
 def cost(run: Run) -> Section:
-    """Measured in the pass that every other section is made of."""
+    """Return the section on the cost, measured in the pass on which every other section rests."""
     found = collected(run)
     samples = len(found.kinds) * found.campaign.samples
     share = 450 * 600_000 / samples
@@ -50,7 +50,7 @@ def cost(run: Run) -> Section:
 
 
 def _memory(short: bool, make: bool) -> float:
-    """Peak memory [MB] of this process after it has regressed three records both ways; of noise, or made."""
+    """Return the peak memory [MB] of this process after it has regressed three records both ways; of noise, or made."""
     campaign = shaker(short=short)
     for setting in campaign.settings[:3]:
         if make:

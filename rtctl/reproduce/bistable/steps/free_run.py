@@ -21,11 +21,11 @@ from rtctl.wiring import build_simulation
 SECONDS = 20.0
 NAMES = ("HM", "local RM", "RM5", "RM5c", "weak form", "truth")
 LOST = 0.5
-"""Error over the record's own size from which on a simulation is on another orbit."""
+"""Error relative to the record's size above which a simulation is on another orbit."""
 
 
 def errors(found: Collected, chosen: NDArray[np.int64], seconds: float) -> FloatArray:
-    """(records, models) RMS error over the record's RMS about its mean, of the records `chosen`."""
+    """Return (records, models) RMS errors over the record's RMS about its mean, of the records `chosen`."""
     models = global_models(found)
     reference = build_simulation(model_file(TRUTH), UNITS, "the models")
     names = [parameter.name for parameter in reference.parameters]
@@ -55,7 +55,7 @@ def _values(beam: Beam, names: list[str]) -> list[float]:
 
 
 def freerun(run: Run) -> Section:
-    """What R^2 on the acceleration does not say."""
+    """Return the section on what R^2 of the acceleration does not show."""
     found = collected(run)
     seconds = min(SECONDS, found.campaign.record_s - 0.1)
     regular = (found.periods > 0) & ~found.second_mode

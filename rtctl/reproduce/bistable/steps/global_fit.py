@@ -21,7 +21,7 @@ from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section
 
 
 def global_models(found: Collected) -> dict[str, Fit]:
-    """HM, RM5, RM5c by the paper's filter, and the quintic by the weak form, from the records that are kept."""
+    """Fit HM, RM5, RM5c by the paper's filter, and the quintic by the weak form, to the records that are kept."""
     chosen = kept(found)
     gram = found.filtered[chosen].sum(axis=0)
     return {
@@ -34,7 +34,7 @@ def global_models(found: Collected) -> dict[str, Fit]:
 
 
 def globally(run: Run) -> Section:
-    """Sections 3.5 and 3.6."""
+    """Return the section on the paper's sections 3.5 and 3.6."""
     found = collected(run)
     models, chosen = global_models(found), kept(found)
     gram = found.filtered[chosen].sum(axis=0)

@@ -18,7 +18,7 @@ THRESHOLD = 0.84
 
 
 def scores(found: Collected) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Local parameters (records, 3), R^2 of HM and of the local models (records,), by the paper's filter."""
+    """Return local parameters (records, 3), R^2 of HM and of the local models (records,), by the paper's filter."""
     fits = [least_squares(gram, CUBIC) for gram in found.filtered]
     parameters = np.array([fit.beam[:3] for fit in fits])
     heuristic = of_beam(HM)
@@ -28,12 +28,12 @@ def scores(found: Collected) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def kept(found: Collected) -> NDArray[np.bool_]:
-    """(records,) which the paper's threshold keeps."""
+    """Return which records (records,) the paper's threshold keeps."""
     return scores(found)[2] >= THRESHOLD
 
 
 def local(run: Run) -> Section:
-    """Section 3.3 and the threshold of section 3.4."""
+    """Return the section on the paper's section 3.3 and the threshold of section 3.4."""
     found = collected(run)
     parameters, by_hm, by_rm = scores(found)
     dropped = by_rm < THRESHOLD

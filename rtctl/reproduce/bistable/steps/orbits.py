@@ -1,4 +1,4 @@
-"""Which motions the models have: 100 starts at 45 frequencies, the paper's rule and what the motions do in the end."""
+"""Motions of the models: 100 starts at 45 frequencies, the paper's rule and the final state of the motions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RARE = 0.03
 
 
 def orbits(run: Run) -> Section:
-    """The sweep of section 2.3, and what 100 s of transient leave out."""
+    """Return the section on the sweep of section 2.3, and on what 100 s of transient leave out."""
     models: dict[str, Beam] = {name: fit.beam for name, fit in global_models(collected(run)).items()}
     models["truth"] = TRUTH
     found = {name: swept(beam, run.short) for name, beam in models.items()}
@@ -94,9 +94,9 @@ def orbits(run: Run) -> Section:
 
 
 def tolerance_damping(start_mm: float, seconds: float = 20.0) -> float:
-    """Damping [1/s] that would take the energy that an undamped HM loses in Dormand and Prince's pair as it comes.
+    """Return the damping [1/s] equivalent to the energy that an undamped HM loses in Dormand and Prince's pair.
 
-    Of free motion from rest at `start_mm`: dE/dt = - damping v^2. Negative where it gains energy.
+    It is computed for free motion from rest at `start_mm`: dE/dt = - damping v^2. Negative where it gains energy.
     """
 
     def rate(_: float, y: FloatArray) -> list[float]:
@@ -124,7 +124,7 @@ def _same_sets(one: Swept, truth: Swept) -> tuple[str, str]:
 
 
 def _set_at(one: Swept, frequency_hz: float) -> set[tuple[str, int]]:
-    """Kinds and periods of the orbits at a frequency; chaos is one."""
+    """Return kinds and periods of the orbits at a frequency; chaos counts once."""
     found: Counter[tuple[str, int]] = Counter()
     starts = np.flatnonzero(one.lanes.frequency_hz == frequency_hz).tolist()
     for lane in starts:

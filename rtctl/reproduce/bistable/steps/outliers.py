@@ -1,4 +1,4 @@
-"""Records that are foreign: by the paper's threshold, by what is left beyond the noise, and what the diagnosis says."""
+"""Foreign records: by the paper's threshold, by the residual beyond the noise, and by the diagnosis."""
 
 from __future__ import annotations
 
@@ -21,20 +21,23 @@ from rtctl.reproduce.bistable.steps.local_fit import THRESHOLD, kept
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 
 BEYOND = 1.5
-"""Times the median over all records: what is left of the sensor's noise is the same in each, to a few per cent."""
+"""Multiple of the median residual over all records above which a record is foreign.
+
+The residual from the sensor's noise is the same in each record, to a few per cent.
+"""
 SETS = (11.75, 9.25)
 SHORT_MECHANISMS = ("mode.second", "stiffness.quadratic", "damping.quadratic")
 
 
 def left_over(found: Collected) -> FloatArray:
-    """(records,) mean square [mm^2/s^4] that each record's own quintic leaves of its filtered acceleration."""
+    """Return the mean square (records,) [mm^2/s^4] of each record's filtered acceleration beyond its own quintic."""
     return np.array(
         [squared_error(gram, least_squares(gram, QUINTIC)) / gram[-1, -1] for gram in found.filtered]
     )  # fmt: skip
 
 
 def outliers(run: Run) -> Section:
-    """Section 3.4 of the paper, and past it."""
+    """Return the section on section 3.4 of the paper, and beyond it."""
     found = collected(run)
     left = left_over(found)
     beyond = left > BEYOND * float(np.median(left))
@@ -90,7 +93,7 @@ def outliers(run: Run) -> Section:
 
 
 def _scaled(found: Collected, dropped: NDArray[np.bool_], beyond: NDArray[np.bool_]) -> str:
-    """What the two criteria did, in words."""
+    """Describe the results of the two criteria in words."""
     foreign = found.second_mode
     by_r2 = int((dropped & foreign).sum()), int((dropped & ~foreign).sum())
     by_noise = int((beyond & foreign).sum()), int((beyond & ~foreign).sum())
@@ -104,7 +107,7 @@ def _scaled(found: Collected, dropped: NDArray[np.bool_], beyond: NDArray[np.boo
 def _diagnosed(
     run: Run, found: Collected, at: float, beyond: NDArray[np.bool_], model: Any
 ) -> dict[str, Any] | None:
-    """The answer on up to four flagged records at one frequency; None where there are fewer than two."""
+    """Return the answer on up to four flagged records at one frequency; None where there are fewer than two."""
     settings = found.campaign.settings
     chosen = [one for one, own in zip(settings, beyond, strict=True) if own and one.frequency_hz == at][:4]
     if len(chosen) < 2:

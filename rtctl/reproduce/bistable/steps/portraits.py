@@ -17,11 +17,11 @@ from rtctl.reproduce.bistable.swept import Orbit, nearest_orbit, orbits_at, swep
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section
 
 FEWER_TURNS = 10
-"""Of the turning-point diagram, as in the paper: what has more is left out."""
+"""Turning points of the diagram, as in the paper: motions with more are left out."""
 
 
 def portraits(run: Run) -> Section:
-    """Figures 4, 7, 8, 11 and 12."""
+    """Return the section on figures 4, 7, 8, 11 and 12."""
     found = collected(run)
     models = {name: fit.beam for name, fit in global_models(found).items() if name != "truth"}
     shown = [(7.5, "HM"), (11.0, "HM"), (7.5, "RM5"), (11.0, "RM5"), (8.25, "RM5"), (13.75, "RM5")]
@@ -57,7 +57,7 @@ def portraits(run: Run) -> Section:
 
 
 def _example(found: Collected, frequency_hz: float, *, interwell: bool) -> int | None:
-    """A record of this kind that repeats."""
+    """Return a record of this kind that repeats."""
     match = (found.frequency_hz == frequency_hz) & (found.ends_through == interwell) & (found.periods > 0)
     chosen = np.flatnonzero(match & ~found.second_mode)
     return int(chosen[0]) if len(chosen) else None
@@ -89,7 +89,7 @@ def _figure_4_12(run: Run, found: Collected, models: dict[str, Beam], shown: lis
 
 
 def _figure_7_8(run: Run, found: Collected) -> list[Row]:
-    """Local models at 8.25 Hz; the error of the other orbit's largest displacement."""
+    """Draw local models at 8.25 Hz; return the error of the other orbit's largest displacement."""
     at = 8.25
     inside, through = (_example(found, at, interwell=kind) for kind in (False, True))
     local = {
@@ -137,7 +137,7 @@ def _figure_7_8(run: Run, found: Collected) -> list[Row]:
 
 
 def _figure_11(run: Run, found: Collected, models: dict[str, Beam]) -> dict[tuple[str, str], float]:
-    """Draws; returns the median error of the extreme turning points by model and place."""
+    """Draw the diagram; return the median error of the extreme turning points by model and place."""
     chosen = [
         k for k in np.flatnonzero((found.periods > 0) & ~found.second_mode).tolist()
         if different(_last(found, k)) < FEWER_TURNS
@@ -177,6 +177,6 @@ def _figure_11(run: Run, found: Collected, models: dict[str, Beam]) -> dict[tupl
 
 
 def _last(found: Collected, k: int) -> FloatArray:
-    """Turning points of the last fifth of a record, where its transient is over."""
+    """Return the turning points of the last fifth of a record, where its transient is over."""
     points = found.points[k]
     return points[-max(2, len(points) // 5) :]

@@ -1,4 +1,4 @@
-"""Which terms belong into the model: cross-validation and information criteria, as the paper's outlook asks."""
+"""Selection of terms: cross-validation and information criteria, as the paper's outlook suggests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rtctl.reproduce.bistable.steps.local_fit import kept
 from rtctl.reproduce.study import Comparison, Row, Run, Section, Table
 
 THRESHOLD = 1e-3
-"""Of the acceleration's RMS."""
+"""Contribution of a term relative to the acceleration's RMS, below which it is dropped."""
 CANDIDATES = (
     ("v", "z"),
     CUBIC,
@@ -32,11 +32,11 @@ CANDIDATES = (
 
 
 class Scored(NamedTuple):
-    """A candidate's marks."""
+    """Scores of a candidate."""
 
     terms: tuple[str, ...]
     left: float
-    """Share of the acceleration's square that is left on records it was fitted to, and of records it was not."""
+    """Residual share of the acceleration's square on records it was fitted to, and on the others."""
     crossed: float
     spread: float
     """Standard error of `crossed` over the folds."""
@@ -45,7 +45,13 @@ class Scored(NamedTuple):
 
 
 def scored(grams: FloatArray, fold: NDArray[np.int64], independent: float) -> list[Scored]:
-    """Every candidate; `fold` (records,): which records are left out together; `independent`: how many rows count."""
+    """Score every candidate.
+
+    Args:
+        grams: (records, 11, 11) Gram matrices.
+        fold: (records,) which records are left out together.
+        independent: Number of independent rows.
+    """
     total = grams.sum(axis=0)
     power = float(total[0, 0])
     folds = [grams[fold == number].sum(axis=0) for number in np.unique(fold)]
@@ -71,14 +77,14 @@ def scored(grams: FloatArray, fold: NDArray[np.int64], independent: float) -> li
 
 
 def by_one_error(marks: list[Scored]) -> Scored:
-    """The smallest model within one standard error of the best (Hastie, Tibshirani, Friedman, section 7.10)."""
+    """Return the smallest model within one standard error of the best (Hastie, Tibshirani, Friedman, section 7.10)."""
     best = min(marks, key=lambda mark: mark.crossed)
     near = (mark for mark in marks if mark.crossed <= best.crossed + best.spread)
     return min(near, key=lambda mark: len(mark.terms))
 
 
 def sparse(gram: FloatArray) -> tuple[str, ...]:
-    """Sequentially thresholded least squares: terms that give less than `THRESHOLD` of the acceleration go."""
+    """Fit by sequentially thresholded least squares: terms below `THRESHOLD` of the acceleration are dropped."""
     terms: tuple[str, ...] = COLUMNS[1:]
     while True:
         fit = least_squares(gram, terms)
@@ -93,7 +99,7 @@ def sparse(gram: FloatArray) -> tuple[str, ...]:
 
 
 def selection(run: Run) -> Section:
-    """Leaving out one frequency at a time, on the weak form's rows and on the filter's."""
+    """Return the section: leave out one frequency at a time, on the weak form's rows and on the filter's."""
     found = collected(run)
     chosen = kept(found)
     fold = np.unique(found.frequency_hz[chosen], return_inverse=True)[1]
@@ -135,7 +141,7 @@ def selection(run: Run) -> Section:
 
 
 def _bumps(found: Collected) -> float:
-    """Of all records that are kept."""
+    """Return the number of bumps of all records that are kept."""
     records = int(kept(found).sum())
     return records * found.campaign.record_s / HALF_WIDTH_S * BUMPS_PER_HALF_WIDTH
 

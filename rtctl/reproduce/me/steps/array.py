@@ -23,31 +23,31 @@ from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 ALONG, ACROSS = 11, 5
 """Points of the grid: 55, as in the paper."""
 FIRST = 0.1
-"""Of the length: the row nearest to the clamp."""
+"""Position of the row nearest to the clamp, in lengths."""
 TRAINED, SOLVED = 0.28, 0.4
 """mT."""
 TRAINING_S, SOLUTION_S, SETTLED_S = 0.1, 1.0, 0.2
 AVERAGES = 10
 SEED = 2010
 PAPER_OMEGA = np.array([one.omega for one in TABLE_A1])
-"""rad/s."""
+"""Angular frequencies of the paper's table [rad/s]."""
 SPOTS = ((2, 10), (0, 10), (2, 5), (0, 0))
-"""(across, along) of the points in the table: tip, corner, middle, clamp."""
+"""Indices (across, along) of the points in the table: tip, corner, middle, clamp."""
 
 
 class Point(NamedTuple):
-    """What the array says of one point at 0.4 mT."""
+    """Result of the array for one point at 0.4 mT."""
 
     correlation: float
-    """With the record, all points solved at one frequency."""
+    """Correlation with the record, all points solved at one frequency."""
     own_frequency: float
-    """The same, solved at the frequency that this point's training found."""
+    """Correlation, solved at the frequency that this point's training found."""
     amplitude: float
-    """um, of the solution."""
+    """Amplitude of the solution [um]."""
 
 
 def mode(x: FloatArray) -> FloatArray:
-    """First bending mode of a clamped beam, 1 at its tip; x in lengths."""
+    """Return the first bending mode of a clamped beam, 1 at its tip; x in lengths."""
     b = CLAMPED_FREE
     ratio = (math.cosh(b) + math.cos(b)) / (math.sinh(b) + math.sin(b))
 
@@ -58,7 +58,7 @@ def mode(x: FloatArray) -> FloatArray:
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     solution_s = 0.4 if run.short else SOLUTION_S
     along = np.linspace(FIRST, 1.0, ALONG)
     shape = np.tile(mode(along), (ACROSS, 1))
@@ -108,7 +108,7 @@ def _point(trained: FloatArray, solved: FloatArray, size: float, seed: int) -> t
 
 
 def drift_alone(rates: FloatArray, duration_s: float = 1.0) -> FloatArray:
-    """Correlation over `duration_s` of tones at these rates with one at their mean, in phase at the start."""
+    """Return the correlation over `duration_s` of tones at these rates with one at their mean, in phase at first."""
     return np.asarray(np.sinc((rates - rates.mean()) * duration_s / math.pi))
 
 
@@ -173,7 +173,7 @@ def _section(
 
 
 def _surface(along: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """x, y [mm] and z, with the clamp's row added."""
+    """Return x, y [mm] and z, with the clamp's row added."""
     x, y = np.meshgrid(np.append(0.0, 3.0 * along), np.linspace(0.0, 1.0, ACROSS))
     return x, y, np.hstack((np.zeros((ACROSS, 1)), height))
 
@@ -202,7 +202,7 @@ def _draw(run: Run, along: FloatArray, phasors: NDArray[np.complex128]) -> None:
 
 
 def _animate(run: Run, along: FloatArray, phasors: NDArray[np.complex128]) -> None:
-    """Sixteen frames of one period, small."""
+    """Draw sixteen frames of one period, small."""
     limit, frames = float(np.abs(phasors).max()), 16
     with house_style():
         figure = new_figure(3.6, 2.2)

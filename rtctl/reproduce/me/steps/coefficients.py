@@ -1,4 +1,4 @@
-"""Figure 8: Duffing's coefficients by simulated annealing under each objective; Algorithm 1 by its letter beside it."""
+"""Figure 8: Duffing's coefficients by simulated annealing under each objective, beside Algorithm 1 as printed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rtctl.reproduce.me.fits import Found, annealing, box, driven, sized, start_
 from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 
 SEEDS = (141, 142, 143, 144, 145)
-"""Of start, moves and noise; none of them was looked at while the algorithm was made."""
+"""Seeds of start, moves and noise; none was used while the algorithm was developed."""
 LETTER_S, LETTER_SHORT_S = 0.1, 0.04
 """Record of the printed algorithm, whose moves cannot be evaluated together."""
 LETTER_TEMPERATURES = 100
@@ -31,18 +31,18 @@ PAPER_CORRELATION = 0.995
 
 
 class Outcome(NamedTuple):
-    """One annealing."""
+    """Result of one annealing."""
 
     found: Found
     correlation: float
     amplitude_error: float
-    """Of the last quarter's RMS, in parts."""
+    """Relative error of the last quarter's RMS."""
     error: FloatArray
-    """(5,) of the coefficients, in parts of the truth."""
+    """Relative errors (5,) of the coefficients."""
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     duration, seeds = (0.1, SEEDS[:1]) if run.short else (1.0, SEEDS)
     options = {"temperatures": 80} if run.short else {}
     clean = device.response(driven(duration))
@@ -116,7 +116,7 @@ def _outcome(
 
 
 def amplitude_error(values: FloatArray, record: ToneRecord, clean: FloatArray) -> float:
-    """Of the last quarter's RMS against the motion without noise."""
+    """Return the relative error of the last quarter's RMS against the motion without noise."""
     last = slice(3 * len(clean) // 4, None)
     model = simulate_tone(record, values)[last]
     return abs(float(np.std(model) / np.std(clean[last])) - 1.0)
@@ -141,7 +141,7 @@ def _row(objective: Objective, outcomes: list[Outcome]) -> tuple[str, ...]:
 
 
 def _letter(seed: int, clean: FloatArray, options: AnnealingOptions) -> Table:
-    """The printed algorithm and the meant one on the same short record."""
+    """Run the printed algorithm and the meant one on the same short record."""
     seconds = LETTER_S if options.temperatures > LETTER_TEMPERATURES else LETTER_SHORT_S
     short = clean[: round(seconds * device.SAMPLE_RATE_HZ)]
     record, start = tone_record(device.noisy(short, seed)), start_in(box(), seed)

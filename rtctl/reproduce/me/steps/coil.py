@@ -28,13 +28,13 @@ LAYERS = (
 
 
 def young(c11: float, c12: float, c13: float, c33: float) -> float:
-    """E [Pa] along the beam: the inverse of the compliance's first entry."""
+    """Return E [Pa] along the beam: the inverse of the compliance's first entry."""
     stiffness = np.array([[c11, c12, c13], [c12, c11, c13], [c13, c13, c33]])
     return float(1e9 / np.linalg.inv(stiffness)[0, 0])
 
 
 def bending_hz(layers: tuple[tuple[float, ...], ...], length: float = LENGTH) -> float:
-    """First bending mode of a clamped beam of layers (Euler-Bernoulli, about the neutral axis of the stack)."""
+    """Return the first bending mode [Hz] of a clamped beam of layers (Euler-Bernoulli, about its neutral axis)."""
     modulus = np.array([young(*layer[2:]) for layer in layers])
     thickness = np.array([layer[0] for layer in layers])
     density = np.array([layer[1] for layer in layers])
@@ -49,12 +49,12 @@ def bending_hz(layers: tuple[tuple[float, ...], ...], length: float = LENGTH) ->
 
 
 def commanded(frequency_hz: FloatArray) -> FloatArray:
-    """Field a commanded current [mT/A] of a coil that a voltage drives: it lags and shrinks by R and L."""
+    """Return the field per commanded current [mT/A] of a voltage-driven coil: it lags and shrinks by R and L."""
     return SENSITIVITY / np.hypot(1.0, 2.0 * math.pi * frequency_hz * COIL_INDUCTANCE / COIL_RESISTANCE)
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     _draw(run)
     rows = tuple(
         (
@@ -112,7 +112,7 @@ def compute(run: Run) -> Section:
 
 
 def threshold(share: float) -> float:
-    """Field [mT] where M is by `share` below its tangent."""
+    """Return the field [mT] where M is by `share` below its tangent."""
     low, high = 1e-3, 10.0
     for _ in range(60):
         middle = 0.5 * (low + high)

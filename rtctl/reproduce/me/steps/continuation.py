@@ -33,28 +33,28 @@ from rtctl.wiring import build_driver, find_plant, model_of
 
 DEVICE, SCENARIO = "me_a", "me_amplitude"
 CURRENT = 150.0
-"""mA, commanded."""
+"""Commanded current [mA]."""
 PHASES = (-20, -35, -50, -65, -80, -90, -100, -110, -120, -130, -140, -150, -158)
-"""deg, of the displacement behind the coil's current."""
+"""Phases [deg] of the displacement behind the coil's current."""
 LEVELS = (0.92, 1.0, 1.08)
-"""Of the amplitude that a linear resonator would have at that phase and current."""
+"""Levels relative to the amplitude that a linear resonator would have at that phase and current."""
 HOLD_S = 0.25
 SEED = 301
 LOW_HZ, HIGH_HZ = 7420.0, 7580.0
 
 
 class Bench(NamedTuple):
-    """What harmonic balance needs of the device, from its own file."""
+    """Data of the device that harmonic balance needs, from its own file."""
 
     oscillator: OddOscillator
     force: FloatArray
-    """Over one cycle at `CURRENT` [um/s^2]."""
+    """Force over one cycle at `CURRENT` [um/s^2]."""
     peak: float
-    """um, of the linear resonance."""
+    """Amplitude of the linear resonance [um]."""
 
 
 class Held(NamedTuple):
-    """A point on which the loop stood."""
+    """Operating point that the loop held."""
 
     phase_deg: float
     frequency_hz: float
@@ -64,7 +64,7 @@ class Held(NamedTuple):
 
 
 def bench() -> Bench:
-    """Of `DEVICE`."""
+    """Return the data of `DEVICE`."""
     tables = read_toml(find_plant(DEVICE, Path()))
     coil, film, beam = tables["coil"], tables["magnetisation"], tables["beam"]
     omega = 2.0 * math.pi * parse_quantity(beam["frequency"], "Hz")
@@ -85,7 +85,7 @@ def bench() -> Bench:
 
 @contextmanager
 def served(device: str, seed: int) -> Iterator[str]:
-    """Address of `rtctl serve` of a bundled device in a process of its own, over Modbus TCP. Raises RunError."""
+    """Yield the address of `rtctl serve` of a bundled device in its own process, over Modbus TCP. Raises RunError."""
     command = [
         sys.executable, "-m", "rtctl", "serve", device, "--modbus-tcp", "127.0.0.1:0", "--seed", str(seed),
     ]  # fmt: skip
@@ -101,7 +101,7 @@ def served(device: str, seed: int) -> Iterator[str]:
 
 
 def hold(address: str, phase_deg: float, amplitude_um: float) -> Held | None:
-    """The point at this phase and `CURRENT`, from three runs of the loop at amplitudes around `amplitude_um`.
+    """Return the point at this phase and `CURRENT`, from three runs of the loop at amplitudes around `amplitude_um`.
 
     None where the currents that they need do not enclose it.
     """
@@ -138,7 +138,7 @@ def hold(address: str, phase_deg: float, amplitude_um: float) -> Held | None:
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     known = bench()
     curve = frequency_response(known.oscillator, known.force, 2.0 * math.pi * LOW_HZ, 2.0 * math.pi * HIGH_HZ)
     phases = (-130,) if run.short else PHASES
@@ -201,7 +201,7 @@ def compute(run: Run) -> Section:
 
 
 def on_the_curve(curve: Response, phase_deg: float) -> tuple[float, float, bool]:
-    """Frequency [Hz] and amplitude [um] at a phase behind the force, which falls along the curve; whether stable."""
+    """Return frequency [Hz], amplitude [um] and stability at a phase behind the force, which falls along the curve."""
     phase = np.degrees(np.unwrap(np.angle(curve.phasors[:, 0])))
     at = int(np.abs(phase - phase_deg).argmin())
     hertz = np.interp(-phase_deg, -phase, curve.rate / (2.0 * math.pi))

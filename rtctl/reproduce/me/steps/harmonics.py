@@ -21,18 +21,18 @@ BELOW_HZ, AT_HZ = 6750.0, 7500.0
 """Sub-resonance (a tenth below; the paper does not say where it is), and the resonance of small fields."""
 SETTLE_S, WINDOW_S = 0.2, 0.1
 HARMONICS = 5
-"""Up to 37.5 kHz: the paper's band-pass ends at 40 kHz."""
+"""Number of harmonics, up to 37.5 kHz: the paper's band-pass ends at 40 kHz."""
 STFT_FIELDS = (0.28, 0.8)
 STFT_S, STFT_SAMPLES = 0.4, 8192
 POOLED = 8
-"""Frequencies of a short-time spectrum that are drawn as one, by their largest."""
+"""Number of frequencies of a short-time spectrum that are drawn as one, by their largest."""
 SOURCE = (1.0, 0.02, 0.0147)
 """Relative harmonics 1, 2, 3 of a source of 2.48 % distortion: the paper's figure below resonance."""
 SEED = 181
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     fields = (0.28, 0.8) if run.short else FIELDS
     rows, thd = [], {}
     for field in fields:
@@ -105,14 +105,14 @@ def compute(run: Run) -> Section:
 
 
 def of(amplitudes: FloatArray) -> float:
-    """THD of harmonics 1, 2, ..."""
+    """Return the THD of harmonics 1, 2, ..."""
     return float(np.sqrt(np.sum(amplitudes[1:] ** 2)) / amplitudes[0])
 
 
 def _driven(
     field_mT: float, frequency_hz: float, harmonics: tuple[float, ...] = (1.0,), window_s: float = WINDOW_S
 ) -> FloatArray:
-    """The motion in the window [um]; a frequency with whole periods in it, the harmonics of the source in phase."""
+    """Return the motion in the window [um]; whole periods of a frequency, the source's harmonics in phase."""
     time_s = np.arange(round((SETTLE_S + window_s) * device.SAMPLE_RATE_HZ)) / device.SAMPLE_RATE_HZ
     angle = 2.0 * math.pi * frequency_hz * time_s
     field = field_mT * sum(size * np.cos((n + 1) * angle) for n, size in enumerate(harmonics))
@@ -120,7 +120,7 @@ def _driven(
 
 
 def _spectrum(motion: FloatArray, frequency_hz: float) -> FloatArray:
-    """Amplitudes (`HARMONICS`,), by a window whose side lobes do not hide them."""
+    """Return amplitudes (`HARMONICS`,), by a window whose side lobes do not hide them."""
     window = blackmanharris(len(motion), sym=False)
     lines = np.abs(np.fft.rfft(motion * window)) * 2.0 / window.sum()
     bins = np.round(frequency_hz * len(motion) / device.SAMPLE_RATE_HZ * np.arange(1, HARMONICS + 1))
@@ -128,7 +128,7 @@ def _spectrum(motion: FloatArray, frequency_hz: float) -> FloatArray:
 
 
 def _by_balance(field_mT: float) -> float:
-    """Third harmonic [um] at the resonance of small fields, on the curve's point nearest to it."""
+    """Return the third harmonic [um] at the resonance of small fields, on the curve's point nearest to it."""
     response = curve(field_mT).response
     nearest = int(np.abs(response.rate - 2.0 * math.pi * AT_HZ).argmin())
     return float(np.abs(response.phasors[nearest, 1]))
@@ -140,7 +140,7 @@ def _third_harmonic_db(field_mT: float) -> float:
 
 
 def _noise_floor_db() -> dict[float, float]:
-    """RMS amplitude of the vibrometer's noise in a bin of the short-time spectrum, under each fundamental."""
+    """Return the RMS noise of the vibrometer in a bin of the short-time spectrum, under each fundamental."""
     noise = device.NOISE_DENSITY * math.sqrt(1.5 * device.SAMPLE_RATE_HZ / STFT_SAMPLES)  # Hann's noise width
     return {
         field: float(20.0 * np.log10(math.sqrt(2.0) * noise / _spectrum(_driven(field, AT_HZ), AT_HZ)[0]))

@@ -27,7 +27,7 @@ LEVEL, YIELD = 1.5e6, 0.1
 """um/s^2 (a fifth of the drive at 0.7 mT), um: of the device's hysteretic force."""
 SAMPLE_RATE_HZ = 60e3
 DURATION_S, SLOW_S = 0.1, 2.0
-"""Of the fitted bells, five time constants of the resonator, and of the test's, where its own lag counts less.
+"""Durations of the fitted bells, five time constants, and of the test's, where the lag counts less.
 
 Fitted to bells of 0.4 s (3,000 periods) the search named nothing: see the section's text."""
 FREQUENCY_HZ = 7498.0
@@ -35,11 +35,11 @@ FIELDS = {"strong": 0.75, "weak": 0.35, "between": 0.55}
 """Largest field [mT] of each record; the last is the test record."""
 SEEDS = (271, 272, 273)
 READ_AT = (0.3, 0.5, 0.7)
-"""Of the largest field: where rising and falling amplitudes are compared."""
+"""Fractions of the largest field at which rising and falling amplitudes are compared."""
 SECONDS = 240.0
 """Processor time of the diagnosis."""
 RIVALS = (EFFECT, "damping.quadratic")
-"""The short run's catalogue."""
+"""Catalogue of the short run."""
 
 
 class Swept(NamedTuple):
@@ -50,19 +50,19 @@ class Swept(NamedTuple):
 
     @property
     def opening(self) -> float:
-        """Largest difference."""
+        """Largest difference between rising and falling amplitude [um]."""
         return float(np.abs(self.falling - self.rising).max())
 
 
 def bell(largest_mT: float, duration_s: float) -> tuple[FloatArray, FloatArray]:
-    """The field's envelope and the field (n,) [mT]: 6.5 standard deviations of a Gaussian."""
+    """Return the field's envelope and the field (n,) [mT]: 6.5 standard deviations of a Gaussian."""
     time_s = np.arange(round(duration_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
     envelope = largest_mT * np.exp(-0.5 * ((time_s / duration_s - 0.5) * 6.5) ** 2)
     return envelope, envelope * np.cos(2.0 * math.pi * FREQUENCY_HZ * time_s)
 
 
 def hysteretic() -> ModelFile:
-    """The device with its hysteretic force."""
+    """Return the device with its hysteretic force."""
     file = device.model()
     force = MechanismTable(
         id=EFFECT,
@@ -78,7 +78,7 @@ def hysteretic() -> ModelFile:
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     duration, slow = (0.04, 0.1) if run.short else (DURATION_S, SLOW_S)
     answer, device_s_own = _diagnosed(run, duration, slow)
     envelope, test = bell(FIELDS["between"], slow)
@@ -93,7 +93,7 @@ def compute(run: Run) -> Section:
 
 
 def _diagnosed(run: Run, duration: float, slow: float) -> tuple[Diagnosis, FloatArray]:
-    """The answer from bells of `duration`, and the device's motion under the slow one."""
+    """Return the answer from bells of `duration`, and the device's motion under the slow one."""
     records, clean = [], {}
     for (name, field), seed in zip(FIELDS.items(), SEEDS, strict=True):
         stimulus = _stimulus(bell(field, slow if name == "between" else duration)[1])
@@ -197,7 +197,7 @@ def _section(answer: Diagnosis, loops: dict[str, Swept], duration: float, slow: 
 
 
 def swept(motion: FloatArray, envelope: FloatArray) -> Swept:
-    """Rising and falling amplitude at `READ_AT` of the largest field."""
+    """Return rising and falling amplitude at `READ_AT` of the largest field."""
     amplitude, half = demodulated(motion), len(envelope) // 2
     levels = np.array(READ_AT) * envelope.max()
     up = np.searchsorted(envelope[:half], levels)
@@ -206,7 +206,7 @@ def swept(motion: FloatArray, envelope: FloatArray) -> Swept:
 
 
 def demodulated(motion: FloatArray) -> FloatArray:
-    """Amplitude (n,) of the drive's harmonic: the mean over ten periods about each sample."""
+    """Return the amplitude (n,) of the drive's harmonic: the mean over ten periods about each sample."""
     turns = np.exp(-2j * math.pi * FREQUENCY_HZ / SAMPLE_RATE_HZ * np.arange(len(motion)))
     length = round(10.0 * SAMPLE_RATE_HZ / FREQUENCY_HZ)
     return np.asarray(np.abs(np.convolve(2.0 * motion * turns, np.full(length, 1.0 / length), "same")))

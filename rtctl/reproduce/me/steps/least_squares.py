@@ -17,23 +17,25 @@ from rtctl.reproduce.study import Run, Section, Table
 SEEDS = (151, 152, 153, 154, 155)
 DURATION_S = 0.25
 EDGE = 0.95
-"""Of the way from the middle of the box to its edge: the stiffness of the farthest start, 19 half-widths off."""
+"""Position between the middle of the box (0) and its edge (1): the farthest start is 19 half-widths off in stiffness.
+
+"""
 FOUND = 10.0
-"""Noise: an error below so many times it is in the right basin."""
+"""Multiple of the noise below which an error means the right basin."""
 
 
 class Tried(NamedTuple):
     """One fit of one record."""
 
     error: float
-    """RMS against the motion without noise [um]."""
+    """RMS error against the motion without noise [um]."""
     seconds: float
     coefficients: FloatArray
-    """(5,) errors in parts of the truth."""
+    """Relative errors (5,)."""
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     duration, seeds = (0.08, SEEDS[:1]) if run.short else (DURATION_S, SEEDS)
     options = AnnealingOptions(temperatures=80) if run.short else AnnealingOptions()
     stimulus = driven(duration)
@@ -72,7 +74,7 @@ def _hits(tries: list[Tried]) -> int:
 
 
 def _verdict(cases: dict[str, list[Tried]], seeds: int) -> str:
-    """What follows, in the figures of this run."""
+    """Describe the conclusions with the figures of this run."""
 
     def middle(name: str, field: str) -> float:
         return float(np.median([getattr(one, field) for one in cases[name]]))

@@ -1,4 +1,4 @@
-"""Figure 13: noise against convergence, and what a steady tone can tell at all."""
+"""Figure 13: noise against convergence, and the information in a steady tone."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Point(NamedTuple):
     """Medians over the seeds."""
 
     error: float
-    """RMS of the model against the motion without noise, in parts of it."""
+    """RMS error of the model against the motion without noise, relative to it."""
     damping: float
     force: float
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     levels = (10.0, 30.0) if run.short else LEVELS_DB
     seeds = SEEDS[:1] if run.short else SEEDS
     options = {"temperatures": 80} if run.short else {}
@@ -125,7 +125,7 @@ def compute(run: Run) -> Section:
 def _points(
     clean: FloatArray, first: int, level_db: float, seeds: tuple[int, ...], options: dict[str, int]
 ) -> dict[str, Point]:
-    """Each method at one level."""
+    """Run each method at one noise level."""
     deviation = float(np.std(clean[first:])) * 10.0 ** (-level_db / 20.0)
     stimulus = driven(len(clean) / device.SAMPLE_RATE_HZ)
     reference = tone_record(clean, first)
@@ -150,7 +150,7 @@ def _points(
 
 
 def _scaled(clean: FloatArray, first: int, factor: float) -> float:
-    """Correlation with the motion of an oscillator whose force, damping and detuning are `factor` times the device's.
+    """Return the correlation with an oscillator whose force, damping and detuning are `factor` times the device's.
 
     The detuning is taken at the motion's amplitude, where the spring is softer.
     """

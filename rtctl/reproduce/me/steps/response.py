@@ -21,20 +21,20 @@ from rtctl.reproduce.study import Comparison, Picture, Row, Run, Section, Table
 FIELDS = (0.28, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
 LOW_HZ, HIGH_HZ = 7350.0, 7750.0
 CHECKED = (1.0, 3.5)
-"""mT: fields whose curve is checked in time."""
+"""Fields [mT] whose curve is checked in time."""
 CHECK_S = 0.3
 STAYED = 1e-3
-"""Of the amplitude: what a motion may be off at the end, started on the curve."""
+"""Largest relative change of a stable motion's amplitude, started on the curve."""
 BESIDE_A_FOLD = 2.0 * math.pi * 0.2
-"""rad/s: nearer to a fold a stable motion's basin is smaller than the errors of either method."""
+"""Distance from a fold [rad/s] below which a stable motion's basin is smaller than the errors of either method."""
 PUSH = 0.01
-"""Of the amplitude: by how much an unstable motion starts beside the curve."""
+"""Relative displacement of an unstable motion's start from the curve."""
 LEAST_GROWTH = 20.0
-"""Of that push, by its multiplier, until the end: those at a fold leave more slowly."""
+"""Least growth of that displacement until the end by its multiplier: motions at a fold leave more slowly."""
 
 
 class Curve(NamedTuple):
-    """At one field."""
+    """Response curve at one field."""
 
     field: float
     response: Response
@@ -43,20 +43,20 @@ class Curve(NamedTuple):
 
 
 def oscillator() -> OddOscillator:
-    """The device's beam."""
+    """Return the device's beam."""
     return OddOscillator(
         damping=device.DAMPING, stiffness=device.STIFFNESS, cubic=device.CUBIC, quintic=device.QUINTIC
     )
 
 
 def force(field_mT: float) -> FloatArray:
-    """Of a pure field over one cycle, after the film."""
+    """Return the force of a pure field over one cycle, after the film."""
     argument = device.ARGUMENT * field_mT * np.cos(cycle())
     return np.asarray(3.0 * device.GAIN / device.ARGUMENT * langevin(argument))
 
 
 def curve(field_mT: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> Curve:
-    """The whole response at one field."""
+    """Return the whole response at one field."""
     response = frequency_response(
         oscillator(), force(field_mT), 2.0 * math.pi * low_hz, 2.0 * math.pi * high_hz
     )
@@ -65,7 +65,7 @@ def curve(field_mT: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> 
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     fields = (0.28, *CHECKED) if run.short else FIELDS
     curves = [curve(field) for field in fields]
     turned = _turned(curves)
@@ -121,7 +121,7 @@ def compute(run: Run) -> Section:
 
 
 def first_fold(step: float) -> float:
-    """Smallest field [mT], to `step`, at which the curve has a fold."""
+    """Return the smallest field [mT], to `step`, at which the curve has a fold."""
     low, high = 0.4, 2.0
     while high - low > step:
         middle = 0.5 * (low + high)
@@ -154,7 +154,7 @@ def _row(one: Curve) -> tuple[str, ...]:
 
 
 def _check(one: Curve) -> tuple[str, ...]:
-    """Started on the curve at some of its points: do stable motions stay, and unstable ones leave?"""
+    """Start on the curve at some of its points, and count stable motions that stay and unstable ones that leave."""
     r = one.response
     stayed, left, worst, tried = 0, 0, 0.0, [0, 0]
     apart = np.abs(r.rate[:, None] - r.rate[r.folds]).min(axis=1, initial=np.inf) > BESIDE_A_FOLD
@@ -178,7 +178,7 @@ def _check(one: Curve) -> tuple[str, ...]:
 
 
 def _after(field_mT: float, rate: float, phasors: NDArray[np.complex128]) -> float:
-    """First harmonic of the device after `CHECK_S`, started with these phasors."""
+    """Return the first harmonic of the device after `CHECK_S`, started with these phasors."""
     order = np.arange(1, 2 * len(phasors), 2)
     start = {
         "displacement": float(phasors.real.sum()),

@@ -17,23 +17,26 @@ from rtctl.reproduce.me.fits import tone_record, truth
 from rtctl.reproduce.study import Picture, Run, Section, Table
 
 Output = Callable[[FloatArray], FloatArray]
-"""y (n,) of sets (n, p)."""
+"""Output y (n,) of sets (n, p)."""
 
 SEED = 191
 POINTS = 400
 PERTURBATION = 1e-5
-"""Of each coefficient: the paper's."""
+"""Relative perturbation of each coefficient: the paper's."""
 DURATION_S, SETTLED_S = 0.15, 0.1
 RANGES = {
     "wide": (0.2, 0.2, 0.2, 0.2, 0.0),
     "narrow": (0.2, 0.004, 0.2, 0.2, 0.0),
 }
-"""Half-widths in parts of the truth, as `NAMES`: all the same, or the stiffness as well known as a look at the
-resonance tells it (0.2 % of the frequency, two half-widths); the drive's frequency is known."""
+"""Half-widths relative to the truth, as `NAMES`.
+
+They are all equal, or the stiffness is as well known as from a look at the resonance (0.2 % of the frequency, two
+half-widths); the drive's frequency is known.
+"""
 
 
 class Sensitivity(NamedTuple):
-    """Of each coefficient (p,)."""
+    """Sensitivities to each coefficient (p,)."""
 
     elasticity: FloatArray
     """Mean |x / y dy/dx|: percent of change of the output a percent of the coefficient."""
@@ -42,12 +45,12 @@ class Sensitivity(NamedTuple):
 
 
 def latin_hypercube(low: FloatArray, high: FloatArray, points: int, seed: int) -> FloatArray:
-    """(points, p): one in each of `points` equal parts of every range, paired by chance."""
+    """Return (points, p): one in each of `points` equal parts of every range, paired at random."""
     return np.asarray(qmc.scale(qmc.LatinHypercube(len(low), rng=seed).random(points), low, high))
 
 
 def sensitivity(output: Output, low: FloatArray, high: FloatArray, sets: FloatArray) -> Sensitivity:
-    """At `sets` (n, p) within the ranges, by forward differences of `PERTURBATION` of each coefficient.
+    """Return sensitivities at `sets` (n, p) within the ranges, by forward differences of `PERTURBATION`.
 
     S. Kucherenko, I. Sobol, "Derivative based global sensitivity measures", Math. Comput. Simul. 79, 3009 (2009).
     """
@@ -63,7 +66,7 @@ def sensitivity(output: Output, low: FloatArray, high: FloatArray, sets: FloatAr
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     points = 60 if run.short else POINTS
     record = tone_record(
         np.ones(round(DURATION_S * device.SAMPLE_RATE_HZ)), round(SETTLED_S * device.SAMPLE_RATE_HZ)

@@ -1,8 +1,8 @@
-"""Past the paper: what feedforward, another estimator and the known current each bring, and what they cost.
+"""Beyond the paper: the benefit and cost of feedforward, another estimator and the known current.
 
-The table takes parts away one by one, on the device that was identified and on two that have changed since: a room that
-is 1 degC warmer, and a beam a third of whose heating follows later. A part that brings nothing in either has not
-earned its place.
+The table removes parts one by one, on the device that was identified and on two that have changed since: a room that
+is 1 degC warmer, and a beam a third of whose heating follows later. A part without benefit in either is not
+worth its place.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ SHOWN_S = 1.0
 COLUMNS = dict(zip(REFERENCES, ("1 s steps", "0.1 Hz", "1 Hz", "1 + 10 Hz", "10 + 30 Hz"), strict=True))
 AS_IDENTIFIED = "as identified"
 OPEN_LOOP = ('controller.kp="0 mA/um"', 'controller.ki="1e-9 mA/(um*s)"')
-"""A PI that does nothing: what is left is the feedforward."""
+"""Overrides of a PI without effect, which leaves the feedforward alone."""
 WARMER = {"vo2_a": "24 degC", "vo2_b": "25 degC", "vo2_l2p": "24 degC"}
 """Ambient 1 degC above that of the identification."""
 SLOWER = {"second_share": 0.35, "second_time_constant": "6 ms"}
 
 
 def referred(run: Run, state: str) -> dict[str, str]:
-    """References on a device in that state: of a changed one those of which the paper has figures."""
+    """Return the references on a device in that state; for a changed one those of which the paper has figures."""
     found = references(run)
     return (
         found if state == AS_IDENTIFIED else {name: title for name, title in found.items() if name in SHOWN}
@@ -53,7 +53,7 @@ def referred(run: Run, state: str) -> dict[str, str]:
 
 
 class Scheme(NamedTuple):
-    """An estimator and what acts on it."""
+    """An estimator and the controller on it."""
 
     name: str
     estimator: str
@@ -71,11 +71,11 @@ SCHEMES = (
     Scheme("feedforward + PI, observer", "observer", True),
 )
 Key = tuple[str, str, str, str]
-"""Device, what became of it, reference, scheme."""
+"""Device, its state, reference, scheme."""
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     paths = models(run, "full")
     plants = {(device, AS_IDENTIFIED): device for device in devices(run)}
     for device in devices(run):
@@ -124,7 +124,7 @@ def compute(run: Run) -> Section:
 
 
 def _target(run: Run, found: dict[Key, list[Scores]]) -> str:
-    """Where the target of the multisine is reached, by what, and where not."""
+    """Describe where the target of the multisine is reached, by which scheme, and where not."""
     best = SCHEMES[-1].name
     values = {device: mean_of(found[device, AS_IDENTIFIED, MULTISINE, best]) for device in devices(run)}
     reached = [device for device, value in values.items() if value <= TARGET_PERCENT]
@@ -136,7 +136,7 @@ def _target(run: Run, found: dict[Key, list[Scores]]) -> str:
 
 
 def earned(best: Table) -> str:
-    """What the table of who is best says of each part, and what not to take from it."""
+    """Describe the benefit of each part by the table of best schemes, and its limits."""
     mean = {row[0]: [float(cell.rpartition("/")[2]) for cell in row[1:]] for row in best.rows}
 
     def report(scheme: Scheme) -> str:
@@ -170,7 +170,7 @@ def _beside(found: dict[Key, list[Scores]]) -> Comparison:
 
 
 def _best(run: Run, found: dict[Key, list[Scores]], states: list[str]) -> Table:
-    """In how many cells each scheme has the lowest error, and its mean over all cells."""
+    """Return in how many cells each scheme has the lowest error, and its mean over all cells."""
     cells = {
         state: [(device, name) for device in devices(run) for name in referred(run, state)]
         for state in states
@@ -222,7 +222,7 @@ def _table(run: Run, found: dict[Key, list[Scores]], state: str) -> Table:
 
 
 def drawn(run: Run, path: Path) -> Picture:
-    """The multisine on device A by the paper's scheme and past it."""
+    """Draw the multisine on device A by the paper's scheme and by the extended one."""
     shown, errors = {}, {}
     for scheme in (SCHEMES[0], SCHEMES[3], SCHEMES[-1]):
         trial = Trial(

@@ -15,7 +15,7 @@ from rtctl.hysteresis.play import run_play
 
 
 def damped(cycles: int = 8, samples: int = 200) -> FloatArray:
-    """A damped oscillation within +-1 from 0: what the envelopes hand to the plays."""
+    """Return a damped oscillation within +-1 from 0: the input of the plays after the envelopes."""
     turns = [0.0]
     for size in np.linspace(1.0, 0.0, cycles, endpoint=False):
         turns += [float(size), -float(size)]
@@ -23,7 +23,7 @@ def damped(cycles: int = 8, samples: int = 200) -> FloatArray:
 
 
 def inverse_error(weights: Sequence[float], sign: float) -> float:
-    """Largest |u - inverse(model(u))| in parts of the range of u; `sign` of p^_k: +1 as printed, -1 as it must be."""
+    """Return the largest relative |u - inverse(model(u))|; `sign` of p^_k: +1 as printed, -1 as it must be."""
     p, u = np.asarray(weights, np.float64), damped()
     r = np.arange(len(p)) / len(p)
     y = sum(

@@ -37,7 +37,7 @@ from rtctl.wiring import build_driver
 
 HOLD_S = 0.01
 STEP = "0.25 %"
-"""Of the current's range: at the 1 % of an identification chords between samples are as far off as the loops."""
+"""Step relative to the current's range: at the 1 % of an identification chords are as far off as the loops."""
 
 FINER = 8
 SHOWN_MODELS = 3
@@ -52,13 +52,13 @@ class SteadyLoops(NamedTuple):
 
     @property
     def leaving_um(self) -> float:
-        """How far minor D–R loops leave the major one; 0 where they do not."""
+        """Distance [um] by which minor D–R loops leave the major one; 0 where they do not."""
         found = leaves_major_loop(*self)
         return found.overshoot_um if found else 0.0
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     found = {device: [measured(run, device, seed) for seed in seeds(run)] for device in devices(run)}
     averaged = {device: mean_of(loops) for device, loops in found.items()}
     identified = models(run, "damped")
@@ -86,7 +86,7 @@ def compute(run: Run) -> Section:
 
 
 def measured(run: Run, device: str, seed: int) -> SteadyLoops:
-    """One recording, through `acquire`."""
+    """Return one recording, through `acquire`."""
     folder = run.out / "work" / "damped" / f"{device}-{seed}"
     if not (folder / "dataset.toml").is_file():
         whole = scenario_of("acquire_vo2", device, seed, [f'excitation.0.step="{STEP}"'])
@@ -99,7 +99,7 @@ def measured(run: Run, device: str, seed: int) -> SteadyLoops:
 
 
 def mean_of(loops: list[SteadyLoops]) -> SteadyLoops:
-    """Of recordings of the same currents; of resistance the geometric mean."""
+    """Return the mean of recordings of the same currents; the geometric mean for resistance."""
     return SteadyLoops(
         loops[0].current_mA,
         np.exp(np.mean([np.log(one.resistance_ohm) for one in loops], axis=0)),
@@ -108,7 +108,7 @@ def mean_of(loops: list[SteadyLoops]) -> SteadyLoops:
 
 
 def estimated(model: Vo2Model, kind: str, loops: SteadyLoops, hold_s: float = HOLD_S) -> FloatArray:
-    """What an estimator makes of currents and resistances, each held `hold_s`; from a full cooling."""
+    """Return an estimator's deflection for currents and resistances, each held `hold_s`; from a full cooling."""
     estimator = BUILDERS[kind](model)
     pairs = list(zip(loops.current_mA.tolist(), loops.resistance_ohm.tolist(), strict=True))
     values = [estimator.start((pairs[0][0],), (pairs[0][1],)).value]
@@ -156,7 +156,7 @@ def _shapes(found: dict[str, SteadyLoops]) -> Table:
 
 
 def widths(loops: SteadyLoops) -> tuple[float, float]:
-    """Width [mA] of the major loops of ln R and of D against the current, at the middle of each range."""
+    """Return the widths [mA] of the major loops of ln R and of D against the current, at the middle of each range."""
     cooling, heating = major_branches(loops.current_mA)
     found = []
     for values in (-np.log(loops.resistance_ohm), loops.deflection_um):
@@ -167,20 +167,20 @@ def widths(loops: SteadyLoops) -> tuple[float, float]:
 
 
 def major_branches(current_mA: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Samples of the sweep down from the first maximum and of the first sweep up, from the cold."""
+    """Return samples of the sweep down from the first maximum and of the first sweep up, from the cold."""
     top = int(np.argmax(current_mA))
     bottom = top + int(np.argmin(current_mA[top:]))
     return np.arange(top, bottom + 1), np.arange(0, top + 1)
 
 
 def _crossing(x: FloatArray, y: FloatArray, level: float) -> float:
-    """The x where y first crosses the level."""
+    """Return the x where y first crosses the level."""
     k = int(np.flatnonzero(np.diff(np.sign(y - level)))[0])
     return float(x[k] + (level - y[k]) * (x[k + 1] - x[k]) / (y[k + 1] - y[k]))
 
 
 def fall_um(loops: SteadyLoops) -> float:
-    """How far D falls again on the first heating, from its maximum to the highest current."""
+    """Return how far D falls again on the first heating, from its maximum to the highest current [um]."""
     _, heating = major_branches(loops.current_mA)
     return float(loops.deflection_um[heating].max() - loops.deflection_um[heating[-1]])
 
@@ -216,14 +216,14 @@ def _leaving(
 
 
 def _left_by(model: Vo2Model, given: SteadyLoops) -> list[float]:
-    """How far each estimator's own loops leave their major one [um], in the order of the table."""
+    """Return how far each estimator's own loops leave their major one [um], in the order of the table."""
     outputs = [estimated(model, kind, given) for kind in ESTIMATORS]
     outputs.insert(1, estimated(to_the_letter(model), "composite", given))
     return [replaced(given, output).leaving_um for output in outputs]
 
 
 def finer(loops: SteadyLoops, count: int) -> SteadyLoops:
-    """The same path with `count` samples for one: chords that cut a steep envelope's corner are not its loops."""
+    """Return the same path with `count` samples for one: chords across a steep envelope's corner are not its loops."""
     index = np.arange(len(loops.current_mA), dtype=np.float64)
     wanted = np.linspace(0.0, index[-1], count * (len(index) - 1) + 1)
     return SteadyLoops(
@@ -234,12 +234,12 @@ def finer(loops: SteadyLoops, count: int) -> SteadyLoops:
 
 
 def replaced(loops: SteadyLoops, deflection_um: FloatArray) -> SteadyLoops:
-    """The same with another deflection."""
+    """Return the same loops with another deflection."""
     return loops._replace(deflection_um=deflection_um)
 
 
 def drawn(run: Run, loops: SteadyLoops) -> Picture:
-    """Figures 4 and 5 of device A."""
+    """Draw figures 4 and 5 of device A."""
     figure = hysteresis_figure(*loops, title="Device A under the damped oscillation")
     save_small_png(figure, run.pictures / "fig04-05-hysteresis.png")
     return Picture(

@@ -30,13 +30,13 @@ LONGEST_S = 1.0
 PHASES = 200
 GRID = 300
 MARGIN = 0.08
-"""Of either end of ln R and of the current: there the branches meet, and those of D–R are vertical."""
+"""Excluded share at either end of ln R and of the current: there the branches meet, and those of D–R are vertical."""
 MODE = {"swing_share": 1.0, "swing_frequency": "7.5 kHz", "swing_damping": 0.01}
 LAG = {"domain_lag": "0.2 ms"}
 
 
 class Change(NamedTuple):
-    """Against the quasi-static loop [% of its range of D]."""
+    """Change against the quasi-static loop [% of its range of D]."""
 
     mean: float
     largest: float
@@ -51,7 +51,7 @@ class Sine(NamedTuple):
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     plants = {device: device for device in devices(run)}
     if not run.short:
         plants |= {
@@ -120,7 +120,7 @@ def compute(run: Run) -> Section:
 
 
 def folded(job: Sine) -> SteadyLoops:
-    """One period (`PHASES`,) from the least current, the mean of all but the first."""
+    """Return one period (`PHASES`,) from the least current, the mean of all but the first."""
     whole = max(2.0, np.ceil(LONGEST_S * job.frequency_hz))
     tables: dict[str, Any] = {
         "scenario": {"title": "figure 6", "period": f"{PERIOD_S} s"},
@@ -157,7 +157,7 @@ def folded(job: Sine) -> SteadyLoops:
 
 
 def change(rest: SteadyLoops, loop: SteadyLoops, *, along: str) -> Change:
-    """Of a folded loop against the major loop of quasi-static samples."""
+    """Return the change of a folded loop against the major loop of quasi-static samples."""
     cooling, heating = major_branches(rest.current_mA)
     x, still = (one.current_mA if along == "current" else -np.log(one.resistance_ohm) for one in (loop, rest))
     low, high = max(x.min(), still.min()), min(x.max(), still.max())

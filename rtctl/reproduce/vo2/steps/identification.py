@@ -27,7 +27,7 @@ COLUMNS = ("composite to the letter", "composite", "gap_free", "preisach", "egpi
 
 
 class FitError(NamedTuple):
-    """On the identification data [um]."""
+    """Error on the identification data [um]."""
 
     mean: float
     largest: float
@@ -35,33 +35,33 @@ class FitError(NamedTuple):
 
     @classmethod
     def of(cls, error: FloatArray, range_um: float) -> FitError:
-        """Of an error (n,) [um]."""
+        """Return the figures of an error (n,) [um]."""
         return cls(float(np.abs(error).mean()), float(np.abs(error).max()), range_um)
 
     @property
     def mean_percent(self) -> float:
-        """Of the range."""
+        """Mean error in percent of the range."""
         return 100.0 * self.mean / self.range_um
 
     @property
     def largest_percent(self) -> float:
-        """Of the range."""
+        """Largest error in percent of the range."""
         return 100.0 * self.largest / self.range_um
 
 
 class Fitted(NamedTuple):
-    """A model's file, beside its dataset, and what of that it was identified on."""
+    """A model's file beside its dataset, and the part of that on which it was identified."""
 
     model: Path
     protocol: Protocol
 
 
 Found = dict[tuple[str, Protocol], list[dict[str, FitError]]]
-"""Of (device, protocol), an entry an identification."""
+"""Errors by (device, protocol), an entry an identification."""
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     paths = {protocol: models(run, protocol) for protocol in PROTOCOLS}
     jobs = [Fitted(path, protocol) for protocol in PROTOCOLS for path in paths[protocol].values()]
     errors = dict(zip(jobs, in_parallel(run, fit_errors, jobs), strict=True))
@@ -98,7 +98,7 @@ def compute(run: Run) -> Section:
 
 
 def _order(found: Found) -> str:
-    """On how many devices the composite's mean error is below each direct model's."""
+    """Return on how many devices the composite's mean error is below each direct model's."""
     damped = [fits for (_, protocol), fits in found.items() if protocol == "damped"]
     ahead = {
         kind: sum(mean_of(fits, "composite") < mean_of(fits, kind) for fits in damped)
@@ -111,12 +111,12 @@ def _order(found: Found) -> str:
 
 
 def mean_of(fits: list[dict[str, FitError]], name: str) -> float:
-    """Mean absolute error [um] of all identifications."""
+    """Return the mean absolute error [um] of all identifications."""
     return float(np.mean([errors[name].mean for errors in fits]))
 
 
 def fit_errors(job: Fitted) -> dict[str, FitError]:
-    """Of each estimator, run over the identification data as in a loop, and of the EGPI on the current."""
+    """Return the error of each estimator, run over the identification data as in a loop, and of the direct EGPI."""
     model = model_of(job.model)
     errors: dict[str, list[FloatArray]] = {name: [] for name in (*COLUMNS, "deflection_egpi")}
     for loops in staircases(job.model.parent, job.protocol):
@@ -128,7 +128,7 @@ def fit_errors(job: Fitted) -> dict[str, FitError]:
 
 
 def staircases(folder: Path, protocol: Protocol) -> list[SteadyLoops]:
-    """The steady states of each staircase that is identified on."""
+    """Return the steady states of each staircase used in the identification."""
     dataset = data_of(folder, protocol)
     found = []
     for record in dataset.used_for("identify"):
@@ -139,7 +139,7 @@ def staircases(folder: Path, protocol: Protocol) -> list[SteadyLoops]:
 
 
 def outputs(model: Vo2Model, loops: SteadyLoops) -> dict[str, FloatArray]:
-    """Deflection by every estimator, and by the EGPI on the current."""
+    """Return the deflection by every estimator, and by the EGPI on the current."""
     found = {name: estimated(model, name, loops) for name in COLUMNS[1:]}
     found[COLUMNS[0]] = estimated(to_the_letter(model), "composite", loops)
     found["deflection_egpi"] = model.deflection_egpi.simulate(loops.current_mA)
@@ -278,7 +278,7 @@ def _inverse() -> Comparison:
 
 
 def drawn(run: Run, path: Path) -> Picture:
-    """Figures 8 to 10 of device A."""
+    """Draw figures 8 to 10 of device A."""
     model, loops = model_of(path), staircases(path.parent, "damped")[0]
     found = outputs(model, loops)
     gpi = -1e3 * model.resistance_gpi.simulate(loops.current_mA)

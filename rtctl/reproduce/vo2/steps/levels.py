@@ -28,14 +28,14 @@ from rtctl.reproduce.vo2.steps.timing import TIMED, CalculationTime, calculation
 
 RANDOM = "random_staircase"
 ByLevel = dict[tuple[str, int, str], list[float]]
-"""Of (device, level, estimator), mean errors [% of range], one a seed."""
+"""Mean errors [% of range] by (device, level, estimator), one a seed."""
 MOST_SEEDS = 2
 OFF_PERCENT = 4.0
 LEVELS = (6, 7, 8, 9, 10)
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     levels = LEVELS[:3:2] if run.short else LEVELS
     keys = [(device, n, seed) for device in devices(run) for n in levels for seed in seeds(run)[:MOST_SEEDS]]
     jobs = [identification(run, device, seed, "damped", plays=n, levels=n) for device, n, seed in keys]
@@ -90,7 +90,7 @@ def compute(run: Run) -> Section:
 
 
 def ranking(names: Sequence[str], levels: Sequence[int], random: ByLevel) -> str:
-    """Which estimator has the lowest error on random currents, how often; and how often the paper's order holds."""
+    """Return how often each estimator has the lowest error on random currents, and how often the paper's order."""
     three = ("composite", "preisach", "egpi")
     cells = [(device, n) for device in names for n in levels]
     best = [min((float(np.mean(random[(*one, kind)])), kind) for kind in three)[1] for one in cells]
@@ -102,7 +102,7 @@ def ranking(names: Sequence[str], levels: Sequence[int], random: ByLevel) -> str
 
 
 def outliers(fit: ByLevel) -> str:
-    """Identifications whose estimator is far off on the very data that it was fitted to."""
+    """Return identifications whose estimator is far off on the very data that it was fitted to."""
     cells = [
         f"{kind} at level {n} on {device}"
         for (device, n, kind), found in fit.items()

@@ -1,4 +1,4 @@
-"""Figure 12: independent random currents, each held 10 ms; what every estimator makes of the resistance."""
+"""Figure 12: independent random currents, each held 10 ms, and every estimator's deflection."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHOWN_S = 1.0
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     protocols: tuple[Protocol, ...] = ("damped", "full")
     found: dict[tuple[str, Protocol, str], list[Scores]] = {}
     files = {protocol: models(run, protocol) for protocol in protocols}
@@ -113,7 +113,7 @@ def _beside(found: dict[tuple[str, Protocol, str], list[Scores]]) -> Comparison:
 
 
 def _resistance(run: Run, paths: Models) -> Table:
-    """Figure 12b: R by the GPI from the current."""
+    """Draw figure 12b: R by the GPI from the current."""
     rows = []
     for device in devices(run):
         errors = []
@@ -138,7 +138,7 @@ def _resistance(run: Run, paths: Models) -> Table:
 
 
 def drawn(run: Run, path: Path) -> Picture:
-    """Figures 12a, c and d of device A, the first second."""
+    """Draw figures 12a, c and d of device A, the first second."""
     shown = {}
     errors = {}
     for kind in ("composite", "preisach", "gap_free", "observer"):

@@ -37,7 +37,7 @@ FREQUENCIES_HZ = (1.0, 10.0, 30.0)
 MOST_SEEDS = 2
 KINDS = ("composite", "gap_free", "gap_free with a rate term", "observer")
 EXPANSION_UM_PER_K, HEATING_K_PER_MA2 = -0.4, 0.945
-"""Of device A."""
+"""Expansion and heating of device A."""
 SHOWN_S = 0.2
 VERDICT = (
     " That is too little to earn it a place: it repairs the expansion that runs ahead of the film, not the loops of R "
@@ -48,7 +48,7 @@ VERDICT = (
 
 
 class RateTermEstimator:
-    """`Estimator`: the gap-free composite and kappa d(v^2)/dt."""
+    """`Estimator` with the gap-free composite and kappa d(v^2)/dt."""
 
     def __init__(self, model: Vo2Model, kappa: float) -> None:
         """`kappa` [um s/mA^2]."""
@@ -57,13 +57,13 @@ class RateTermEstimator:
         self._square = 0.0
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
-        """From a full cooling."""
+        """Start from a full cooling."""
         estimate = self._inner.start(levels, sensed)
         self._square = estimate.surrogate**2
         return estimate
 
     def step(self, levels: Sequence[float], sensed: Sequence[float], elapsed_s: float) -> Estimate:
-        """One sample."""
+        """Process one sample."""
         estimate = self._inner.step(levels, sensed, elapsed_s)
         before, self._square = self._square, estimate.surrogate**2
         return estimate._replace(value=estimate.value + self._kappa * (self._square - before) / elapsed_s)
@@ -78,7 +78,7 @@ class Recorded(NamedTuple):
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     lags = (0.0, LAGS_MS[-1]) if run.short else LAGS_MS
     frequencies = FREQUENCIES_HZ[-1:] if run.short else FREQUENCIES_HZ
     jobs = {(lag, seed): _job(run, lag, seed) for lag in lags for seed in seeds(run)[:MOST_SEEDS]}
@@ -112,7 +112,7 @@ def _job(run: Run, lag_ms: float, seed: int) -> Identification:
 
 
 def identified_kappa(job: Identification) -> float:
-    """kappa [um s/mA^2] on the records of transients."""
+    """Return kappa [um s/mA^2] fitted to the records of transients."""
     dataset = data_of(job.folder, job.protocol)
     with_rate, with_error = 0.0, 0.0
     for record in dataset.used_for("fit"):
@@ -130,14 +130,14 @@ def identified_kappa(job: Identification) -> float:
 
 
 def estimated_by(estimator: Estimator, rows: Recorded, period_s: float) -> list[Estimate]:
-    """Of every sample, from a full cooling."""
+    """Return the estimate at every sample, from a full cooling."""
     pairs = list(zip(rows.current_mA.tolist(), rows.resistance_ohm.tolist(), strict=True))
     found = [estimator.start((pairs[0][0],), (pairs[0][1],))]
     return found + [estimator.step((current,), (ohm,), period_s) for current, ohm in pairs[1:]]
 
 
 def sine(plant: str, frequency_hz: float, seed: int) -> Recorded:
-    """A run over the whole range, the first second from the cold and what follows of at least four periods."""
+    """Run over the whole range; return the first second from the cold and at least four periods after it."""
     duration_s = max(1.0, 5.0 / frequency_hz)
     tables: dict[str, Any] = {
         "scenario": {"title": "a sine of the current"},
@@ -154,7 +154,7 @@ def sine(plant: str, frequency_hz: float, seed: int) -> Recorded:
 
 
 def estimates_of(job: Identification, kappa: float, rows: Recorded) -> dict[str, FloatArray]:
-    """Deflection (n,) [um] by each of `KINDS`."""
+    """Return the deflection (n,) [um] by each of `KINDS`."""
     model = model_of(job.model)
     built: dict[str, Estimator] = {
         kind: RateTermEstimator(model, kappa) if "rate" in kind else BUILDERS[kind](model) for kind in KINDS
@@ -166,7 +166,7 @@ def estimates_of(job: Identification, kappa: float, rows: Recorded) -> dict[str,
 
 
 def sensing_errors(job: Identification, kappa: float, frequency_hz: float, seed: int) -> dict[str, float]:
-    """Mean absolute error of each of `KINDS` [% of the model's range]."""
+    """Return the mean absolute error of each of `KINDS` [% of the model's range]."""
     rows = sine(job.plant, frequency_hz, seed)
     first = round(1.0 / frequency_hz / PERIOD_S)
     width = model_of(job.model).deflection.width
@@ -177,7 +177,7 @@ def sensing_errors(job: Identification, kappa: float, frequency_hz: float, seed:
 
 
 def _verdict(rows: list[tuple[str, ...]]) -> str:
-    """What the rate term brings at the highest frequency, and what of it is left over."""
+    """Describe the benefit of the rate term at the highest frequency, and the remaining error."""
     fastest = [row for row in rows if row[1] == rows[-1][1]]
 
     def value(row: tuple[str, ...], kind: str) -> float:

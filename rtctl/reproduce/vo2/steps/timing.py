@@ -1,6 +1,6 @@
 """Time of one self-sensing calculation: compiled in a compiled loop, and as a step called from Python.
 
-Rounds are interleaved and the least of them counts, so that what else the machine does meets all alike.
+Rounds are interleaved and the least of them counts, so that other load on the machine affects all alike.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ TIMED = ("composite", "gap_free", "preisach", "egpi")
 
 
 class CalculationTime(NamedTuple):
-    """Of one sample."""
+    """Calculation time of one sample."""
 
     compiled_ns: float
     called_us: float
-    """As `Estimator.step`, from Python."""
+    """Time [us] as `Estimator.step`, from Python."""
 
 
 @kernel
@@ -45,7 +45,7 @@ def composite_run(
     inverse: GpiInverseParams,
     egpi: EgpiParams,
 ) -> FloatArray:
-    """Deflection [um] for each resistance."""
+    """Return the deflection [um] for each resistance."""
     deflection = np.empty_like(ohm)
     for k in range(ohm.size):
         deflection[k] = composite_step(state, plays, ohm[k], low, high, inverse, egpi)[0]
@@ -62,7 +62,7 @@ def gap_free_composite_run(
     inverse: GapFreeParams,
     egpi: EgpiParams,
 ) -> FloatArray:
-    """Deflection [um] for each resistance."""
+    """Return the deflection [um] for each resistance."""
     deflection = np.empty_like(ohm)
     for k in range(ohm.size):
         deflection[k] = gap_free_composite_step(state, plays, ohm[k], low, high, inverse, egpi)[0]
@@ -70,7 +70,7 @@ def gap_free_composite_run(
 
 
 def calculation_times(model: Vo2Model, resistance_ohm: FloatArray) -> dict[str, CalculationTime]:
-    """Of `TIMED`, on the resistances of a recording (n,)."""
+    """Return the times of `TIMED`, on the resistances of a recording (n,)."""
     compiled = {name: 1e9 / len(resistance_ohm) for name in TIMED}
     calls = _compiled_calls(model, resistance_ohm)
     ohm = resistance_ohm[:CALLED_SAMPLES].tolist()
@@ -83,7 +83,7 @@ def calculation_times(model: Vo2Model, resistance_ohm: FloatArray) -> dict[str, 
 
 
 def _least(*calls: Callable[[], Any]) -> list[float]:
-    """Seconds of each call, the least of `ROUNDS` after one that compiles."""
+    """Return the seconds of each call, the least of `ROUNDS` after one that compiles."""
     for call in calls:
         call()
     rounds = []

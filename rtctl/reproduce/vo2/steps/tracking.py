@@ -41,11 +41,11 @@ STEPS = "steps"
 HOLD_STEPS = 1000
 SHOWN_S = {"multisine_1_10hz": 1.2}
 Found = dict[tuple[str, str, str], list[Scores]]
-"""Of (device, reference, estimator), a score a seed."""
+"""Scores by (device, reference, estimator), one a seed."""
 
 
 def compute(run: Run) -> Section:
-    """The section."""
+    """Return the section."""
     paths = models(run, "full")
     found = tracked(run, paths, feedforward=False)
     return Section(
@@ -69,12 +69,12 @@ def compute(run: Run) -> Section:
 
 
 def references(run: Run) -> dict[str, str]:
-    """All, or those of which the paper has figures; name to title."""
+    """Return all references, or those of which the paper has figures; name to title."""
     return {name: title for name, title in REFERENCES.items() if name in SHOWN or not run.short}
 
 
 def tracked(run: Run, paths: Models, *, feedforward: bool) -> Found:
-    """Every device, reference and estimator."""
+    """Run every device, reference and estimator."""
     trials = [
         Trial(name, device, paths[device, seed], kind, seed, length(run, name), feedforward)
         for device in devices(run)
@@ -89,12 +89,12 @@ def tracked(run: Run, paths: Models, *, feedforward: bool) -> Found:
 
 
 def mean_of(scores: list[Scores]) -> float:
-    """Mean tracking error over the seeds [% of range]."""
+    """Return the mean tracking error over the seeds [% of range]."""
     return float(np.mean([one.tracking_mean for one in scores]))
 
 
 def _steps_and_sine(found: Found) -> str:
-    """In how many cells each estimator tracks best, of the slow references."""
+    """Return in how many cells each estimator tracks best, for the slow references."""
     cells = [key[:2] for key in found if key[2] == ESTIMATORS[0] and not key[1].startswith("multisine")]
     best = [min((mean_of(found[(*cell, kind)]), kind) for kind in ESTIMATORS)[1] for cell in cells]
     ahead = [mean_of(found[(*cell, "composite")]) < mean_of(found[(*cell, "preisach")]) for cell in cells]
@@ -106,7 +106,7 @@ def _steps_and_sine(found: Found) -> str:
 
 
 def table(run: Run, found: Found, name: str, title: str) -> Table:
-    """A reference on every device."""
+    """Return the table of a reference on every device."""
     given = tuple(
         "–" if (name, kind) not in paper.TRACKING else f"{paper.TRACKING[name, kind].mean_percent:.2f}"
         for kind in ESTIMATORS
@@ -166,7 +166,7 @@ def _ripples(run: Run, paths: Models) -> Table:
 
 
 def settled_ripple(trial: Trial) -> float:
-    """Root mean square of the deflection about its mean in the second half of each hold, over the holds [um]."""
+    """Return the RMS of the deflection about its mean in the second half of each hold, over the holds [um]."""
     _, signals = played(trial)
     holds = signals["deflection"][: len(signals["deflection"]) // HOLD_STEPS * HOLD_STEPS].reshape(
         -1, HOLD_STEPS
@@ -175,7 +175,7 @@ def settled_ripple(trial: Trial) -> float:
 
 
 def drawn(run: Run, path: Path, name: str) -> Picture:
-    """A reference on device A, first seed: the paper's two estimators and the observer."""
+    """Draw a reference on device A, first seed: the paper's two estimators and the observer."""
     file, limit = SHOWN[name]
     shown, errors = {}, {}
     for kind in ("composite", "preisach", "observer"):

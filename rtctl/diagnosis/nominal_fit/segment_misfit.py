@@ -1,0 +1,56 @@
+"""The misfit of a fitted set over short segments, each from its own initial state: it does not rest on a long memory.
+
+A body without a spring drifts, and whatever is slow fits the drift of a free run; within a segment there is none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.diagnosis.nominal_fit.multiple_shooting_start import cut_segments
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.identification.least_squares.levenberg_marquardt import minimise
+from rtctl.identification.simulation_error.segments import SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
+
+
+def segment_cost(problem: Problem, hypothesis: Hypothesis) -> float:
+    """Return the cost of the fitted set over short segments; that of the fit where the simulation has no state."""
+    if not hypothesis.simulation.state:
+        return hypothesis.cost
+    return _judge(problem, hypothesis)[0]
+
+
+def segment_rms(problem: Problem, hypothesis: Hypothesis) -> float:
+    """Return the RMS residual over short segments, over the outputs' sizes, of a simulation that has states."""
+    cost, samples = _judge(problem, hypothesis)
+    return float(np.sqrt(2.0 * cost / samples)) if samples else np.inf
+
+
+def _judge(problem: Problem, hypothesis: Hypothesis) -> tuple[float, int]:
+    """Return the cost over segments, infinite where one diverges, and the number of samples that they hold."""
+    limits, simulation = problem.thresholds.nominal_fit, hypothesis.simulation
+    apart = hypothesis.sensitivity.record_parameters.tolist()
+    sensitivity = Sensitivity.of(
+        simulation, problem.records, apart, scales=problem.scales, record_parameters=apart
+    )
+    own = [simulation.parameters[k].value for k in apart]
+    cost = SegmentCost(
+        sensitivity=sensitivity,
+        segments=cut_segments(problem, simulation, limits.judged_periods, own, limits.max_judged_segments),
+        sigma=np.array([problem.size(name) for name in sensitivity.outputs]),
+        executor=problem.executor,
+        steps_per_period=problem.steps_per_period,
+    )
+    nothing = np.empty(0)
+    minimum = minimise(
+        cost.equations,
+        cost.start(nothing),
+        nothing,
+        nothing,
+        iterations=limits.segment_iterations,
+        tolerance=1e-3,
+    )
+    samples = sum(segment.record.samples for segment in cost.segments)
+    return (np.inf if minimum is None else minimum.equations.cost), samples

@@ -1,0 +1,207 @@
+"""The causes of an answer with their evidence: probability, share of the error, and what could replace them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.mechanisms import plain_unit
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.problem.statement import state_mechanism
+from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.result import Cause
+from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
+from rtctl.diagnosis.search.model_selection import RankedHypothesis
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.thresholds import ReportThresholds
+from rtctl.diagnosis.verification.wald_test import WrongValue
+from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
+
+HYSTERESIS_STATEMENT = (
+    "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
+    "leave {}. Learned anew from the staircases and the fitted records."
+)
+REFITTED_LOOPS = (
+    "the static loops of the extended model were identified again from the staircases and the fitted records, which "
+    "reduces the error on the test records: this is no cause, since the staircases did not measure between their levels"
+)
+CORRECTED = (
+    "{} is in the extended model but is no cause: the model was identified while the causes acted, and once they are "
+    "modelled its loops need that small correction"
+)
+
+
+class NamedCauses(NamedTuple):
+    """The causes that are reported, and notes on what is in the extended model and no cause."""
+
+    causes: tuple[Cause, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def name_causes(
+    search: SearchResult, estimated: TestedHypothesis, thresholds: ReportThresholds
+) -> NamedCauses:
+    """Return the causes of the chosen set with their evidence, without mere corrections of the identified model.
+
+    Args:
+        search: What was found.
+        estimated: Fit of the chosen set to whole records, which gives the values.
+        thresholds: Thresholds of the report.
+    """
+    notes = []
+    causes = mechanism_causes(search, estimated, thresholds)
+    shape = hysteresis_cause(search, thresholds)
+    if shape is not None:
+        causes.append(shape)
+    elif search.hysteresis_refit:
+        notes.append(REFITTED_LOOPS)
+    simulations = [one.simulation for one in (estimated.hypothesis, *search.equivalent)]
+    causes, corrections = separate_corrections(causes, simulations, thresholds)
+    if corrections:
+        notes.append(CORRECTED.format(" and ".join(corrections)))
+    return NamedCauses(tuple(causes), tuple(notes))
+
+
+def mechanism_causes(
+    search: SearchResult, estimated: TestedHypothesis, thresholds: ReportThresholds
+) -> list[Cause]:
+    """Return the mechanisms that the chosen set adds, most probable first; values are those of `estimated`."""
+    added = set(search.chosen.hypothesis.mechanisms) - set(search.nominal.hypothesis.mechanisms)
+    probabilities = _probabilities(search, thresholds.max_probability)
+    joint = joint_statements(estimated.hypothesis.simulation)
+    causes = []
+    for mechanism in search.chosen.hypothesis.simulation.mechanisms:
+        if mechanism.id not in added:
+            continue
+        estimates = estimates_of(estimated, mechanism.id)
+        cause = Cause(
+            id=mechanism.id,
+            statement=" ".join([state_mechanism(mechanism, estimates), *joint.get(mechanism.id, [])]),
+            kind="mechanism",
+            probability=probabilities.get(mechanism.id, 0.0),
+            parameters=estimates,
+            share_removed=_share_removed(search, mechanism.id),
+            indistinguishable_from=_equivalents_of(search, mechanism.id),
+        )
+        causes.append(cause)
+    qualifiers = {"drive.offset"} if joint else set()  # says how the friction depends on direction
+    return sorted(causes, key=lambda one: (-one.probability, one.id in qualifiers, -one.share_removed))
+
+
+def hysteresis_cause(search: SearchResult, thresholds: ReportThresholds) -> Cause | None:
+    """Return the static hysteresis as a cause; None where it was not refitted, or only corrected."""
+    refit = search.hysteresis_refit
+    if refit is None or not refit.is_cause:
+        return None
+    removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
+    removed = refit.before.cost - search.chosen.hypothesis.cost
+    parameters = {}
+    for output, one in refit.coarse.items():
+        value, low, high = one.misfit
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
+    return Cause(
+        id=HYSTERESIS_SHAPE,
+        statement=HYSTERESIS_STATEMENT.format(describe_improvement(refit.coarse)),
+        kind="mechanism",
+        probability=thresholds.max_probability,
+        parameters=parameters,
+        share_removed=float(np.clip(removed / removable, 0.0, 1.0)) if removable > 0.0 else 0.0,
+        indistinguishable_from=(),
+    )
+
+
+def separate_corrections(
+    causes: Sequence[Cause], simulations: Sequence[Simulation], thresholds: ReportThresholds
+) -> tuple[list[Cause], tuple[str, ...]]:
+    """Return the causes without small corrections of the identified model, and the ids of those corrections.
+
+    The model was identified from records in which the other causes acted already, so it has to be corrected once they
+    are modelled. That is no effect of the device. Where all causes are small corrections, they are kept.
+
+    Args:
+        causes: Causes of the chosen set.
+        simulations: Models of the chosen set, and of those that the data do not tell from it.
+        thresholds: Thresholds of the report.
+    """
+    own = {one.id for simulation in simulations for one in simulation.mechanisms if one.of_identification}
+    least = thresholds.identification_error_share
+    small = [
+        cause
+        for cause in causes
+        if cause.share_removed < least and own & {cause.id, *cause.indistinguishable_from}
+    ]
+    if len(small) == len(causes):
+        return list(causes), ()
+    return [cause for cause in causes if cause not in small], tuple(cause.id for cause in small)
+
+
+def wrong_value_cause(wrong: WrongValue, thresholds: ReportThresholds) -> Cause:
+    """Return the cause `parameter.<name>`: the structure is right, a value is wrong."""
+    estimate = estimates_of(wrong.revised, "")[wrong.name]
+    given = next(one for one in wrong.given.hypothesis.simulation.parameters if one.name == wrong.name)
+    unit = plain_unit(given.unit)
+    return Cause(
+        id=f"parameter.{wrong.name}",
+        statement=f"The structure is right, a value is off: {wrong.name} is {estimate.value:.4g} {unit}, "
+        f"and the model has {given.value:.4g} {unit}.",
+        kind="parameter",
+        probability=min(thresholds.max_probability, wrong.probability),
+        parameters={wrong.name: estimate},
+        share_removed=wrong.share_removed,
+        indistinguishable_from=tuple(f"parameter.{name}" for name in wrong.equivalent),
+    )
+
+
+def _probabilities(search: SearchResult, largest: float) -> dict[str, float]:
+    """Return the probability of each id, from the BIC weights of all sets of the chosen size; at most `largest`.
+
+    Where the chosen set was preferred for its cost within segments, sets of a lower BIC count as much as it does.
+    """
+    ranking: Sequence[RankedHypothesis] = search.rankings[-1] if search.rankings else ()
+    if not ranking:
+        return {}
+    size = len(search.chosen.hypothesis.mechanisms)
+    ranking = next((one for one in search.rankings if len(one[0].hypothesis.mechanisms) == size), ranking)
+    chosen = frozenset(search.chosen.hypothesis.mechanisms)
+    own_bic = (one.bic for one in ranking if frozenset(one.hypothesis.mechanisms) == chosen)
+    least = next(own_bic, ranking[0].bic)
+    # exp(-700) is the smallest weight that is not rounded to zero
+    weights = [math.exp(-0.5 * min(max(one.bic - least, 0.0), 1400.0)) for one in ranking]
+    total = sum(weights)
+    probabilities: dict[str, float] = {}
+    for one, weight in zip(ranking, weights, strict=True):
+        for identity in one.hypothesis.mechanisms:
+            probabilities[identity] = probabilities.get(identity, 0.0) + weight / total
+    return {identity: min(largest, probability) for identity, probability in probabilities.items()}
+
+
+def _share_removed(search: SearchResult, identity: str) -> float:
+    """Return the fraction of the squares beyond the noise that comes back without one cause."""
+    chosen = search.chosen.hypothesis
+    rest = frozenset(chosen.mechanisms) - {identity}
+    without = search.nominal.hypothesis.cost
+    for one in search.leave_one_out:
+        if frozenset(one.mechanisms) == rest:
+            without = one.cost
+    removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
+    if not removable > 0.0:
+        return 0.0
+    return float(np.clip((without - chosen.cost) / removable, 0.0, 1.0))
+
+
+def _equivalents_of(search: SearchResult, identity: str) -> tuple[str, ...]:
+    """Return the ids that replace one cause in sets that explain the data as well."""
+    chosen = frozenset(search.chosen.hypothesis.mechanisms)
+    replacements: list[str] = []
+    for other in search.equivalent:
+        theirs = frozenset(other.mechanisms)
+        if identity not in theirs and len(theirs - chosen) == 1 and len(chosen - theirs) == 1:
+            replacements += theirs - chosen
+    return tuple(dict.fromkeys(replacements))

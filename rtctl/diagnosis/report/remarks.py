@@ -1,0 +1,54 @@
+"""Remarks on a verdict: how much is left, whether the model helps, which residual test fails, what the noise holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.bursts import bursts, leftovers
+from rtctl.diagnosis.residual.noise_floor import left_over_noise
+from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.stepwise import significance_level
+from rtctl.diagnosis.verification.verify import Verified
+
+REMAINING = "with these causes the residual is {:.3g} times the noise (RMS)"
+NO_GAIN = (
+    "with these causes the error of the {} on the test records is {:.3g} times as large as without: they help another "
+    "reading or the fitted records only; do not use the extended model before that is understood"
+)
+FAILED_TEST = 'of {} residual tests, "{}" fails most clearly (p = {:.2g})'
+
+
+def remark(
+    verified: Verified,
+    search: SearchResult,
+    problem: Problem,
+    units: Mapping[str, str],
+    false_claim_rate: float,
+    *,
+    stopped: bool,
+) -> list[str]:
+    """Return what a person should know of a verdict beside its causes.
+
+    Args:
+        verified: The verdict, with the gain on test records.
+        search: What was found.
+        problem: Records that were fitted.
+        units: Unit by signal.
+        false_claim_rate: Rate of false claims that the residual tests keep.
+        stopped: Whether the user stopped the diagnosis.
+    """
+    verdict, gain, notes = verified.verdict, verified.gain, list[str]()
+    if verdict.claim == "partly_explained":
+        notes.append(REMAINING.format(left_over_noise(search.chosen)))
+    if verdict.names_causes and gain is not None and gain.ratio < 1.0:
+        notes.append(NO_GAIN.format(gain.output, 1.0 / gain.ratio))
+    if not verdict.leaves_gap:
+        residuals = leftovers(search.chosen if verdict.names_causes else search.nominal, problem)
+        return [*notes, *bursts(residuals, problem), *tones(residuals, problem, units)]
+    finished = not (stopped or search.out_of_time)
+    if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
+        sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
+        notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, sharpest.p_value))
+    return notes

@@ -1,0 +1,87 @@
+"""The screening: from a dataset to the records that a diagnosis may use, in the outputs that it compares."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from rtctl.border.mechanisms import Scales
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.problem.subject import Reader, Subject
+from rtctl.diagnosis.screening.screened import Screened, apply_steps
+from rtctl.diagnosis.screening.split import split_records
+from rtctl.diagnosis.screening.unknown_initial_state import (
+    has_two_wells,
+    skip_unknown_history,
+    warm_up_moving_records,
+)
+from rtctl.diagnosis.thresholds import ScreeningThresholds
+from rtctl.measured.dataset import Dataset
+
+NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone, and the gain is that of the {1}'s logarithm"
+
+
+class ScreenedData(NamedTuple):
+    """Records that may be used, and the model that they are compared with."""
+
+    records: Screened
+    simulation: Simulation
+    """With outputs whose errors are of one size over the whole range."""
+    scales: Scales
+    """Sizes of what the records to fit show."""
+
+
+def screen_dataset(
+    dataset: Dataset,
+    simulation: Simulation,
+    subject: Subject,
+    usual_signal: str,
+    thresholds: ScreeningThresholds,
+) -> ScreenedData:
+    """Check the dataset, keep what can be diagnosed, and bring its readings into comparable form.
+
+    Args:
+        dataset: Records as they were read.
+        simulation: The model of the file.
+        subject: Kind of plant, as these records let it be diagnosed.
+        usual_signal: Signal that this kind of plant is usually diagnosed by.
+        thresholds: Thresholds of the screening.
+
+    Raises:
+        InputError: Nothing is left that could be diagnosed, or the model cannot be simulated in time.
+    """
+
+    def note_missing_signal(records: Screened) -> Screened:
+        missing = [] if subject.signal == usual_signal else [NO_SIGNAL.format(usual_signal, subject.signal)]
+        return records._replace(notes=tuple(missing))
+
+    def skip_what_history_decides(records: Screened) -> Screened:
+        if subject.is_at_rest_undriven:
+            return skip_unknown_history(records, comparable, thresholds)
+        wells = has_two_wells(comparable)
+        return warm_up_moving_records(records, scales.rate, thresholds, two_wells=wells)
+
+    records = split_records(dataset, subject, thresholds)
+    records = apply_steps(records, (note_missing_signal, limit_samples))
+    check_speed(simulation, records.fit, str(dataset.path))
+    comparable, read = subject.comparable(simulation, records.fit)
+    records = _read_comparably(records, read)
+    scales = subject.scales(records.fit)
+    records = apply_steps(records, (skip_what_history_decides,))
+    return ScreenedData(records, comparable, scales)
+
+
+def limit_samples(records: Screened) -> Screened:
+    """Keep as many samples to fit as a diagnosis gets through."""
+    fit, notes = fewer(records.fit)
+    return records._replace(fit=fit, notes=tuple(notes))
+
+
+def _read_comparably(records: Screened, read: Reader) -> Screened:
+    """Return the records with their readings in the form of the comparable simulation's outputs."""
+    fit, tests = (
+        tuple(replace(one, measured=read(one.measured)) for one in ones)
+        for ones in (records.fit, records.tests)
+    )
+    return Screened(fit, tests, records.notes)

@@ -1,0 +1,64 @@
+"""Checks of the final model: it must follow the signals, and the test records must not contradict it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.thresholds import VerificationThresholds
+from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
+from rtctl.diagnosis.verification.verdict import Verdict
+from rtctl.identification.fit_record import FitRecord
+
+LOWER = {"adequate": "unexplained", "explained": "partly_explained"}
+FOLLOWS_LITTLE = (
+    "the re-fitted model leaves {:.0%} of the signal's RMS. Noise of the same colour cannot be told from that, but a "
+    "model that follows nothing is not adequate: does the drive in the file reach the device, are its column, units "
+    "and signs right, does the model have all of its parameters?"
+)
+
+
+def require_model_follows(verdict: Verdict, after: TestedHypothesis, problem: Problem) -> Verdict:
+    """Withdraw "adequate" from a model that leaves nearly all of the signal; `after` is its fit."""
+    if verdict.claim != "adequate":
+        return verdict
+    limits, remaining = problem.thresholds.verification, relative_misfit(problem, after.hypothesis)
+    most = limits.unfollowed_motion if _leaves_motion(after, limits) else limits.unfollowed
+    if not remaining > most:
+        return verdict
+    return verdict.changed_to(LOWER["adequate"], FOLLOWS_LITTLE.format(remaining))
+
+
+def require_holdout_residual(
+    verdict: Verdict,
+    error: Gain | None,
+    after: TestedHypothesis,
+    problem: Problem,
+    tests: Sequence[FitRecord],
+) -> Verdict:
+    """Lower a claim that the test records contradict.
+
+    Args:
+        verdict: What is claimed so far.
+        error: Free-run errors on the test records; None without test records.
+        after: Fit of the final model to whole records.
+        problem: Records that were fitted, whole.
+        tests: Test records.
+    """
+    if verdict.claim not in LOWER or error is None:
+        return verdict
+    finding = explain_holdout_residual(error, problem, tuple(tests), after.hypothesis)
+    if finding is None:
+        return verdict
+    if finding.is_gap:
+        return verdict.changed_to(LOWER[verdict.claim], finding.note)
+    return verdict.with_note(finding.note)
+
+
+def _leaves_motion(tested: TestedHypothesis, thresholds: VerificationThresholds) -> bool:
+    """Return whether earlier samples predict most of what is left of an output, so that it is motion and no noise."""
+    unpredicted = 1.0 - thresholds.predictable_share
+    return any(noise.variance < unpredicted * noise.mean_square for noise in tested.noise)

@@ -1,0 +1,53 @@
+"""The verification: what the search claims, tested by all that could contradict it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rtctl.diagnosis.search.catalogue_search import SearchRequest
+from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.verification.holdout_gain import judge_search, require_holdout_gain
+from rtctl.diagnosis.verification.misfit_checks import require_holdout_residual, require_model_follows
+from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
+from rtctl.diagnosis.verification.verdict import Verdict
+from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData
+
+
+class Verified(NamedTuple):
+    """The final verdict, with the fits that it stands on."""
+
+    verdict: Verdict
+    fits: Fits
+    """The nominal model twice where no cause is named."""
+    gain: Gain | None
+    """Of the subject's output; None without test records."""
+
+
+def verify(
+    search: SearchResult, request: SearchRequest, fits: Fits, holdout: HoldoutData, *, uncut: bool
+) -> Verified:
+    """Test what the search claims, step by step; each step may lower the verdict and says why.
+
+    Args:
+        search: What was found.
+        request: Records, budget and options of the search.
+        fits: The nominal model and the chosen set, fitted to whole records.
+        holdout: Test records, and what errors on them are computed with.
+        uncut: Whether the search used whole records; else the test records cannot contradict it.
+    """
+    problem = request.problem
+    outputs = search.nominal.hypothesis.sensitivity.outputs
+    measured = [name for name in outputs if all(name in test.measured for test in holdout.tests)]
+    gains = [holdout.gain_of(fits, name) for name in measured]
+
+    verdict = judge_search(search, problem)
+    verdict = require_holdout_gain(verdict, search, problem, gains)
+    verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
+    if not verdict.names_causes:
+        fits = Fits(fits.before, fits.before)
+    final_gain = holdout.gain_of(fits, problem.subject.output)
+    verdict = require_model_follows(verdict, fits.after, problem)
+    if uncut:
+        verdict = require_holdout_residual(verdict, final_gain, fits.after, problem, holdout.tests)
+    return Verified(verdict, fits, final_gain)
