@@ -71,7 +71,7 @@ class Fit:
             f"{name} {number(value, self.units[name])}" for name, value in self.residual_rms.items()
         )
         doubt = "" if self.trusted else ", NOT TRUSTED"
-        return f"<Fit of a {self.model.kind} to {self.dataset}: residual RMS {rms}{doubt}>"
+        return f"<Fit ({self.model.kind}) to {self.dataset}: residual RMS {rms}{doubt}>"
 
     def _repr_html_(self) -> str:
         rows = [

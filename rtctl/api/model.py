@@ -90,14 +90,14 @@ class Model:
     def __repr__(self) -> str:
         extended = f", extended by {', '.join(self.mechanisms)}" if self.mechanisms else ""
         origin = "" if self.source is None else f", from {self.source}"
-        return f"<Model of a {self.kind}, {len(self.parameters)} parameters{extended}{origin}>"
+        return f"<Model ({self.kind}), {len(self.parameters)} parameters{extended}{origin}>"
 
     def _repr_html_(self) -> str:
         rows = [
             [name, number(one.value), number(one.standard_error), one.unit]
             for name, one in self.parameters.items()
         ]
-        title = f"Model of a {self.kind}"
+        title = f"Model ({self.kind})"
         return html_table(title, ["parameter", "value", "standard error", "unit"], rows)
 
 

@@ -111,7 +111,9 @@ class Dataset:
         return tuple(record for record in self.records if record.use == use)
 
     def __repr__(self) -> str:
-        return f"<Dataset {self.name} of a {self.plant}: {len(self.records)} records, {self._signals_in_words()}>"
+        return (
+            f"<Dataset {self.name} ({self.plant}): {len(self.records)} records, {self._signals_in_words()}>"
+        )
 
     def _repr_html_(self) -> str:
         rows = [
@@ -125,7 +127,7 @@ class Dataset:
             for one in self.records
         ]  # fmt: skip
         headers = ["record", "use", "samples", "sample rate", "duration"]
-        return html_table(f"{self.name}, a {self.plant}", headers, rows, [self._signals_in_words()])
+        return html_table(f"{self.name} ({self.plant})", headers, rows, [self._signals_in_words()])
 
     def _signals_in_words(self) -> str:
         return ", ".join(f"{name} [{unit}]" for name, unit in self.units.items())
