@@ -1,4 +1,4 @@
-"""Both ends of a line with faults, as file descriptors: a TCP connection or a pty that can break and be mended."""
+"""Both ends of a line with faults, as file descriptors: a TCP connection or a pty that can break and be reopened."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class PtyLine:
             partial.replace(self.where)
 
     def hang_up(self) -> None:
-        """Close the pty: the host reads an error, and the link is gone until the line is mended."""
+        """Close the pty: the host reads an error, and the link is gone until the line is reopened."""
         if self.host >= 0:
             with suppress(OSError):
                 Path(self.where).unlink()

@@ -57,8 +57,8 @@ class FaultyDriver:
         """Return the driver's compiled exchange; before the line is there it is only good for compiling."""
         driver = self._driver or self._make(NOWHERE)
         find = getattr(driver, "compiled_exchange", None)
-        found: CompiledExchange | None = None if find is None else find()
-        return found
+        exchange: CompiledExchange | None = None if find is None else find()
+        return exchange
 
     def close(self, safe_levels: Sequence[float]) -> None:
         """Close the driver, then end the line. Never raises."""

@@ -55,7 +55,7 @@ class InProcessDriver:
     def compiled_exchange(self) -> CompiledExchange | None:
         """Return the exchange for a compiled loop; None if the device has none."""
         find = getattr(self._device, "compiled_exchange", None)
-        if find is None or type(self).exchange is not _EXCHANGE:  # somebody looks at every exchange
+        if find is None or type(self).exchange is not _EXCHANGE:  # a derived driver watches every exchange
             return None
         device: CompiledExchange | None = find()
         if device is None:

@@ -92,9 +92,9 @@ class ModbusLine:
     def write(self, address: int, words: list[int]) -> None:
         """Write registers by function 16. Raises DriverError, ExceptionReply."""
         reply = self._transact(write_request(address, words))
-        found, count = struct.unpack(">HH", reply) if len(reply) == 4 else (-1, 0)
-        if (found, count) != (address, len(words)):
-            raise self._stale(f"registers {found}+{count} instead of {address}+{len(words)}")
+        start, count = struct.unpack(">HH", reply) if len(reply) == 4 else (-1, 0)
+        if (start, count) != (address, len(words)):
+            raise self._stale(f"registers {start}+{count} instead of {address}+{len(words)}")
 
     def write_then_read(self, address: int, words: list[int], read_address: int, count: int) -> bytes:
         """Write, then read registers by function 23, in one transaction. Raises DriverError, ExceptionReply."""

@@ -177,7 +177,7 @@ class SerialDriver:
             at, length = memory.line[[REPLY_AT, REPLY_LENGTH]]
             body = memory.inbox[at : at + length].tobytes()
             raise self._refused(asked, body[3:]) if body[0] == ERROR else self._of_another_length()
-        self._payload(levels)  # says what is wrong
+        self._payload(levels)  # raises, with the reason
         raise AssertionError(f"an exchange ended as {ended}, which nothing explains")
 
     def _payload(self, levels: Sequence[float]) -> bytes:
@@ -221,20 +221,20 @@ class SerialDriver:
         identity = identity_of(self._answer(self._ask(Request.IDENTIFY)).payload)
         wanted = (VERSION, len(self.profile.commands), len(self.profile.sensed))
         if identity is None or identity[:3] != wanted:
-            found = "an identity of another length" if identity is None else f"{identity[:3]}"
+            answer_text = "an identity of another length" if identity is None else f"{identity[:3]}"
             raise DriverError(
                 Fault.COMMAND_REFUSED,
                 f"{self._name}: protocol version, commands and readings should be {wanted}, the device "
-                f"answers {found}: is it of kind {self.profile.kind}?",
+                f"answers {answer_text}: is it of kind {self.profile.kind}?",
             )
         self.identity = identity.name
 
     def _set(self, settings: Settings) -> None:
-        found = settings_of(self._answer(self._ask(Request.SETTINGS, settings_payload(settings))).payload)
+        applied = settings_of(self._answer(self._ask(Request.SETTINGS, settings_payload(settings))).payload)
         self._settings = settings
-        if found is None or found[:3] != settings[:3]:
+        if applied is None or applied[:3] != settings[:3]:
             raise DriverError(
-                Fault.COMMAND_REFUSED, f"{self._name}: asked for {settings}, the device has set {found}"
+                Fault.COMMAND_REFUSED, f"{self._name}: asked for {settings}, the device has set {applied}"
             )
 
     def _ask(self, kind: Request, payload: bytes = b"") -> _Asked:

@@ -75,11 +75,11 @@ class Controller(Protocol):
         ...
 
     def step(self, setpoint: float, upcoming: float, estimate: Estimate, elapsed_s: float) -> ControlAction:
-        """One sample. `upcoming` is the setpoint one period and `preview_s` ahead, for feedforward."""
+        """Take one sample. `upcoming` is the setpoint one period and `preview_s` ahead, for feedforward."""
         ...
 
     def applied(self, levels: Sequence[float]) -> None:
-        """What the limits let through of the last action (anti-windup)."""
+        """Take note of what the limits passed of the last action (anti-windup)."""
         ...
 
 

@@ -57,7 +57,7 @@ def build_driver(scenario: Scenario, folder: Path) -> Driver:
 def _with_faults(
     table: ModbusRtu | ModbusTcp | Serial, profile: DeviceProfile, build: Callable[[Wire], Driver]
 ) -> Driver:
-    """A line with the faults of `[[driver.faults]]` between the driver and its device."""
+    """Return a driver with the faults of `[[driver.faults]]` on the line to its device."""
     from drivers.fault_line import Disturbance, Kind, Way
     from drivers.fault_proxy import FaultPlan
     from drivers.faulty import FaultyDriver
@@ -200,7 +200,7 @@ def _support_of(plant: str) -> PlantSupport[Any]:
 
 
 def find_plant(name: str, folder: Path) -> Path:
-    """A plant file by path (as given, or beside `folder`) or by the name of a bundled one. Raises InputError."""
+    """Return a plant file by path (as given, or beside `folder`) or by the name of a bundled one. Raises InputError."""
     from plant_sim.catalogue import bundled_plant
 
     for candidate in (Path(name), folder / name):
@@ -212,13 +212,13 @@ def find_plant(name: str, folder: Path) -> Path:
 
 
 def model_of(scenario: Scenario, folder: Path, given: Path | None) -> Any:
-    """The model of `--model` or else of `scenario.model`, beside the scenario; None: neither. Raises InputError."""
+    """Return the model of `--model`, else of `scenario.model` beside the scenario, else None. Raises InputError."""
     path = model_path(scenario, folder, given)
     return None if path is None else _support_of(scenario.scenario.plant).read_model(path)
 
 
 def model_path(scenario: Scenario, folder: Path, given: Path | None) -> Path | None:
-    """The file of `--model` or else of `scenario.model`, beside the scenario; None: neither."""
+    """Return the file of `--model`, else of `scenario.model` beside the scenario, else None."""
     named = scenario.scenario.model
     return given or (None if named is None else folder / named)
 
@@ -229,7 +229,7 @@ def needs_model(scenario: Scenario) -> bool:
 
 
 def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
-    """What of the model's file the loop does not use."""
+    """Return the mechanisms and parameters of the model's file that the loop does not use."""
     return _support_of(scenario.scenario.plant).unused(model)
 
 
@@ -300,7 +300,7 @@ def build_limits(scenario: Scenario, model: Any) -> tuple[CommandLimits, ...]:
 
 
 def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibility:
-    """What the loop believes of a reading."""
+    """Return the range in which the loop believes a reading."""
     ranges = scenario.limits.readings(profile)
     return Plausibility(
         sensed_low=tuple(found.low for found in ranges),
@@ -310,7 +310,7 @@ def build_plausibility(scenario: Scenario, profile: DeviceProfile) -> Plausibili
 
 
 def build_guard(scenario: Scenario, profile: DeviceProfile) -> ReadingGuard:
-    """What the loop believes of readings over time."""
+    """Return the guard that compares readings over time."""
     period_s = scenario.scenario.period_s
     return ReadingGuard(
         scenario.safety.reading_rules(
@@ -320,7 +320,7 @@ def build_guard(scenario: Scenario, profile: DeviceProfile) -> ReadingGuard:
 
 
 def build_clock(scenario: Scenario) -> Clock:
-    """Simulated for lockstep, monotonic for live runs."""
+    """Return a simulated clock for lockstep, the monotonic one for live runs."""
     if scenario.clock.mode == "lockstep":
         return SimulatedClock()
     return scenario.clock.monotonic(scenario.scenario.period_s)

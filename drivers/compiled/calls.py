@@ -30,8 +30,8 @@ _errno_location = external("__errno_location", types.CPointer(types.int32))
 @background_kernel
 def last_errno() -> int:
     """Return the error number of the last call that failed."""
-    found: int = carray(_errno_location(), 1)[0]
-    return found
+    number: int = carray(_errno_location(), 1)[0]
+    return number
 
 
 @background_kernel
@@ -83,8 +83,8 @@ def received(line: IntArray, inbox: ByteArray, at: int, deadline_ns: int) -> int
         if ready > 0:
             got = _read(line[FD], inbox.ctypes.data + at, inbox.size - at)
             if got > 0:
-                found: int = got
-                return found
+                count: int = got
+                return count
             line[ERRNO] = 0 if got == 0 else last_errno()
         else:
             line[ERRNO] = last_errno()
@@ -100,8 +100,8 @@ def received_blocking(line: IntArray, inbox: ByteArray, at: int, deadline_ns: in
     while True:
         got = _read(line[FD], inbox.ctypes.data + at, inbox.size - at)
         if got > 0:
-            found: int = got
-            return found
+            count: int = got
+            return count
         line[ERRNO] = 0 if got == 0 else last_errno()
         if line[ERRNO] == _EAGAIN or (line[ERRNO] == _EINTR and now_ns(line) >= deadline_ns):
             return 0

@@ -74,8 +74,8 @@ def put_word(data: ByteArray, at: int, word: int) -> int:
 @background_kernel
 def word_at(data: ByteArray, at: int) -> int:
     """Return the big-endian word at `at`."""
-    found: int = wide(data[at]) << 8 | wide(data[at + 1])
-    return found
+    word: int = wide(data[at]) << 8 | wide(data[at + 1])
+    return word
 
 
 @background_kernel

@@ -182,7 +182,7 @@ def exchange_serial(
     if went <= 0:
         return SYSTEM if went < 0 else FULL
     deadline_ns = now_ns(line) + line[TIMEOUT_NS]
-    begin, end = 0, line[ARRIVED]  # the beginning of a frame that is not whole
+    begin, end = 0, line[ARRIVED]  # the first part of an incomplete frame
     while True:
         line[ARRIVED] = end
         got = received(line, inbox, end, deadline_ns)

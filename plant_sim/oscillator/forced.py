@@ -78,15 +78,15 @@ class ForcedOscillator:
                 f"{rows_per_period} rows do not divide a period of {steps_per_period} steps; use a divisor"
             )
         lanes = len(frequency_hz)
-        found = Trajectories(*(np.empty((periods * rows_per_period + 1, lanes)) for _ in range(2)))
+        trajectories = Trajectories(*(np.empty((periods * rows_per_period + 1, lanes)) for _ in range(2)))
         for first in range(0, lanes, LANES):
             part = slice(first, first + LANES)
             equation = self._in_periods(values[part], frequency_hz[part], amplitude[part])
             z, w = state[part, 0].copy(), state[part, 1] / frequency_hz[part]
             displacement, speed = _march(equation, z, w, periods, steps_per_period, rows_per_period)
-            found.displacement[:, part] = displacement
-            found.velocity[:, part] = speed * frequency_hz[part]
-        return found
+            trajectories.displacement[:, part] = displacement
+            trajectories.velocity[:, part] = speed * frequency_hz[part]
+        return trajectories
 
     def fastest_hz(self, values: FloatArray, reach: float, drive: float) -> float:
         """Return the frequency [Hz] of the models' fastest pole for motions up to `reach` under drives up to `drive`.

@@ -23,25 +23,25 @@ def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: st
         InputError: something in the model is wrong; it names `source`.
     """
     units = {**units, "velocity": f"({units['displacement']})/s"}
-    found = _Reading(units, source)
+    reading = _Reading(units, source)
     for name in model.model.parameters.keys() - set(NOMINAL_NAMES):
-        found.problem(f"unknown parameter model.parameters.{name}{nearest(name, NOMINAL_NAMES)}")
+        reading.problem(f"unknown parameter model.parameters.{name}{nearest(name, NOMINAL_NAMES)}")
     parameters = [
-        found.parameter(declared, model.model.parameters.get(declared.name), "model.parameters", "")
+        reading.parameter(declared, model.model.parameters.get(declared.name), "model.parameters", "")
         for declared in NOMINAL_PARAMETERS
     ]
     mechanisms = []
     for index, table in enumerate(model.model.mechanisms):
         where = f"model.mechanisms.{index}"
         if table.id not in MECHANISMS:
-            found.problem(
+            reading.problem(
                 f'{where}.id = "{table.id}" is no mechanism of an oscillator{nearest(table.id, MECHANISMS)}'
             )
             continue
         mechanism = MECHANISMS[table.id]
         mechanisms.append(mechanism)
-        parameters += found.of_mechanism(mechanism, table.parameters, where)
-    found.raise_all()
+        parameters += reading.of_mechanism(mechanism, table.parameters, where)
+    reading.raise_all()
     return OscillatorSimulation(parameters=tuple(parameters), mechanisms=tuple(mechanisms), units=units)
 
 

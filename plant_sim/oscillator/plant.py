@@ -164,7 +164,7 @@ def resting_place(equation: Equation) -> float:
 
 def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, Values]]:
     """Return the mechanisms that are not neutral, with their values. Raises InputError for those that cannot stream."""
-    found: list[tuple[OscillatorMechanism, Values]] = []
+    active: list[tuple[OscillatorMechanism, Values]] = []
     for mechanism in simulation.mechanisms:
         own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
         if all(one.value == one.declared.neutral for one in own if not one.declared.is_shape):
@@ -174,8 +174,8 @@ def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, 
                 f'mechanism "{mechanism.id}" of the model has no form for a device that runs sample by sample; '
                 "remove it from the file, or use rtctl simulate"
             )
-        found.append((mechanism, {one.declared.name: one.value for one in own}))
-    return found
+        active.append((mechanism, {one.declared.name: one.value for one in own}))
+    return active
 
 
 def load_plant(path: Path, seed: int | None = None) -> OscillatorPlant:

@@ -218,7 +218,7 @@ def _neutral(neutral: float | None, default: float | None) -> float:
 def _diverged(displacement: FloatArray) -> IntArray:
     """Return the first sample (lanes,) of `displacement` (lanes, samples) that is not finite or absurd; -1: none."""
     low, high = displacement.min(axis=1), displacement.max(axis=1)  # NaN where one is
-    found = np.full(len(displacement), -1, dtype=np.int64)
+    first = np.full(len(displacement), -1, dtype=np.int64)
     for lane in np.flatnonzero(~((low > -ABSURD) & (high < ABSURD))):
-        found[lane] = np.argmax(~(np.abs(displacement[lane]) < ABSURD))
-    return found
+        first[lane] = np.argmax(~(np.abs(displacement[lane]) < ABSURD))
+    return first

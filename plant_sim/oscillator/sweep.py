@@ -62,7 +62,7 @@ def follow(
         )
     lanes, substeps = len(starts), steps_per_period // rows_per_period
     shape = (periods * rows_per_period + 1, lanes)
-    found = Trajectories(np.empty(shape), np.empty(shape))
+    trajectories = Trajectories(np.empty(shape), np.empty(shape))
     z, v = starts[:, 0].copy(), starts[:, 1].copy()
     block = min(periods, max(1, BLOCK_STEPS // steps_per_period))
     drive = Driven(
@@ -72,8 +72,8 @@ def follow(
         count = min(block, periods - first)
         rows = slice(first * rows_per_period, (first + count) * rows_per_period + 1)
         part = drive._replace(nodes=drive.nodes[: count * steps_per_period])
-        equation.march(z, v, part, substeps, found.displacement[rows], found.velocity[rows])
-    return found
+        equation.march(z, v, part, substeps, trajectories.displacement[rows], trajectories.velocity[rows])
+    return trajectories
 
 
 def sweep(

@@ -175,17 +175,17 @@ def hold(
 
 
 @compiled
-def demodulated(state: Array, found: Floats) -> float:
-    """Write mean Z and I [um, A] of the whole cycles since the last call to `found` (re Z, im Z, re I, im I).
+def demodulated(state: Array, phasors: Floats) -> float:
+    """Write mean Z and I [um, A] of the whole cycles since the last call to `phasors` (re Z, im Z, re I, im I).
 
     Returns:
-        Their duration [s]; 0 if no cycle has ended, `found` stays as it is then.
+        Their duration [s]; 0 if no cycle has ended, `phasors` stays as it is then.
     """
     s = state[0]
     if s.cycles == 0:
         return 0.0
-    found[0], found[1] = s.window[0] / s.cycles, -s.window[1] / s.cycles
-    found[2], found[3] = s.window[2] / s.cycles, -s.window[3] / s.cycles
+    phasors[0], phasors[1] = s.window[0] / s.cycles, -s.window[1] / s.cycles
+    phasors[2], phasors[3] = s.window[2] / s.cycles, -s.window[3] / s.cycles
     duration_s: float = s.window_s
     for k in range(4):
         s.window[k] = 0.0

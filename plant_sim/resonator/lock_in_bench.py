@@ -107,11 +107,11 @@ class LockInBench:
         self.safe: tuple[float, ...] = (0.0, coil.frequency_rest)
         self._lock_in, self._broken_above = bench.lock_in, broken_above
         self._seed = bench.plant.seed if seed is None else seed
-        found = acting(simulation)
-        self._delay_s = sum(values["delay"] for one, values in found if one.id == "drive.delay")
-        self._acting = [(one, values) for one, values in found if one.id != "drive.delay"]
+        active = acting(simulation)
+        self._delay_s = sum(values["delay"] for one, values in active if one.id == "drive.delay")
+        self._acting = [(one, values) for one, values in active if one.id != "drive.delay"]
         values = np.array([[parameter.value for parameter in simulation.parameters]])
-        self._equation = Equation.of(simulation.parameters, [one for one, _ in found], values)
+        self._equation = Equation.of(simulation.parameters, [one for one, _ in active], values)
         rate = self._equation.rates(bench.lock_in.converter_range, coil.current_high)[0] / (2.0 * math.pi)
         self._steps_per_s = LEAST_STEPS * max(rate, coil.frequency_high)
         self.reset()
@@ -162,16 +162,16 @@ class LockInBench:
             return (0.0, 0.0), 0.0
         angle = self._seen[:, 1]
         waves = [part(n * angle) for n in range(1, HARMONICS + 1) for part in (np.cos, np.sin)]
-        found = np.linalg.lstsq(
+        coefficients = np.linalg.lstsq(
             np.column_stack([np.ones_like(angle), *waves]), self._seen[:, 2:], rcond=None
         )[0]
         duration_s = float(self._seen[-1, 0] - self._seen[0, 0])
         white, vibrometer = (
             density / math.sqrt(duration_s) for density in (self._lock_in.white, self._lock_in.vibrometer)
         )
-        in_phase = converted(self._lock_in, float(found[1, 1]) + white * float(normals[0]))
-        quadrature = converted(self._lock_in, -float(found[2, 1]) + white * float(normals[1]))
-        amplitude = math.hypot(*found[1:3, 0]) + vibrometer * float(normals[2])
+        in_phase = converted(self._lock_in, float(coefficients[1, 1]) + white * float(normals[0]))
+        quadrature = converted(self._lock_in, -float(coefficients[2, 1]) + white * float(normals[1]))
+        amplitude = math.hypot(*coefficients[1:3, 0]) + vibrometer * float(normals[2])
         return (in_phase, quadrature), amplitude
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:

@@ -215,8 +215,10 @@ class Vo2Plant:
         """Return readings: ((resistance [ohm],), deflection [um])."""
         noise = self._noise
         if self._with_effects:
-            found = read_with_effects(self._parameters, self._state, self._own, noise.block, noise.next_row())
-            return (found[0],), found[1]
+            readings = read_with_effects(
+                self._parameters, self._state, self._own, noise.block, noise.next_row()
+            )
+            return (readings[0],), readings[1]
         resistance, deflection = read(self._parameters, self._state, noise.block, noise.next_row())
         return (resistance,), deflection
 

@@ -16,7 +16,7 @@ from rtctl.registry import Identification, PlantKind, plant_kinds
 
 
 # 8 parameters because each is an option of the command line
-def identify(
+def identify(  # noqa: PLR0913
     dataset: Dataset | PathText,
     *,
     kind: str | None = None,

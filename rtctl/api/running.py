@@ -123,7 +123,7 @@ class Run:
 
 
 # 8 parameters because each part of a loop can be exchanged
-def run(
+def run(  # noqa: PLR0913
     scenario: PathText | Mapping[str, Any],
     *,
     model: Model | PathText | None = None,

@@ -68,7 +68,7 @@ def parse_quantity(raw: Any, unit: str) -> float:
 
 
 def Quantity(unit: str) -> BeforeValidator:
-    """Return the annotation of a field in `unit`, as in `period_s: Annotated[float, Quantity("s")]`."""
+    """Return the annotation of a field in `unit`, such as the second argument of `Annotated[float, ...]`."""
     return BeforeValidator(lambda raw: parse_quantity(raw, unit))
 
 

@@ -142,7 +142,7 @@ ME = DeviceProfile(
 
 
 def oscillator_profile(*, drive_unit: str, displacement_unit: str) -> DeviceProfile:
-    """An oscillator as a model file describes it: the units are the file's."""
+    """Return the profile of an oscillator whose model file has these units."""
     return DeviceProfile(
         kind="oscillator",
         commands=(Channel(name="drive", unit=drive_unit, register=0, signed=True),),
@@ -164,23 +164,23 @@ class Device(Protocol):
     identity: str
 
     def exchange(self, levels: Sequence[float], sequence: int) -> Measurement:
-        """Command and sequence number written, 100-111 read, as one transaction. Raises ValueError on a NaN."""
+        """Write command and sequence number and read 100-111 in one transaction. Raises ValueError on a NaN."""
         ...
 
     def read(self) -> Measurement:
-        """Registers 100-111 read, no command."""
+        """Read registers 100-111 without a command."""
         ...
 
     def set_enable(self, on: bool) -> None:
-        """Register 3; off, then on, clears a tripped watchdog."""
+        """Write register 3; off, then on, clears a tripped watchdog."""
         ...
 
     def set_watchdog(self, period_ms: int) -> None:
-        """Register 4; 0: none."""
+        """Write register 4, the watchdog [ms]; 0: none."""
         ...
 
     def set_clock(self, *, lockstep: bool, period_us: int) -> None:
-        """Registers 5 and 6-7."""
+        """Write registers 5 and 6-7: clock and sample period."""
         ...
 
 

@@ -67,7 +67,7 @@ class Plan(NamedTuple):
         return hashlib.sha256(text.encode()).hexdigest()
 
     def forced(self) -> Forced:
-        """The model under harmonic drive, compiled where it is called."""
+        """Return the model under harmonic drive, compiled where it is called."""
         return build_forced(self.model, self.units, self.campaign.campaign.model)
 
 
@@ -100,7 +100,7 @@ def _design(campaign: Campaign, axes: tuple[Axis, ...]) -> Design:
 
 
 def _of_records(path: Path, campaign: Campaign, table: RecordsTable) -> Plan:
-    """A model against measured records, its parameters the factors."""
+    """Return the plan of a model against measured records, with its parameters as factors."""
     model_path = find_plant(campaign.campaign.model, path.parent)
     dataset_path = path.parent / table.dataset
     stored = open_dataset(dataset_path)
@@ -139,7 +139,7 @@ class _Resolved:
             raise InputError("\n".join(f"{self._path}: {line}" for line in self._lines))
 
     def number(self, key: str, raw: Raw | None, unit: str, default: float) -> float:
-        """A quantity of the file; NaN, which no further finding is told of, where it is none."""
+        """Return a quantity of the file; NaN, about which nothing more is reported, where it is none."""
         if raw is None:
             return default
         try:
@@ -152,7 +152,7 @@ class _Resolved:
         return value
 
     def axis(self, name: str, factor: FactorTable) -> Axis:
-        """A factor."""
+        """Return the axis of a factor."""
         key = f"factors.{name}"
         if name not in self._units:
             self._lines.append(f'unknown factor "{name}"{nearest(name, self._units)}')
@@ -180,7 +180,7 @@ class _Resolved:
         return axis._replace(values=tuple(axis.at(shares).tolist()))
 
     def settings(self, campaign: Campaign) -> dict[str, float]:
-        """What is no factor; the drive's must be somewhere."""
+        """Return the settings that are no factors; frequency and amplitude of the drive must be given."""
         given = {
             "frequency": ("drive", campaign.drive.frequency), "amplitude": ("drive", campaign.drive.amplitude),
             "displacement": ("start", campaign.start.displacement), "velocity": ("start", campaign.start.velocity),
@@ -249,7 +249,7 @@ def _part(campaign: Campaign, design: Design, fixed: Mapping[str, float], steps:
 
 
 def described(plan: Plan) -> dict[str, Any]:
-    """What stands in DIR/campaign.json."""
+    """Return the content of DIR/campaign.json."""
     return {
         "title": plan.campaign.campaign.title,
         "fingerprint": plan.fingerprint,

@@ -12,7 +12,7 @@ from rtctl.controllers.feedforward import STILL, InverseParams, walk_to
 from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
-from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 MOST_PERIODS = 8
 SECANTS = 3

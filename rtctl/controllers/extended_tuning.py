@@ -55,9 +55,9 @@ def tune_extended(
                 low = middle
             else:
                 high = middle
-        found = trial(_gains(low, float(zero_s), plant_gain, period_s))
-        if best is None or (keeps(found) and found.gains.ki > best.gains.ki):
-            best = found
+        tried = trial(_gains(low, float(zero_s), plant_gain, period_s))
+        if best is None or (keeps(tried) and tried.gains.ki > best.gains.ki):
+            best = tried
     assert best is not None
     return replace(best, notes=notes)
 

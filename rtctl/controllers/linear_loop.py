@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import residue
 
 from rtctl.border.arrays import ComplexArray
-from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 APART = 1e-4
 """Relative distance below which poles are moved apart: the residue of a double pole has another form."""

@@ -37,7 +37,6 @@ from rtctl.diagnosis.verification.whole_record_fits import (
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
 from rtctl.plants.subjects import subject_for, subject_of
-from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 
 @metered()
@@ -80,7 +79,7 @@ def diagnose(
         search, search_notes, stopped = find_causes(request, whole=first.uncut)
         request = request._replace(problem=search.refined_problem or problem)
         whole = fit_whole_records(first, request.problem, search)
-        units = {LOG_RESISTANCE: "ln(ohm)"} | dict(dataset.units)
+        units = dict(subject.output_units) | dict(dataset.units)
         holdout = HoldoutData(tests, units, search.chosen, problem.scales.rate)
         fits = whole or Fits(search.nominal, search.chosen)
         verified = verify(search, request, fits, holdout, uncut=first.uncut)
@@ -100,9 +99,9 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = (
-        name_causes(search, fits.after, problem.thresholds.report) if verdict.names_causes else NamedCauses()
-    )
+    named = NamedCauses()
+    if verdict.names_causes:
+        named = name_causes(search, fits.after, problem.subject, problem.thresholds.report)
     where = places(search.nominal) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)

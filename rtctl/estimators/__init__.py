@@ -12,7 +12,7 @@ from rtctl.estimators.gap_free import GapFreeEstimator
 from rtctl.estimators.observer import ObserverEstimator
 from rtctl.interfaces import Estimator
 from rtctl.models.vo2 import Vo2Model
-from rtctl.models.vo2_dynamics import dynamics_of
+from rtctl.simulations.vo2.loop_dynamics import dynamics_of
 
 
 def observer_of(model: Vo2Model) -> Estimator:

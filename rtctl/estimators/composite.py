@@ -36,9 +36,9 @@ def composite_step(
     `low` and `high` [mA] clip the surrogate between the two models. A resistance that is not a number holds everything.
     """
     reading = -1e-3 * resistance_ohm if 0.0 < resistance_ohm < math.inf else math.nan
-    found: InverseStep = gpi_inverse_step(inverse_state, reading, inverse)
-    v = min(max(found.v, low), high)
-    return egpi_step(plays, v, egpi), v, found.gain, found.status
+    inverted: InverseStep = gpi_inverse_step(inverse_state, reading, inverse)
+    v = min(max(inverted.v, low), high)
+    return egpi_step(plays, v, egpi), v, inverted.gain, inverted.status
 
 
 @kernel

@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 
 from rtctl.interfaces import Estimate, Estimator
-from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
 class CorrectedEstimator:

@@ -29,8 +29,8 @@ def packed_egpi_step(memory: FloatArray, u: float) -> float:
 @kernel
 def packed_preisach_step(memory: FloatArray, u: float) -> tuple[float, int]:
     """Take `preisach_step` in a packed memory: stack, parameters."""
-    found = preisach_step(array_at(memory, 0), u, preisach_at(memory, 1))
-    return found.y, found.status
+    step = preisach_step(array_at(memory, 0), u, preisach_at(memory, 1))
+    return step.y, step.status
 
 
 class _Direct:

@@ -30,7 +30,7 @@ from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.hysteresis.preisach.model import preisach_slope
 from rtctl.interfaces import Estimate
 from rtctl.models.vo2 import SURROGATE, Vo2Model
-from rtctl.models.vo2_dynamics import Vo2Dynamics
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 
 
 class ExtendedObserver:
@@ -93,7 +93,7 @@ class ExtendedObserver:
             noise *= (1.0 + kept * kept) / (1.0 - kept) ** 2 * (resistance_ohm / readings[1]) ** 2
         film_ohm, expected, probed = readings
         if not (film_ohm > 0.0 and expected > 0.0 and probed > 0.0):
-            return 0  # noise of a lag that was taken back: it says nothing
+            return 0  # noise of the lag's inversion carries no information
         x = self._filter
         sensitivity = math.log(expected / probed) / PROBE_MA2
         withheld = float(x[2]) - believed(float(x[2]), self._params.heat_faked)

@@ -5,7 +5,7 @@
 psi is the phase of the coil's current, so phase resonance is phi = -90 deg. The noise of one reading is learned while
 the loop runs, from second differences of the amplitude: a ramp drops out of them, and so does a phase that turns
 because the drive is off resonance. Var(a_k - 2 a_(k-1) + a_(k-2)) = 6 s^2; s^2 is averaged over the last `MEMORY`
-samples. A fast transient is taken for noise for a while: that closes a gate rather than opens it.
+samples. A fast transient counts as noise for a while: the controller then waits, which is the safe side.
 """
 
 from __future__ import annotations

@@ -17,7 +17,6 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import kernel
 from rtctl.hysteresis.preisach.model import PreisachParams, cooled_stack, preisach_step
 from rtctl.models.vo2 import Vo2Model
-from rtctl.models.vo2_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.heat import (
     Powers,
     Step,
@@ -29,6 +28,7 @@ from rtctl.simulations.vo2.heat import (
     stored,
     surrogate_power,
 )
+from rtctl.simulations.vo2.loop_dynamics import Vo2Dynamics
 from rtctl.simulations.vo2.mechanism import Balance
 from rtctl.simulations.vo2.mechanisms.actuation.deadband import command_for
 from rtctl.simulations.vo2.phases import Phases, mixed, switched

@@ -36,7 +36,7 @@ class PlantSupport(Protocol[ModelT]):
     estimators: Mapping[str, Callable[[ModelT], Estimator]]
 
     def read_model(self, path: Path) -> ModelT:
-        """The model of a file. Raises InputError."""
+        """Return the model of a file. Raises InputError."""
         ...
 
     def identity(self, model: ModelT) -> str:
@@ -44,7 +44,7 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def unused(self, model: ModelT) -> tuple[str, ...]:
-        """What of the model's file neither estimators nor tuning use: ids of mechanisms, names of parameters."""
+        """Return the mechanisms and parameters of the model's file that neither estimators nor tuning use."""
         ...
 
     def output_range(self, scenario: Scenario, model: ModelT) -> Span:
@@ -52,7 +52,7 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def reading_at_rest(self, model: ModelT) -> tuple[float, ...]:
-        """A reading that an estimator can be compiled with before the device is opened."""
+        """Return a reading with which an estimator can be compiled before the device is opened."""
         ...
 
     def limits(self, scenario: Scenario, model: ModelT) -> tuple[CommandLimits, ...]:
@@ -60,11 +60,11 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def control(self, scenario: Scenario, model: ModelT, delay: int) -> Control:
-        """The controller of `[controller]`; a reading is `delay` periods late. Raises InputError."""
+        """Return the controller of `[controller]`; a reading is `delay` periods late. Raises InputError."""
         ...
 
     def predict(self, model: ModelT, level: Mapping[str, float]) -> dict[str, float]:
-        """What the model says of a settled level of a run, beside its means: names with units as keys."""
+        """Return what the model predicts for a settled level of a run; the keys are names with units."""
         ...
 
 

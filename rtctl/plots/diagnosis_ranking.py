@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.statistics import NORMAL_95
 from rtctl.plots.elements.channels import written
 from rtctl.plots.elements.style import (
     BLACK,
@@ -106,8 +107,8 @@ def shape_figure(
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         axes.fill_between(
             knots,
-            force - 1.96 * error,
-            force + 1.96 * error,
+            force - NORMAL_95 * error,
+            force + NORMAL_95 * error,
             color=BLUE,
             alpha=0.2,
             linewidth=0.0,

@@ -81,7 +81,7 @@ class CommandLimits:
         if not math.isfinite(level):
             raise DriverError(
                 Fault.NOT_FINITE,
-                f"the controller asked for {level}, which is no level to command; is the model sound?",
+                f"the controller asked for {level}, which is no level to command; check the model",
             )
         reach = self.slew_per_s * elapsed_s
         if self.stop:

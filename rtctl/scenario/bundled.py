@@ -9,7 +9,7 @@ from rtctl.border.quantities import read_toml
 
 
 def find_scenario(name: str) -> Path:
-    """A scenario file by path, or a bundled one by name. Raises InputError."""
+    """Return a scenario file by path, or a bundled one by name. Raises InputError."""
     path = Path(name)
     if path.is_file():
         return path
@@ -26,7 +26,7 @@ def bundled_titles() -> dict[str, str]:
 
 
 def bundled_scenarios() -> Path:
-    """The folder of the scenarios that come with the program."""
+    """Return the folder of the scenarios that come with the program."""
     for folder in _bundles():
         if folder.is_dir():
             return folder

@@ -14,7 +14,7 @@ Seconds = Annotated[float, Quantity("s"), Field(allow_inf_nan=False)]
 
 
 class ClockTable(Checked):
-    """[clock]"""
+    """Table [clock]."""
 
     mode: Literal["lockstep", "live"] = "lockstep"
     settle_s: Annotated[Seconds, Field(alias="settle", ge=0.0)] = 0.05
@@ -46,13 +46,13 @@ class ClockTable(Checked):
         return self
 
     def real_time(self) -> RealTime:
-        """What is asked of the machine in a live run."""
+        """Return what is asked of the machine in a live run."""
         return RealTime(
             priority=self.priority, cpu=self.cpu, lock_memory=self.lock_memory, freeze_gc=self.freeze_gc
         )
 
     def monotonic(self, period_s: float) -> MonotonicClock:
-        """The clock of a live run with this period [s]."""
+        """Return the clock of a live run with this period [s]."""
         share_s = LARGEST_SPIN_SHARE * period_s
         most_s = share_s if self.spin_s is None else min(self.spin_s, share_s)
         missed = Missed.CATCH_UP if self.missed == "catch_up" else Missed.SKIP

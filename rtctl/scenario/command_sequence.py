@@ -10,7 +10,7 @@ MOST_STEPS = 30_000_000
 
 
 def command_sequences(scenario: Scenario) -> list[FloatArray]:
-    """The levels of the first command [its unit] in each excitation, one array each, a value each of its periods.
+    """Return the levels of the first command [its unit] in each excitation, a value for each of its periods.
 
     Raises InputError.
     """
@@ -33,7 +33,7 @@ def command_sequences(scenario: Scenario) -> list[FloatArray]:
 
 
 def check_one_period(scenario: Scenario) -> None:
-    """A run plays all excitations in one, at one period. Raises InputError."""
+    """Raise InputError where an excitation has a period of its own: a run plays all of them at one."""
     for index, excitation in enumerate(scenario.excitation):
         if excitation.period_s not in (None, scenario.scenario.period_s):
             raise InputError(
@@ -43,7 +43,7 @@ def check_one_period(scenario: Scenario) -> None:
 
 
 def check_length(steps: float) -> None:
-    """Raises InputError for more than a run keeps in memory."""
+    """Raise InputError for more steps than a run keeps in memory."""
     if steps > MOST_STEPS:
         raise InputError(
             f"scenario.duration and scenario.period ask for {steps:.3g} steps, a run keeps at most {MOST_STEPS:.0e} in "

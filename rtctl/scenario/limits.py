@@ -163,5 +163,5 @@ def _command_fields(channel: Channel, defaults: dict[str, float]) -> dict[str, A
 
 
 def _rate(channel: Channel, alias: str) -> Any:
-    """A change of the channel a second."""
+    """Return the type of a change of the channel per second."""
     return Annotated[float, Quantity(f"{channel.unit}/s"), Field(alias=alias, gt=0.0)]

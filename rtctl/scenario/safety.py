@@ -18,7 +18,7 @@ OLDEST_TIME_PERIODS = 2.0
 
 
 class SafetyTable(Checked):
-    """[safety]"""
+    """Table [safety]."""
 
     frozen_after: Annotated[int, Field(ge=0)] = 0
     """Equal readings, to the bit, while the command moves by 5 % of its range: the sensor is stuck. 0: never.

@@ -180,7 +180,7 @@ class Scenario(Checked):
         return self
 
     def at_period_of(self, record: int) -> Scenario:
-        """The same at the period of an excitation that has one of its own."""
+        """Return the same scenario at the period of an excitation that has one of its own."""
         period_s = self.excitation[record].period_s
         if period_s is None:
             return self
@@ -310,7 +310,7 @@ def _apply(tables: dict[str, Any], override: str) -> None:
 
 
 def _inner(table: Any, part: str, override: str) -> Any:
-    """The table below `part`; a list of tables is indexed from 0: `excitation.0.seed=7`."""
+    """Return the table below `part`; a list of tables is indexed from 0: `excitation.0.seed=7`."""
     if isinstance(table, list) and part.isdigit() and int(part) < len(table):
         return table[int(part)]
     if isinstance(table, dict):

@@ -55,26 +55,7 @@ def acquire(
             f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(measured_kinds())}; play the '
             "excitation with rtctl run, which records every channel"
         )
-    records: list[Record] = []
-    failure = ""
-    for index, levels in enumerate(command_sequences(scenario)):
-        kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
-        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
-        try:
-            first = open_driver(driver, own)
-        except RtctlError as error:
-            if not records:
-                raise
-            failure = str(error)
-            break
-        rest = np.concatenate(([_rest(scenario)], levels))
-        signals, outcome, *_ = play(own, driver, rest, first, stop_requested)
-        if outcome.fault is not None:
-            failure = f"{outcome.fault}: {outcome.message}"
-            break
-        if failure := _clamped(signals, kind, scenario.profile.commands[0]):
-            break
-        records.append(_record(signals, own, index, kind))
+    records, failure = _play_all(scenario, driver, stop_requested, report)
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
     make_room()
@@ -90,6 +71,33 @@ def acquire(
     if failure:
         raise RunError(f"{failure}; the {len(records)} records before it are in {path}")
     return path
+
+
+def _play_all(
+    scenario: Scenario,
+    driver: Driver,
+    stop_requested: Callable[[], bool],
+    report: Callable[[str], None],
+) -> tuple[list[Record], str]:
+    """Play every excitation; return the records that are complete, and what ended the others ("": nothing)."""
+    records: list[Record] = []
+    for index, levels in enumerate(command_sequences(scenario)):
+        kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
+        report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
+        try:
+            first = open_driver(driver, own)
+        except RtctlError as error:
+            if not records:
+                raise
+            return records, str(error)
+        rest = np.concatenate(([_rest(scenario)], levels))
+        run = play(own, driver, rest, first, stop_requested)
+        if run.outcome.fault is not None:
+            return records, f"{run.outcome.fault}: {run.outcome.message}"
+        if clamped := _clamped(run.signals, kind, scenario.profile.commands[0]):
+            return records, clamped
+        records.append(_record(run.signals, own, index, kind))
+    return records, ""
 
 
 def _rest(scenario: Scenario) -> float:

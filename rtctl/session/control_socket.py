@@ -27,7 +27,6 @@ NAME = "control.sock"
 LARGEST_DATAGRAM = 4096
 """Largest request and answer [bytes]."""
 ANSWER_WITHIN_S = 2.0
-GAIN_UNITS = {"controller.kp": "mA/um", "controller.ki": "mA/(um*s)"}
 PLAN = "plan"
 """Value of the setpoint that goes back to the scenario's `[reference]`."""
 
@@ -124,7 +123,12 @@ def _units_of_parameters(folder: Path) -> dict[str, str]:
     if not path.is_file():
         raise InputError(f"{folder}: no run is under way here ({SIGNALS} is missing)")
     scenario = checked_scenario(scenario_tables(read_header(path).metadata, path), str(path))
-    return {SETPOINT: scenario.profile.reference.unit, **GAIN_UNITS}
+    output, command = scenario.profile.reference.unit, scenario.profile.commands[0].unit
+    return {
+        SETPOINT: output,
+        "controller.kp": f"({command})/({output})",
+        "controller.ki": f"({command})/(({output})*s)",
+    }
 
 
 def _listen(server: socket.socket, changes: ParameterChannel) -> None:

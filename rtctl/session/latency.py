@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.errors import DriverError, Fault, RunError
-from rtctl.registry import names
+from rtctl.registry import DEFAULT_PLANT, names, plant_kind
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import play
@@ -35,7 +35,6 @@ PERIODS_S = (10e-3, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 LARGEST_MISSED_SHARE = 1e-3
 LARGEST_SHARE_OF_PERIOD = 0.8
 LEAST_STEPS = 200
-SAFE = "3.68 mA"
 SERVED = {"modbus-tcp": "--modbus-tcp", "modbus-rtu": "--modbus-rtu", "serial": "--serial"}
 ADDRESS_KEY = {"modbus-tcp": "address", "modbus-rtu": "port", "serial": "port"}
 Report = Callable[[str], None]
@@ -133,7 +132,6 @@ def latency_scenario(driver: dict[str, Any], clock: dict[str, Any], period_s: fl
     tables = {
         "scenario": {"title": "latency", "period": f"{period_s!r} s"},
         "driver": driver,
-        "limits": {"low": SAFE},
         "clock": {"mode": "live", "settle": "0 s", **clock},
         "excitation": [{"kind": "levels", "levels": ["0 %", "0 %"], "hold": "1 s"}],
     }
@@ -184,7 +182,8 @@ def served_device(
         return
     with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
         place = "127.0.0.1:0" if key == "address" else str(Path(folder) / "port")
-        command = [sys.executable, "-m", "rtctl", "serve", "vo2_a", SERVED[kind], place, "--seed", "1"]
+        device = str(plant_kind(DEFAULT_PLANT).defaults.device)
+        command = [sys.executable, "-m", "rtctl", "serve", device, SERVED[kind], place, "--seed", "1"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
             try:
                 assert process.stdout is not None

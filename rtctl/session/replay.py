@@ -122,8 +122,8 @@ def _rows(run: Recorded, step: Step, setpoints: FloatArray) -> Iterable[tuple[fl
             if event.kind == "start":
                 applied = tuple(event.values["levels"])
                 sent.extend((delay + 1) * [applied])
-                beginning = plan[event.step] if chosen is None else chosen
-                levels = step.start(applied, beginning, event.values["sensed"], period_s)
+                first_setpoint = plan[event.step] if chosen is None else chosen
+                levels = step.start(applied, first_setpoint, event.values["sensed"], period_s)
                 previous = event.step - 1
             elif event.kind == "change" and event.values["name"] == SETPOINT:
                 value = event.values["value"]

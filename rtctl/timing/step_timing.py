@@ -65,7 +65,7 @@ class StepTiming:
                 Fault.DEADLINES_MISSED,
                 f"{self.overruns} periods missed, {periods} of them just now, at most {self._stop_after} are allowed "
                 "(clock.stop_after; one is forgiven a hundred steps in time); a longer period helps, or "
-                "clock.priority: rtctl latency tells what this machine and wire hold",
+                "clock.priority: rtctl latency measures what this machine and wire hold",
             )
 
     def summary(self, period_s: float) -> dict[str, Any]:

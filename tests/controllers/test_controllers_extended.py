@@ -18,8 +18,8 @@ from rtctl.controllers.linear_loop import LinearLoop
 from rtctl.controllers.pi import PiGains
 from rtctl.controllers.tuning import margins, tune
 from rtctl.models.span import Span
-from rtctl.models.vo2_dynamics import dynamics_of, loop_dynamics
 from rtctl.simulations.vo2 import extended_model
+from rtctl.simulations.vo2.loop_dynamics import dynamics_of, loop_dynamics
 
 H, TAU, GAIN = 1e-3, 1.8e-3, 40.0
 ASKED = {"least_gain_margin": 2.0, "least_phase_margin_deg": 60.0}

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+
+import rtctl
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -42,3 +45,28 @@ def test_source_files_that_pages_name_exist() -> None:
             if not (ROOT / name).exists():
                 missing.append(f"{page.relative_to(ROOT)}: {name}")
     assert missing == []
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    changed = re.search(
+        r"^## (\S+) \((\S+)\)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert cited is not None
+    assert changed is not None
+    assert {declared, cited[1], changed[1], rtctl.__version__} == {declared}
+    assert f'date-released: "{changed[2]}"' in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_make_targets_that_pages_and_workflows_name_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    users = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / ".github" / "workflows").glob("*.yml")]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in users)
+    named = {
+        name
+        for line in re.findall(r"(?:run: |`|^)make ((?:[a-z]+ ?)+)", text, re.MULTILINE)
+        for name in line.split()
+    }
+    assert {"test", "run", "docs", "minimal"} <= named & targets
+    assert named <= targets | {"PYTHON"}

@@ -19,8 +19,8 @@ from rtctl.estimators.corrected import CorrectedEstimator
 from rtctl.estimators.extended_observer import ExtendedObserver
 from rtctl.estimators.thermal_path import Drive, ThermalPath, path_params
 from rtctl.interfaces import Estimate
-from rtctl.models.vo2_dynamics import dynamics_of
 from rtctl.simulations.vo2 import vo2_simulation
+from rtctl.simulations.vo2.loop_dynamics import dynamics_of
 
 CURRENT = telegraph(200, seed=7)
 CASES = {

@@ -256,6 +256,23 @@ def live_case(samples: int) -> Case:
     return Case(answers=answers, setpoints=[5.0] * samples)
 
 
+def playing_live(driver: ScriptedLine) -> LoopParts:
+    """Parts of a live run in compiled blocks that plays levels without an estimate."""
+    estimator, controller = NoEstimator(), PlaybackController()
+    return LoopParts(
+        driver=driver,
+        estimator=estimator,
+        controller=controller,
+        limits=(LIMIT,),
+        plausibility=Plausibility(sensed_low=(100.0,), sensed_high=(10e6,), names=NAMES),
+        clock=MonotonicClock(),
+        signals=Recorder(signal_columns(driver.profile, estimator, controller)),
+        timings=Recorder(TIMING_COLUMNS),
+        stop_requested=lambda: False,
+        compiled=True,
+    )
+
+
 def test_live_the_deadlines_are_kept_or_counted() -> None:
     before_ns = time.monotonic_ns()
     found = taken(live_case(200), True, MonotonicClock(spin=TrackedSpin(2e5)))
@@ -272,19 +289,7 @@ def test_a_late_loop_catches_up_with_every_sample() -> None:
 def test_a_signal_ends_the_sleep_and_its_handler_stops_the_run() -> None:
     """A second between two samples; the handler runs a few milliseconds after the first."""
     driver, asked = ScriptedLine([healthy(k) for k in range(SETTLE + 5)]), []
-    estimator, controller = NoEstimator(), PlaybackController()
-    parts = LoopParts(
-        driver=driver,
-        estimator=estimator,
-        controller=controller,
-        limits=(LIMIT,),
-        plausibility=Plausibility(sensed_low=(100.0,), sensed_high=(10e6,), names=NAMES),
-        clock=MonotonicClock(),
-        signals=Recorder(signal_columns(driver.profile, estimator, controller)),
-        timings=Recorder(TIMING_COLUMNS),
-        stop_requested=lambda: bool(asked),
-        compiled=True,
-    )
+    parts = replace(playing_live(driver), stop_requested=lambda: bool(asked))
     plan = LoopPlan(period_s=1.0, setpoints=np.full(5, 5.0), settle_steps=0)
     prepare(driver)
     before = signal.signal(signal.SIGALRM, lambda *_: asked.append(time.monotonic()))
@@ -301,20 +306,7 @@ def test_a_signal_ends_the_sleep_and_its_handler_stops_the_run() -> None:
 def test_periods_that_are_judged_end_the_run() -> None:
     case = live_case(20_000)
     driver = ScriptedLine(case.answers)
-    estimator, controller = NoEstimator(), PlaybackController()
-    parts = LoopParts(
-        driver=driver,
-        estimator=estimator,
-        controller=controller,
-        limits=(LIMIT,),
-        plausibility=Plausibility(sensed_low=(100.0,), sensed_high=(10e6,), names=NAMES),
-        clock=MonotonicClock(),
-        signals=Recorder(signal_columns(driver.profile, estimator, controller)),
-        timings=Recorder(TIMING_COLUMNS),
-        stop_requested=lambda: False,
-        timing=StepTiming(stop_after=1),
-        compiled=True,
-    )
+    parts = replace(playing_live(driver), timing=StepTiming(stop_after=1))
     plan = LoopPlan(period_s=1e-5, setpoints=np.full(20_000, 5.0), settle_steps=0)
     outcome = run_loop(parts, plan, BEFORE_FIRST)
     assert outcome.fault is Fault.DEADLINES_MISSED

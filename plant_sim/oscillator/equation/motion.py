@@ -199,13 +199,13 @@ class Equation:
 
         The start is displacement z and velocity v (lanes,).
         """
-        found = [
+        states = [
             np.zeros((memory.states, len(z)))
             if memory.start is None
             else np.array([memory.start(*pair) for pair in zip(z.tolist(), v.tolist(), strict=True)]).T
             for memory in self.memories
         ]
-        return np.ascontiguousarray(np.vstack(found)) if found else np.zeros((0, len(z)))
+        return np.ascontiguousarray(np.vstack(states)) if states else np.zeros((0, len(z)))
 
     def march(
         self,

@@ -79,6 +79,4 @@ def law_for(terms: Set[str], *, memory: bool = False) -> Any:
     Beside a `memory` there are few laws: the memory's work hides what a shorter one saves, and each combination has to
     be compiled.
     """
-    return next(
-        (found for known, found in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial
-    )
+    return next((law_ for known, law_ in (_BESIDE_MEMORY if memory else _LAWS) if terms <= known), polynomial)

@@ -32,10 +32,10 @@ def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
         return made
     key = (id(stimulus), drive.hold, drive.delay_s, substeps)
     with _lock:
-        found = _kept.get(key)
-        if found is not None and found[0]() is stimulus:
+        kept = _kept.get(key)
+        if kept is not None and kept[0]() is stimulus:
             _kept.move_to_end(key)
-            return found[1]
+            return kept[1]
     known = np.concatenate((drive.samples, drive.onward))
     made = nodes(known, drive.hold, substeps, drive.delay_s / drive.period_s)
     made = made[: (len(drive.samples) - 1) * substeps]

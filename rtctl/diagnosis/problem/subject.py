@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -184,6 +184,14 @@ class Subject:
     """Of outputs, the nominal parameter that is added to it."""
     shifted_by: str
     """Mechanism that adds a constant to the reading; "": none, or the nominal model has one."""
+    output_units: Mapping[str, str] = field(default_factory=dict)
+    """Units of the outputs that `comparable` makes, by name."""
+    coarse_units: Mapping[str, str] = field(default_factory=dict)
+    """Units of the misfits of `coarse` parts, by output."""
+    describe_coarse: Callable[[Mapping[str, Any]], str] | None = None
+    """Sentence part that says what `coarse` parts leave; None where there are none."""
+    coarse_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None
+    """Matplotlib figure of `coarse` parts beside the `relearned` ones, by the units of the dataset."""
     read_model: Callable[[Path], Any]
     spreads: Callable[[Any], Mapping[str, float]]
     """Standard errors over values, by name, of a model's parameters whose file has an interval."""

@@ -12,6 +12,7 @@ from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
+from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.report.joint_statements import joint_statements
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
@@ -22,7 +23,6 @@ from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.diagnosis.verification.wald_test import WrongValue
-from rtctl.identification.vo2.coarse_loops import UNITS, describe_improvement
 
 HYSTERESIS_STATEMENT = (
     "The static loops are modelled too coarsely, relays switch together: of the staircases, cells placed where they do "
@@ -46,18 +46,19 @@ class NamedCauses(NamedTuple):
 
 
 def name_causes(
-    search: SearchResult, estimated: TestedHypothesis, thresholds: ReportThresholds
+    search: SearchResult, estimated: TestedHypothesis, subject: Subject, thresholds: ReportThresholds
 ) -> NamedCauses:
     """Return the causes of the chosen set with their evidence, without mere corrections of the identified model.
 
     Args:
         search: What was found.
         estimated: Fit of the chosen set to whole records, which gives the values.
+        subject: The kind of plant.
         thresholds: Thresholds of the report.
     """
     notes = []
     causes = mechanism_causes(search, estimated, thresholds)
-    shape = hysteresis_cause(search, thresholds)
+    shape = hysteresis_cause(search, subject, thresholds)
     if shape is not None:
         causes.append(shape)
     elif search.hysteresis_refit:
@@ -95,20 +96,20 @@ def mechanism_causes(
     return sorted(causes, key=lambda one: (-one.probability, one.id in qualifiers, -one.share_removed))
 
 
-def hysteresis_cause(search: SearchResult, thresholds: ReportThresholds) -> Cause | None:
+def hysteresis_cause(search: SearchResult, subject: Subject, thresholds: ReportThresholds) -> Cause | None:
     """Return the static hysteresis as a cause; None where it was not refitted, or only corrected."""
-    refit = search.hysteresis_refit
-    if refit is None or not refit.is_cause:
+    refit, describe = search.hysteresis_refit, subject.describe_coarse
+    if describe is None or refit is None or not refit.is_cause:
         return None
     removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
     removed = refit.before.cost - search.chosen.hypothesis.cost
     parameters = {}
     for output, one in refit.coarse.items():
         value, low, high = one.misfit
-        parameters[f"{output}_misfit"] = Estimate(value, low, high, UNITS[output])
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, subject.coarse_units[output])
     return Cause(
         id=HYSTERESIS_SHAPE,
-        statement=HYSTERESIS_STATEMENT.format(describe_improvement(refit.coarse)),
+        statement=HYSTERESIS_STATEMENT.format(describe(refit.coarse)),
         kind="mechanism",
         probability=thresholds.max_probability,
         parameters=parameters,

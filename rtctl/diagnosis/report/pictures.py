@@ -15,13 +15,11 @@ from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.vo2.adapted_grid import compute_switching_densities
 from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
     coordinates_figure,
     isolability_figure,
-    loops_figure,
     shape_figure,
 )
 from rtctl.plots.elements.style import house_style
@@ -140,18 +138,12 @@ def noise_density(found: Diagnosis, period_s: float) -> tuple[FloatArray, FloatA
 
 
 def _loops(found: Diagnosis) -> Figure:
-    """Of the deflection, given and learned anew, along the staircases."""
-    learned = found.search.hysteresis_refit
-    assert learned is not None
-    shown = learned.coarse["deflection"]
-    reads = (shown.given, learned.loops["deflection"])
-    v, y, scored = shown.staircases
-    left = tuple((y - read.simulate(v))[scored] for read in reads)
-    densities = tuple(compute_switching_densities(read) for read in reads)
-    return loops_figure(
-        (reads[0].grid, reads[1].grid), (densities[0], densities[1]), v[scored], (left[0], left[1]),
-        found.units["deflection"],
-    )  # fmt: skip
+    """Return the figure of the identified loops beside the refitted ones."""
+    refit, draw = found.search.hysteresis_refit, found.problem.subject.coarse_figure
+    assert refit is not None
+    assert draw is not None
+    figure: Figure = draw(refit.coarse, refit.loops, found.units)
+    return figure
 
 
 def _candidates(found: Diagnosis) -> Figure:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.border.simulation import FreeParameter
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
-
-NORMAL_95 = 1.96
 
 
 def estimates_by_mechanism(tested: TestedHypothesis) -> dict[str, dict[str, Estimate]]:

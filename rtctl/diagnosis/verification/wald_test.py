@@ -17,9 +17,9 @@ from scipy.stats import chi2
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.parameter_estimates import NORMAL_95
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.thresholds import VerificationThresholds
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.statistics import NORMAL_95
 
 CONFOUNDED_RELATIVE_ERROR = 0.05
 """Relative standard error of a direction above which it is confounded, if that is because of the other parameters."""
@@ -25,8 +26,6 @@ LEAST_SHARE = 0.1
 """Smallest component of a direction, relative to its largest, with which a parameter is named in it."""
 INSENSITIVE_RATIO = 1e-9
 """Information relative to the largest, below which a parameter has no effect."""
-SIGNIFICANT_RATIO = 1.96
-"""Value over standard error below which the 95 % interval contains zero."""
 
 
 class ConfoundedDirection(NamedTuple):
@@ -95,7 +94,7 @@ def assess_determinability(
     kept = np.flatnonzero(~silent)
     relative = np.abs(values[kept] / scale[kept])
     errors = np.sqrt(np.diag(covariance))[kept]
-    significant = relative > SIGNIFICANT_RATIO * errors
+    significant = relative > NORMAL_95 * errors
     size = np.where(significant, relative, np.maximum(relative, np.minimum(1.0, errors)))
     c = covariance[np.ix_(kept, kept)] / np.outer(size, size)
     own = _compute_conditional_errors(c)

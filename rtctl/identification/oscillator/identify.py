@@ -14,6 +14,7 @@ from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.oscillator.start_values import generate_starts
@@ -25,7 +26,6 @@ from rtctl.measured.dataset import Dataset
 
 KIND = "oscillator"
 NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
-CONFIDENCE_95 = 1.96
 MAX_RESIDUAL_SHARE = 0.3
 """RMS residual relative to the motion above which a fit is not trusted.
 
@@ -228,7 +228,7 @@ def _write_value(old: Value, parameter: FreeParameter, value: float, error: floa
     factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
     known: dict[str, Any] = {}
     if error < float("inf"):
-        half = CONFIDENCE_95 * error
+        half = NORMAL_95 * error
         low, high = max(value - half, parameter.low), min(value + half, parameter.high)
         known = {"low": low * factor, "high": high * factor, "standard_error": error * factor}
     return Value(value=value * factor, unit=unit, **known)

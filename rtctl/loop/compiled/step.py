@@ -141,7 +141,7 @@ class CompiledStep:
             elapsed_s,
         )  # fmt: skip
         if not math.isfinite(asked):
-            self._limit.clip(asked, levels[0], elapsed_s)  # says what is wrong
+            self._limit.clip(asked, levels[0], elapsed_s)  # raises, with the reason
         estimate = self._estimator.estimate_of(value, surrogate, error, status)
         return Decision(estimate, (allowed,), CommandTerms(*terms))
 

@@ -27,7 +27,7 @@ class MeSupport:
     }
 
     def read_model(self, path: Path) -> ResonatorModel:
-        """An oscillator's model file."""
+        """Read an oscillator's model file."""
         return read_resonator(path)
 
     def identity(self, model: ResonatorModel) -> str:
@@ -35,7 +35,7 @@ class MeSupport:
         return model.identity
 
     def unused(self, model: ResonatorModel) -> tuple[str, ...]:
-        """What does nothing to the first harmonic; the tuning names what it has not considered."""
+        """Return the mechanisms that do nothing to the first harmonic; the tuning names what it has not considered."""
         return model.indifferent
 
     def output_range(self, scenario: Scenario, model: ResonatorModel) -> Span:
@@ -83,7 +83,7 @@ class MeSupport:
 
 
 def reachable(model: ResonatorModel, current_mA: float) -> float:
-    """The amplitude [um] that a current holds, by bisection where the damping depends on it."""
+    """Return the amplitude [um] that a current holds, by bisection where the damping depends on it."""
     high = current_mA / (model.decay / model.growth)
     if model.holding_current(high) <= current_mA * (1.0 + 1e-12):
         return high

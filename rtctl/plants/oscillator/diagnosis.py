@@ -13,6 +13,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.finite_differences import slope
 from rtctl.diagnosis.problem.subject import (
@@ -26,8 +27,6 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
-
-NORMAL_95 = 1.96
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
     ("z^2", "displacement", lambda z, v, u, t: z**2),
@@ -66,7 +65,7 @@ PAST = (
 
 
 def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
-    """(forces, outputs, n) of record `index`, each as strong as the drive's own force."""
+    """Return (forces, outputs, n) of record `index`, each as strong as the drive's own force."""
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
         t = np.linspace(-1.0, 1.0, len(z))
@@ -102,7 +101,7 @@ def _pushed(
     index: int,
     forces: Callable[[FloatArray, FloatArray, FloatArray], Sequence[FloatArray]],
 ) -> FloatArray:
-    """(forces, outputs, n): what each does that is of `forces` (displacement, velocity, drive, each over its size)."""
+    """Return the effects (forces, outputs, n) of `forces` (displacement, velocity, drive, each over its size)."""
     record = problem.records[index]
     values = hypothesis.values_of(index)
     start = np.atleast_2d(hypothesis.start(index))

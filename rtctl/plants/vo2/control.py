@@ -18,12 +18,12 @@ from rtctl.estimators import ESTIMATORS
 from rtctl.interfaces import Estimator
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model, read_model
-from rtctl.models.vo2_dynamics import LEFT_OUT, NOT_TRUSTED, Vo2Dynamics, loop_dynamics
 from rtctl.models.working_range import WorkingRange, working_range
 from rtctl.plants.support import Control
 from rtctl.plants.vo2.tables import PiTable
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario
+from rtctl.simulations.vo2.loop_dynamics import LEFT_OUT, NOT_TRUSTED, Vo2Dynamics, loop_dynamics
 
 
 class Vo2Support:
@@ -32,7 +32,7 @@ class Vo2Support:
     estimators: Mapping[str, Callable[[Vo2Model], Estimator]] = ESTIMATORS
 
     def read_model(self, path: Path) -> Vo2Model:
-        """What `rtctl identify` has written."""
+        """Read the model file that `rtctl identify` has written."""
         return read_model(path)
 
     def identity(self, model: Vo2Model) -> str:
@@ -51,7 +51,7 @@ class Vo2Support:
         return model.deflection
 
     def reading_at_rest(self, model: Vo2Model) -> tuple[float, ...]:
-        """The cold film's resistance."""
+        """Return the cold film's resistance [ohm]."""
         return (model.resistance.high,)
 
     def limits(self, scenario: Scenario, model: Vo2Model) -> tuple[CommandLimits, ...]:
@@ -101,7 +101,7 @@ def current_limits(scenario: Scenario, working: WorkingRange) -> CommandLimits:
 def build_controller(
     scenario: Scenario, model: Vo2Model, working: WorkingRange, delay: int
 ) -> tuple[PiController, Tuning]:
-    """The controller of `[controller]` with gains from the model, or hand-set ones with their margins."""
+    """Return the controller of `[controller]` with gains from the model, or hand-set ones, and their margins."""
     table = scenario.controller
     if not isinstance(table, PiTable):
         raise InputError(f'controller.kind = "{table.kind}" does not control a "vo2"; use "pi"')
@@ -149,7 +149,7 @@ def _given(
 def _tuned(
     table: PiTable, scenario: Scenario, model: Vo2Model, dynamics: Vo2Dynamics, working: WorkingRange, delay: int
 ) -> Tuning:  # fmt: skip
-    """The fastest PI that keeps the margins of `[controller]`."""
+    """Return the fastest PI that keeps the margins of `[controller]`."""
     least = {
         "least_gain_margin": table.gain_margin,
         "least_phase_margin_deg": math.degrees(table.phase_margin_rad),

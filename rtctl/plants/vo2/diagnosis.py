@@ -33,9 +33,11 @@ from rtctl.diagnosis.problem.subject import (
 )
 from rtctl.hysteresis.preisach.model import PreisachModel
 from rtctl.identification.vo2.coarse_loops import (
+    UNITS,
     LoopResolution,
     Samples,
     collect_loops,
+    describe_improvement,
     find_coarse_loops,
     refit_loop,
 )
@@ -44,6 +46,7 @@ from rtctl.identification.vo2.staircase import estimate_static_noise
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
+from rtctl.plants.vo2.loops_picture import draw_coarse_loops
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
@@ -131,7 +134,7 @@ def low_pass(x: FloatArray, samples: float) -> FloatArray:
 
 
 def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
-    """(forces, outputs, n) of record `index`: on the current in parts of its RMS variation, on a reading of its."""
+    """Return (forces, outputs, n) of record `index`, in parts of the RMS variation of the current or reading."""
     record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
     base = hypothesis.simulation.predict(record.stimulus, values, start, problem.steps_per_period)
@@ -227,8 +230,10 @@ def _inner(simulation: Simulation) -> Simulation:
 
 
 def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
-    """By what the identification left on its staircases; no more than the noise of one reading there, as far as the
-    dataset has them: what is left beyond it is too coarse a model.
+    """Return the RMS misfit, by output, that the identification left on its staircases.
+
+    It is at most the noise of one reading there, as far as the dataset has staircases: a larger residual means that
+    the model is too coarse.
     """
     noise = estimate_static_noise(dataset)
     left = {"resistance": model.reading_error, "deflection": model.deflection_error}
@@ -243,7 +248,7 @@ class _Placed(NamedTuple):
     loops: Mapping[str, PreisachModel]
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
-        """`simulation` with these read-outs."""
+        """Return `simulation` with these read-outs."""
         if isinstance(simulation, LogReading):
             return replace(simulation, plain=self(simulation.plain))
         assert isinstance(simulation, Vo2Simulation)
@@ -256,7 +261,7 @@ def _relearned(
     problem: FittedRecords,
     report: Callable[[str], None],
 ) -> Placed:
-    """What a record says of a read-out is what the loops give along its temperatures, less what the fit is off by."""
+    """Refit the loops to the fitted records too: the loops along their temperatures, less the fit's residual."""
     plain = VO2.inner(hypothesis.simulation)
     assert isinstance(plain, Vo2Simulation)
     samples: dict[str, list[Samples]] = {output: [] for output in coarse}
@@ -348,6 +353,10 @@ VO2 = Subject(
     corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     offsets={"deflection": "deflection_offset"},
     shifted_by="",
+    output_units={LOG_RESISTANCE: "ln(ohm)"},
+    coarse_units=UNITS,
+    describe_coarse=describe_improvement,
+    coarse_figure=draw_coarse_loops,
     read_model=read_model,
     spreads=lambda model: {},
     extended_model=extended_model,

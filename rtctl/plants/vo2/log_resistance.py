@@ -73,11 +73,11 @@ class LogReading:
         )
 
     def extended(self, mechanisms: tuple[str, ...]) -> LogReading:
-        """The same with these mechanisms at neutral."""
+        """Return the same with these mechanisms at neutral."""
         return replace(self, plain=self.plain.extended(mechanisms))
 
     def with_values(self, values: FloatArray) -> LogReading:
-        """The same model with `values` (parameters,) as its own."""
+        """Return the same model with `values` (parameters,) as its own."""
         return replace(self, plain=self.plain.with_values(values))
 
 

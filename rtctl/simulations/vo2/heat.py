@@ -100,7 +100,7 @@ def temperatures(power: FloatArray, b: Balance) -> FloatArray:
 
 @kernel
 def relays_at(state: FloatArray, v: float, p: PreisachParams) -> float:
-    """What the relays would make at v, from a memory that is left as it is; see `move_input`."""
+    """Return the output of the relays at v without changing their memory; see `move_input`."""
     v = min(max(v, p.grid[0]), p.grid[-1])
     top, levels = int(state[0]), 1 + MAX_EXTREMA
     if v == state[1 + top]:
