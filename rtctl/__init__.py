@@ -1,7 +1,122 @@
-"""Feedback control of actuators that sense themselves."""
+"""Feedback control of actuators that sense themselves.
 
-from rtctl.registry import register
+The names of the Python interface (`__all__`) are imported when they are first used, so that `import rtctl` is fast.
+"""
 
-__version__ = "0.2.0"
+from __future__ import annotations
 
-__all__ = ["__version__", "register"]
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from rtctl.version import __version__ as __version__
+
+if TYPE_CHECKING:
+    from rtctl.api.acquisition import acquire
+    from rtctl.api.campaigns import reproduce_study, sweep
+    from rtctl.api.comparison import Comparison, RecordScore, simulate
+    from rtctl.api.datasets import read_dataset, write_dataset
+    from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.fit import Fit
+    from rtctl.api.identification import identify
+    from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
+    from rtctl.api.model import Model, Parameter, read_model
+    from rtctl.api.recordings import Replayed, change, recover, replay
+    from rtctl.api.running import Run, run
+    from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
+    from rtctl.measured.dataset import Dataset, Record
+    from rtctl.registry import PlantKind, load_plugin, register
+
+_MODULES = {
+    "acquire": "rtctl.api.acquisition",
+    "reproduce_study": "rtctl.api.campaigns",
+    "sweep": "rtctl.api.campaigns",
+    "Comparison": "rtctl.api.comparison",
+    "RecordScore": "rtctl.api.comparison",
+    "simulate": "rtctl.api.comparison",
+    "Diagnosis": "rtctl.api.diagnosing",
+    "diagnose": "rtctl.api.diagnosing",
+    "Fit": "rtctl.api.fit",
+    "identify": "rtctl.api.identification",
+    "read_dataset": "rtctl.api.datasets",
+    "Latency": "rtctl.api.machines",
+    "demonstrate": "rtctl.api.machines",
+    "measure_latency": "rtctl.api.machines",
+    "serve": "rtctl.api.machines",
+    "serve_device": "rtctl.api.machines",
+    "Model": "rtctl.api.model",
+    "Parameter": "rtctl.api.model",
+    "read_model": "rtctl.api.model",
+    "Replayed": "rtctl.api.recordings",
+    "change": "rtctl.api.recordings",
+    "recover": "rtctl.api.recordings",
+    "replay": "rtctl.api.recordings",
+    "Run": "rtctl.api.running",
+    "run": "rtctl.api.running",
+    "DriverError": "rtctl.border.errors",
+    "Fault": "rtctl.border.errors",
+    "InputError": "rtctl.border.errors",
+    "RtctlError": "rtctl.border.errors",
+    "RunError": "rtctl.border.errors",
+    "Dataset": "rtctl.measured.dataset",
+    "Record": "rtctl.measured.dataset",
+    "write_dataset": "rtctl.api.datasets",
+    "PlantKind": "rtctl.registry",
+    "load_plugin": "rtctl.registry",
+    "register": "rtctl.registry",
+}
+"""Module of each public name."""
+
+__all__ = [
+    "Comparison",
+    "Dataset",
+    "Diagnosis",
+    "DriverError",
+    "Fault",
+    "Fit",
+    "InputError",
+    "Latency",
+    "Model",
+    "Parameter",
+    "PlantKind",
+    "Record",
+    "RecordScore",
+    "Replayed",
+    "RtctlError",
+    "Run",
+    "RunError",
+    "acquire",
+    "change",
+    "demonstrate",
+    "diagnose",
+    "identify",
+    "load_plugin",
+    "measure_latency",
+    "read_dataset",
+    "read_model",
+    "recover",
+    "register",
+    "replay",
+    "reproduce_study",
+    "run",
+    "serve",
+    "serve_device",
+    "simulate",
+    "sweep",
+    "write_dataset",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used."""
+    if name not in _MODULES:
+        from rtctl.border.errors import nearest
+
+        raise AttributeError(f'module "rtctl" has no attribute "{name}"{nearest(name, _MODULES)}')
+    value = getattr(importlib.import_module(_MODULES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted({*globals(), *__all__})

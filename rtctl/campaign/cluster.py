@@ -12,11 +12,11 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 from urllib.parse import urlsplit
 
-from rtctl import __version__
 from rtctl.border.errors import InputError, RunError
 from rtctl.campaign.part import compute_part
 from rtctl.campaign.plan import Plan
 from rtctl.extras import require
+from rtctl.version import __version__
 
 WAITING = 2
 """Parts submitted for each thread of the workers."""

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl import __version__
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import parse_quantity
@@ -21,6 +20,7 @@ from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.kinds import model_kind
 from rtctl.orbits.forced import Forced
 from rtctl.session.model_validation import simulation_for
+from rtctl.version import __version__
 from rtctl.wiring import build_forced, find_plant, read_model
 
 STEPS_PER_PERIOD = 128

@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from types import ModuleType
 
-from rtctl import __version__
 from rtctl.border.errors import RtctlError
 from rtctl.registry import load_plugin
+from rtctl.version import __version__
 
 VERBS = {
     "run": "play a scenario in closed loop (or open loop) and score it",
@@ -36,7 +36,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The parser of all verbs."""
+    """Return the parser of all verbs."""
     parser = _Parser(prog="rtctl", description="Feedback control of actuators that sense themselves.")
     parser.add_argument("--version", action="version", version=f"rtctl {__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
@@ -53,7 +53,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Entry point. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
+    """Run the command line. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
     args = build_parser().parse_args(argv)
     try:
         for plugin in args.plugins:

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.output.notebook import html_table, number
 
 
 class Signal(NamedTuple):
@@ -55,12 +57,12 @@ class Record:
 
     def __post_init__(self) -> None:
         if not self.period_s > 0.0:
-            raise ValueError(f"record {self.name}: period_s must be > 0 s, got {self.period_s!r}")
+            raise InputError(f"record {self.name}: period_s must be > 0 s, got {self.period_s!r}")
         lengths = {name: values.shape for name, values in self.signals.items()}
         if len(set(lengths.values())) != 1 or any(len(shape) != 1 for shape in lengths.values()):
-            raise ValueError(f"record {self.name}: signals must be 1-D and of one length, got {lengths}")
+            raise InputError(f"record {self.name}: signals must be 1-D and of one length, got {lengths}")
         if not 0 <= self.ignore_first < self.samples:
-            raise ValueError(
+            raise InputError(
                 f"record {self.name}: ignore_first = {self.ignore_first} leaves nothing "
                 f"of {self.samples} samples"
             )
@@ -73,6 +75,10 @@ class Record:
     def has(self, name: str) -> bool:
         """Return whether the signal was measured in this record."""
         return name in self.signals
+
+    def __repr__(self) -> str:
+        names = ", ".join(self.signals)
+        return f"<Record {self.name} ({self.use}): {self.samples} samples at {1.0 / self.period_s:g} Hz of {names}>"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,3 +109,25 @@ class Dataset:
     def used_for(self, use: str) -> tuple[Record, ...]:
         """Return the records of one use, in order."""
         return tuple(record for record in self.records if record.use == use)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Dataset {self.name} ({self.plant}): {len(self.records)} records, {self._signals_in_words()}>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [
+                one.name,
+                one.use,
+                str(one.samples),
+                number(1.0 / one.period_s, "Hz"),
+                number(one.samples * one.period_s, "s"),
+            ]
+            for one in self.records
+        ]  # fmt: skip
+        headers = ["record", "use", "samples", "sample rate", "duration"]
+        return html_table(f"{self.name} ({self.plant})", headers, rows, [self._signals_in_words()])
+
+    def _signals_in_words(self) -> str:
+        return ", ".join(f"{name} [{unit}]" for name, unit in self.units.items())

@@ -158,6 +158,11 @@ def write_model(model: Vo2Model, path: Path) -> None:
     part.replace(path)
 
 
+def save_model(path: Path, model: Vo2Model) -> None:
+    """Write the model file, as `write_model` does; the order of arguments that kinds of plant have in common."""
+    write_model(model, path)
+
+
 def read_model(path: Path) -> Vo2Model:
     """Read a model file. Raises InputError naming file and key."""
     tables = read_toml(path).get("model")

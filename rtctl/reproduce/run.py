@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rtctl import __version__
 from rtctl.evaluation.metrics import finite
 from rtctl.output.atomic_write import replacing
 from rtctl.reproduce.study import Picture, Run, Section, Step, Study, as_json, from_json
+from rtctl.version import __version__
 
 Told = Callable[[str], None]
 

@@ -1,7 +1,8 @@
-"""A model beside a dataset: each record simulated from its first sample, no measured output fed in, and scored.
+"""Comparison of a model with a dataset: each record is simulated from its first sample and scored.
 
-`error = simulated - measured`; what is scored leaves out a record's `ignore_first`. Records are read one after the
-other and simulated on as many threads as the machine has cores, so memory holds that many and the worst one.
+No measured output is fed into the simulation. `error = simulated - measured`; a record's first `ignore_first` samples
+are not scored. Records are read one after the other and simulated on as many threads as the machine has cores, so
+memory holds that many and the worst one.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,35 +32,36 @@ from rtctl.wiring import build_simulation, read_model
 
 
 class OutputScore(NamedTuple):
-    """Of one output over the scored samples, in its unit; infinite where the simulation diverged."""
+    """Errors of one output over the scored samples, in its unit; infinite where the simulation diverged."""
 
     rms_error: float
     rms_signal: float
     max_error: float
     max_signal: float
     integrator_error: float
-    """RMS change of the simulation at half the step, in parts of `rms_error`."""
+    """RMS change of the simulation with half the step, divided by `rms_error`."""
 
     @property
     def nrmse(self) -> float:
-        """The error in parts of the signal; NaN without a signal."""
+        """RMS error divided by the RMS signal; NaN without a signal."""
         return self.rms_error / self.rms_signal if self.rms_signal > 0.0 else math.nan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ComparedRecord:
-    """A record and what the model makes of it."""
+    """A record and its simulation by the model."""
 
     record: Record
     simulated: Mapping[str, FloatArray]
-    """Of each measured output (n,), in the dataset's unit; NaN from where it diverged."""
+    """Each measured output as simulated, (n,), in the dataset's unit; NaN from where the simulation diverged."""
     scores: Mapping[str, OutputScore]
+    """Errors of each measured output."""
     diverged_at_s: float | None
-    """Since the first sample."""
+    """Time since the first sample [s] at which the simulation diverged; None: it did not."""
 
     @property
     def badness(self) -> float:
-        """What the worst record is the largest of."""
+        """The largest error of an output in parts of its signal; infinite where the simulation diverged."""
         if self.diverged_at_s is not None:
             return math.inf
         return max(
@@ -67,15 +69,19 @@ class ComparedRecord:
         )
 
 
-class Comparison(NamedTuple):
-    """Of a whole dataset."""
+class DatasetComparison(NamedTuple):
+    """The scores of all records of a dataset."""
 
     summary: dict[str, Any]
+    """Content of `summary.json`."""
     worst: ComparedRecord
+    """The record with the largest error in parts of its signal."""
+    records: Mapping[str, ComparedRecord]
+    """Every record by its name, in the dataset's order; empty unless they were to be kept."""
 
     @property
     def diverged(self) -> list[tuple[str, float]]:
-        """Names of records that diverged, and when [s]."""
+        """Names of the records that diverged, and the time since the first sample [s] at which they did."""
         return [
             (row["record"], row["diverged_at_s"])
             for row in self.summary["records"]
@@ -86,17 +92,34 @@ class Comparison(NamedTuple):
 def simulation_for(path: Path, dataset: StoredDataset) -> Simulation:
     """Return the model of the file `path` in the dataset's units. Raises InputError where the two do not fit."""
     kind = model_kind(path)
+    check_kind(kind, dataset, str(path))
+    return simulation_of(kind, read_model(path, kind), dataset, str(path))
+
+
+def check_kind(kind: str, dataset: StoredDataset, source: str) -> None:
+    """Raise InputError where a model of this kind, from the file `source`, does not fit the dataset."""
     simulated = [name for name, one in plant_kinds().items() if one.model is not None]
     if kind in simulated and dataset.plant != kind:
         raise InputError(
-            f"{path} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}"
+            f"{source} is a model of {_named(kind)}, {dataset.path} holds data of {_named(dataset.plant)}"
         )
     if kind != dataset.plant:
         raise InputError(
-            f'{path}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, simulated)}'
+            f'{source}: key "model.kind" is {kind!r}, the data are of a "{dataset.plant}"{nearest(kind, simulated)}'
         )
+
+
+def simulation_of(kind: str, model: Any, dataset: StoredDataset, source: str) -> Simulation:
+    """Return a model in the dataset's units. Raises InputError where the two do not fit.
+
+    Args:
+        kind: Kind of plant of the model.
+        model: The model, as its kind's reader returns it.
+        dataset: The data that it is to be compared with.
+        source: The model's file, for messages.
+    """
     try:
-        return build_simulation(read_model(path, kind), dataset.units, str(path), kind)
+        return build_simulation(model, dataset.units, source, kind)
     except InputError as error:
         if "not compatible" not in str(error):
             raise
@@ -111,19 +134,29 @@ def _named(kind: str) -> str:
 def compare_dataset(
     simulation: Simulation,
     dataset: StoredDataset,
-    folder: Path,
+    folder: Path | None,
     stop_requested: Callable[[], bool],
     advance: Callable[[int], None],
     *,
     source: str,
-) -> Comparison:
-    """Compare every record; writes `folder/<record>.parquet`.
+) -> DatasetComparison:
+    """Simulate and score every record.
 
-    Raises KeyboardInterrupt where it is asked to stop, InputError that names `source`, the model's file, where no
-    sensible step resolves it.
+    Args:
+        simulation: The model, bound to the dataset's units.
+        dataset: The records.
+        folder: Where each prediction is written as `<record>.parquet`; None: all are kept in memory instead.
+        stop_requested: Asked several times a second; True ends the comparison.
+        advance: Takes the number of records that are done.
+        source: The model's file, for messages.
+
+    Raises:
+        KeyboardInterrupt: A stop was requested.
+        InputError: No sensible step resolves the model; the message names `source`.
     """
     reading = threading.Lock()  # one file at a time: readers share a cache
     worst: list[ComparedRecord] = []
+    kept: dict[str, ComparedRecord] = {}
 
     def compare(k: int) -> dict[str, Any]:
         with reading:
@@ -132,25 +165,29 @@ def compare_dataset(
             compared = compare_record(simulation, record, dataset.holds)
         except ValueError as error:
             raise InputError(f"{source}: on record {record.name}: {error}") from None
-        _write_prediction(folder, compared, dataset)
+        if folder is not None:
+            write_prediction(folder, compared, dataset.units, dataset.holds)
         with reading:
             worst[:] = [max([*worst, compared], key=lambda one: one.badness)]
+            if folder is None:
+                kept[record.name] = compared
         return _summary_row(compared, dataset.units)
 
     rows = list(_on_all_cores(compare, len(dataset), stop_requested, advance))
     _add_noise_floors(rows, dataset)
-    return Comparison({"records": rows, "worst": worst[0].record.name}, worst[0])
+    in_order = {head.name: kept[head.name] for head in dataset.heads if head.name in kept}
+    return DatasetComparison({"records": rows, "worst": worst[0].record.name}, worst[0], in_order)
 
 
 def compare_record(simulation: Simulation, record: Record, holds: Mapping[str, str]) -> ComparedRecord:
-    """One record. Raises ValueError where no sensible step resolves the model."""
+    """Simulate and score one record. Raises ValueError where no sensible step resolves the model."""
     stimulus = make_stimulus(record, holds)
     values = np.array([parameter.value for parameter in simulation.parameters])
-    found = simulation.predict(stimulus, values)
+    prediction = simulation.predict(stimulus, values)
     finer = simulation.predict(stimulus, values, refine=2)
     measured = [name for name in simulation.outputs if record.has(name)]
-    simulated = {name: found.outputs[name][0] for name in measured}
-    diverged = int(found.diverged_at[0])
+    simulated = {name: prediction.outputs[name][0] for name in measured}
+    diverged = int(prediction.diverged_at[0])
     return ComparedRecord(
         record=record,
         simulated=simulated,
@@ -191,25 +228,31 @@ def _summary_row(compared: ComparedRecord, units: Mapping[str, str]) -> dict[str
 
 
 def _add_noise_floors(rows: list[dict[str, Any]], dataset: StoredDataset) -> None:
-    """Return the part that does not repeat, for each record's error; None where its input was not repeated."""
+    """Add the noise floor from repeats beside each record's error; None where its input was not repeated."""
     floors = noise_floors(dataset)
     for row, head in zip(rows, dataset.heads, strict=True):
         for name, score in row["outputs"].items():
             score["noise_floor"] = floors.get(head.repeat or "", {}).get(name)
 
 
-def _write_prediction(folder: Path, compared: ComparedRecord, dataset: StoredDataset) -> None:
-    """time, inputs; measured, simulated and error of the first output, and of others under their own names."""
+def write_prediction(
+    folder: Path, compared: ComparedRecord, signal_units: Mapping[str, str], inputs: Iterable[str]
+) -> None:
+    """Write `folder/<record>.parquet`: time, inputs, and measured, simulated and error of each output.
+
+    Columns of outputs after the first one begin with the output's name.
+    """
     record = compared.record
+    inputs = tuple(inputs)
     table: dict[str, FloatArray] = {"time": record.period_s * np.arange(record.samples, dtype=np.float64)}
-    units = {"time": "s", **{name: dataset.units[name] for name in dataset.holds}}
-    table |= {name: record.signals[name] for name in dataset.holds}
+    units = {"time": "s", **{name: signal_units[name] for name in inputs}}
+    table |= {name: record.signals[name] for name in inputs}
     for index, (name, simulated) in enumerate(compared.simulated.items()):
         measured = record.signals[name]
         columns = {"measured": measured, "simulated": simulated, "error": simulated - measured}
         for what, values in columns.items():
             column = what if index == 0 else f"{name}_{what}"
-            table[column], units[column] = values, dataset.units[name]
+            table[column], units[column] = values, signal_units[name]
     metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
     write_parquet(folder / f"{record.name}.parquet", table, units, metadata)
 
@@ -220,7 +263,12 @@ def _on_all_cores(
     stop_requested: Callable[[], bool],
     advance: Callable[[int], None],
 ) -> Iterator[dict[str, Any]]:
-    """`work(k)` of every k, in order. Raises what the first k that fails does; KeyboardInterrupt where stopped."""
+    """Return `work(k)` of every k, in order.
+
+    Raises:
+        Exception: What the first k that fails raises.
+        KeyboardInterrupt: A stop was requested.
+    """
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         futures = [pool.submit(work, k) for k in range(count)]
         pending: set[Future[dict[str, Any]]] = set(futures)

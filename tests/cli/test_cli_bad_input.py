@@ -210,8 +210,7 @@ def test_acquiring_a_scenario_without_excitation(tmp_path: Path, capsys: pytest.
         ([], ["VERB"]),
         (["rum"], ["'rum'", "'run'", "'acquire'"]),
         (["run"], ["scenario"]),
-        (["identify", "x.toml", "--out", "m.toml"], ["--kind"]),
-        (["identify", "x.toml", "--out", "m.toml", "--kind", "vo3"], ["'vo3'", "'vo2'"]),
+        (["identify", "x.toml"], ["--out"]),
         (["serve", "vo2_a"], ["--modbus-rtu", "--modbus-tcp"]),
     ],
 )
@@ -233,7 +232,26 @@ def test_sizes_of_an_identification_have_limits(
 ) -> None:
     files = ["x.toml", "--kind", "vo2", "--out", str(tmp_path / "m.toml")]
     assert main(["identify", *files, f"--{option}", value]) == 2
-    assert f"--{option} {value}: {limits}" in capsys.readouterr().err
+    assert f"{option} {value}: {limits}" in capsys.readouterr().err
+
+
+def test_a_kind_of_plant_that_nothing_identifies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    message = refusal(capsys, "identify", "x.toml", "--out", str(tmp_path / "m.toml"), "--kind", "vo3")
+    assert 'nothing identifies a "vo3"; did you mean "vo2"?' in message
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--kind", "oscillator", "--plays", "3"], "plays 3: no option of kind"),
+        (["--kind", "vo2", "--model", "m.toml"], "a vo2 is identified from its data alone"),
+        (["--kind", "vo2", "--seed", "-1"], "seed -1: 0 to"),
+    ],
+)
+def test_options_that_do_not_belong_to_the_kind_are_refused_before_data_are_read(
+    options: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert words in refusal(capsys, "identify", "x.toml", "--out", str(tmp_path / "out.toml"), *options)
 
 
 def test_the_real_command_line_says_the_same(tmp_path: Path) -> None:

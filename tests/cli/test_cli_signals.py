@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rtctl.cli.options import stop_on_interrupt
+from rtctl.output.interrupt import stop_on_interrupt
 
 
 @pytest.fixture(autouse=True)

@@ -13,14 +13,15 @@ from pathlib import Path
 import pytest
 from diagnosis_cases import NOISE_MM, answer_to, device, friction_case, measured, noise_drive
 
+from rtctl.api.diagnosing import watched_search
 from rtctl.border.errors import RunError
 from rtctl.cli import main
-from rtctl.cli.printing.watched_search import watched_search
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
+from rtctl.output.progress import Reporter
 from rtctl.session.model_validation import simulation_for
 
 FEW = "friction.coulomb,damping.quadratic,stiffness.cubic"
@@ -149,7 +150,7 @@ def test_a_stopped_search_keeps_what_is_known_and_claims_no_cause(answered: Path
 
 def test_an_interrupt_ends_the_search_at_the_next_fit(capsys: pytest.CaptureFixture[str]) -> None:
     cancellation = CancellationToken()
-    with watched_search("x", cancellation, quiet=False) as report:
+    with watched_search("x", cancellation, Reporter(quiet=False)) as report:
         report("first")
         assert not cancellation.cancelled
         os.kill(os.getpid(), signal.SIGINT)

@@ -197,11 +197,11 @@ def test_the_public_measurements_load(name: str, samples: list[int], hold: str) 
 
 def test_a_record_checks_itself_at_construction() -> None:
     values = np.zeros(3)
-    with pytest.raises(ValueError, match="period_s must be > 0 s, got nan"):
+    with pytest.raises(InputError, match="period_s must be > 0 s, got nan"):
         Record(name="r", period_s=float("nan"), signals={"drive": values})
-    with pytest.raises(ValueError, match="one length"):
+    with pytest.raises(InputError, match="one length"):
         Record(name="r", period_s=1.0, signals={"drive": values, "displacement": np.zeros(4)})
-    with pytest.raises(ValueError, match="ignore_first = 3 leaves nothing of 3 samples"):
+    with pytest.raises(InputError, match="ignore_first = 3 leaves nothing of 3 samples"):
         Record(name="r", period_s=1.0, signals={"drive": values}, ignore_first=3)
 
 

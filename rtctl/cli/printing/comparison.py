@@ -1,4 +1,4 @@
-"""What `rtctl simulate` prints and draws: scores a record, the picture of the worst one."""
+"""A comparison as a person reads it in a terminal: one row a record and output."""
 
 from __future__ import annotations
 
@@ -9,17 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.extras import can_draw
-from rtctl.measured.repeats import deviation
-from rtctl.measured.stored import StoredDataset
-from rtctl.output.progress import print_table
-from rtctl.session.model_validation import ComparedRecord
+from rtctl.api.comparison import Comparison
+from rtctl.output.progress import print_table, say
 
 MOST_ROWS = 40
+"""Rows that are printed; the summary has all of them."""
 
 
 def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
-    """The records with the largest errors, in the dataset's order where they are few."""
+    """Print the records with the largest errors, in the dataset's order where they are few."""
     scored = [(row, name, score) for row in summary["records"] for name, score in row["outputs"].items()]
     shown = scored
     if len(scored) > MOST_ROWS:
@@ -43,30 +41,14 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
     print(f"results in {folder}; the worst record, {summary['worst']}, in {folder / 'worst.png'}")
 
 
-def draw_worst(path: Path, worst: ComparedRecord, dataset: StoredDataset) -> None:
-    """The picture of the worst record's worst output."""
-    if not can_draw():
-        return
-    from rtctl.plots.comparison import Compared, plot_comparison
-
-    record = worst.record
-    output = max(
-        worst.scores,
-        key=lambda name: _order(worst.scores[name]._asdict() | {"nrmse": worst.scores[name].nrmse}),
-    )
-    plot_comparison(
-        path,
-        Compared(
-            title=f"{dataset.name}, {record.name}",
-            output=output,
-            unit=dataset.units[output],
-            time_s=record.period_s * np.arange(record.samples, dtype=np.float64),
-            measured=record.signals[output],
-            simulated=worst.simulated[output],
-            ignore_first=record.ignore_first,
-            noise=deviation(dataset, record, output),
-        ),
-    )
+def warn_of_divergence(comparison: Comparison) -> None:
+    """Print one line on standard error for each record whose simulation diverged."""
+    for record, diverged_at_s in comparison.diverged.items():
+        say(
+            f"rtctl simulate: record {record} diverged {diverged_at_s:.6g} s after its first sample: the model has "
+            "no bound there; check the signs and units of its stiffnesses",
+            quiet=False,
+        )
 
 
 def _order(score: Mapping[str, Any]) -> float:

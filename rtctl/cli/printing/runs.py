@@ -1,4 +1,4 @@
-"""What the verbs print: tables of a run, of a model and of all scenarios, and the picture of an identification."""
+"""Runs as a person reads them in a terminal: one run, and a table of all scenarios."""
 
 from __future__ import annotations
 
@@ -6,18 +6,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from rtctl.extras import can_draw
-from rtctl.identification.vo2.staircase import extract_steady_states
-from rtctl.measured.dataset import Dataset
-from rtctl.models.vo2 import Vo2Model
+from rtctl.api.recordings import Replayed
 from rtctl.output.progress import print_table
-from rtctl.plants.support import Tuning
 
 
 def um_and_percent(um: float | None, percent: float | None) -> str:
-    """`0.123 um, 0.22 %`, or a dash where there was nothing to score."""
+    """Return `0.123 um, 0.22 %`, or a dash where there was nothing to score."""
     return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
 
 
@@ -30,12 +24,12 @@ def error_text(errors: Mapping[str, Any], figure: str) -> str:
 
 
 def number(value: float | None, digits: int = 0) -> str:
-    """A figure that may be missing."""
+    """Return a figure, or a dash where it is missing."""
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Path) -> None:
-    """One run."""
+def print_summary(summary: Mapping[str, Any], tuning: str | None, folder: Path) -> None:
+    """Print errors, checks, tuning and timing of one run."""
     rows = []
     for name in ("tracking", "self_sensing"):
         errors = summary[name]
@@ -60,13 +54,13 @@ def print_summary(summary: Mapping[str, Any], tuning: Tuning | None, folder: Pat
             "[limits], and the estimator believes what was commanded"
         )
     if tuning is not None:
-        print(tuning.describe())
+        print(tuning)
     _print_timing(summary)
     print(f"results in {folder}")
 
 
 def _print_timing(summary: Mapping[str, Any]) -> None:
-    """How the steps kept time; live also how late they were, and what the machine refused."""
+    """Print how the steps kept time; live also how late they were, and what the machine refused."""
     timing = summary["timing"]
     trip, compute = timing["round_trip_us"], timing["compute_us"]
     print(
@@ -86,33 +80,14 @@ def _print_timing(summary: Mapping[str, Any]) -> None:
 
 
 def _print_levels(levels: Sequence[Mapping[str, float | None]]) -> None:
-    """A row a settled level, columns as the summary names them."""
+    """Print a row for each settled level, columns as the summary names them."""
     if levels:
         rows = [[number(value, 4) for value in level.values()] for level in levels]
         print_table("settled levels, means", [name.replace("_", " ") for name in levels[0]], rows)
 
 
-def print_model(model: Vo2Model, path: Path) -> None:
-    """How well each part of a model fits."""
-    rows = [
-        [name, f"{q.mean_abs:.4g} {q.unit}", f"{100 * q.mean_abs / q.range:.2f} %", f"{q.max_abs:.4g} {q.unit}",
-         f"{100 * q.max_abs / q.range:.2f} %", f"{q.rms:.4g} {q.unit}"]
-        for name, q in model.quality.items()
-    ]  # fmt: skip
-    headers = ["fit on the identification data", "mean abs", "of range", "max abs", "of range", "rms"]
-    print_table(f"model of {model.identity or 'the device'}", headers, rows)
-    known = np.isfinite(model.time_constant_error_s)
-    error = f"+- {1e3 * model.time_constant_error_s:.2g} ms" if known else "(nominal: the data do not tell)"
-    print(
-        f"heating time constant {1e3 * model.time_constant_s:.4g} ms {error}; "
-        f"deflection {model.deflection.low:.2f} to {model.deflection.high:.2f} um, resistance "
-        f"{model.resistance.low / 1e3:.2f} to {model.resistance.high / 1e3:.2f} kohm"
-    )
-    print(f"wrote {path}")
-
-
 def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
-    """One row a scenario, the paper's figure beside."""
+    """Print one row for each scenario, the paper's figure beside ours."""
     rows = []
     for summary in summaries:
         tracking, sensing, paper = summary["tracking"], summary["self_sensing"], summary["paper"]
@@ -133,24 +108,17 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
     print_table(title, headers, rows)
 
 
-def draw_model(path: Path, dataset: Dataset, model: Vo2Model) -> None:
-    """Measured staircase against the models."""
-    if not can_draw():
+def print_replay(replayed: Replayed) -> None:
+    """Print whether a run came out the same, and where it first did not."""
+    first = replayed.first
+    if first is None:
+        print(
+            f"{replayed.rows} samples replayed: estimates, terms and commands are the recorded ones, to the bit"
+        )
         return
-    from rtctl.plots import plot_identification
-
-    ends = extract_steady_states(dataset)
-    v = ends.current_mA
-    second = np.flatnonzero(ends.reset)[1:2]  # the first staircase is drawn: random ones would be a scribble
-    scored = ends.scored & (np.arange(len(v)) < (second[0] if len(second) else len(v)))
-    models = {
-        "GPI / EGPI": (
-            -1e3 * model.resistance_gpi.simulate(v)[scored],
-            model.deflection_egpi.simulate(v)[scored],
-        ),
-        "Preisach": (
-            np.exp(-model.resistance_preisach.simulate(v)[scored]),
-            model.deflection_preisach.simulate(v)[scored],
-        ),
-    }
-    plot_identification(path, v[scored], ends.resistance_ohm[scored], ends.deflection_um[scored], models)
+    print(
+        f"{replayed.rows} samples replayed; they differ first at sample {first.index}: {first.column} was "
+        f"{first.recorded!r}, is {first.replayed!r}"
+    )
+    for name, rows in replayed.differing.items():
+        print(f"  {name}: {rows} samples differ")

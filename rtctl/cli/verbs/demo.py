@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl demo`."""
+    """Declare the options of `rtctl demo`."""
     parser.add_argument("--device", default="vo2_a", help="plant file or bundled name (default vo2_a)")
     parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder of the results")
     parser.add_argument("--seed", type=int, default=1, help="of the simulated device's noise (default 1)")
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb. Returns 1 where a scenario misses its checks."""
-    from rtctl.cli.options import output_folder, stop_on_interrupt
+    """Run the verb. Returns 1 where a scenario misses its checks."""
+    from rtctl.api.machines import demonstrate
+    from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.runs import print_scenarios
-    from rtctl.output.progress import say
-    from rtctl.session.demo import demonstrate
 
-    quiet = args.quiet or args.json
-    with stop_on_interrupt() as stop_requested:
-        summaries = demonstrate(
-            args.device,
-            args.seed,
-            output_folder(args.out),
-            stop_requested,
-            lambda text: say(text, quiet=quiet),
-        )
+    summaries = demonstrate(args.device, output_folder(args.out), seed=args.seed, progress=not is_quiet(args))
     if args.json:
-        print(json.dumps(summaries, indent=2))
+        print_json(summaries)
     elif not args.quiet:
         print_scenarios(summaries)
         print(f"pictures, recordings and summaries in {args.out}/<scenario>/, model in {args.out}/model.toml")

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl recover`."""
+    """Declare the options of `rtctl recover`."""
     parser.add_argument("run", type=Path, help="folder of the run that was killed")
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb."""
-    from rtctl.session.recovery import recover
+    """Run the verb."""
+    from rtctl.api.recordings import recover
+    from rtctl.cli.options import print_json
 
     summary = recover(args.run)
     steps = summary["timing"]["steps"]
     if args.json:
-        print(json.dumps(summary, indent=2))
+        print_json(summary)
     elif not args.quiet:
         seconds = steps * summary["timing"]["period_s"]
         print(f"{steps} samples ({seconds:.4g} s) recovered; results in {args.run}")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl replay`."""
+    """Declare the options of `rtctl replay`."""
     parser.add_argument("run", type=Path, help="folder of an rtctl run, or of one that was killed")
     parser.add_argument(
         "--out", type=Path, help="folder for replayed.parquet: what was computed anew, a row a sample"
@@ -16,31 +15,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb. Returns 0: the same to the bit; 1: it differs."""
-    from rtctl.cli.options import output_folder
-    from rtctl.recording import write_parquet
-    from rtctl.session.replay import read_run, replay, summary_of
+    """Run the verb. Returns 0: the same to the bit; 1: it differs."""
+    from rtctl.api.recordings import replay
+    from rtctl.cli.options import output_folder, print_json
+    from rtctl.cli.printing.runs import print_replay
 
     folder = None if args.out is None else output_folder(args.out)
-    recorded = read_run(args.run)
-    found, columns = replay(recorded)
+    replayed = replay(args.run)
     if folder is not None:
-        table = {"index": recorded.signals["index"], **columns}
-        write_parquet(
-            folder / "replayed.parquet", table, {}, {"program": "rtctl", "replay_of": str(args.run)}
-        )
+        replayed.save(folder)
     if args.json:
-        print(json.dumps(summary_of(found, args.run), indent=2))
-    elif not args.quiet and found.first is None:
-        print(
-            f"{found.rows} samples replayed: estimates, terms and commands are the recorded ones, to the bit"
-        )
-    elif not args.quiet and found.first is not None:
-        first = found.first
-        print(
-            f"{found.rows} samples replayed; they differ first at sample {first.index}: {first.column} was "
-            f"{first.recorded!r}, is {first.replayed!r}"
-        )
-        for name, rows in found.differing.items():
-            print(f"  {name}: {rows} samples differ")
-    return 0 if found.first is None else 1
+        print_json(replayed.to_dict())
+    elif not args.quiet:
+        print_replay(replayed)
+    return 0 if replayed.same else 1

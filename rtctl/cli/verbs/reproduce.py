@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import importlib
-import json
-import shlex
 from pathlib import Path
 
-STUDIES: tuple[str, ...] = ("vo2", "me", "bistable")
-"""Each a package of that name in `rtctl.reproduce`, whose `study.py` has a `STUDY`."""
+from rtctl.api.campaigns import STUDIES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl reproduce`."""
+    """Declare the options of `rtctl reproduce`."""
     parser.add_argument("study", choices=STUDIES, help="which paper's")
     parser.add_argument(
         "--out", type=Path, required=True, help="folder of the report; a stopped study goes on there"
@@ -24,30 +20,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb."""
-    from datetime import date
+    """Run the verb."""
+    from rtctl.api.campaigns import reproduce_study
+    from rtctl.cli.options import is_quiet, output_folder, print_json
 
-    from rtctl import __version__
-    from rtctl.cli.options import output_folder
-    from rtctl.extras import require
-    from rtctl.output.progress import say
-    from rtctl.reproduce.report import write_report
-    from rtctl.reproduce.run import run_study
-
-    require("matplotlib", "rtctl reproduce")
     folder = output_folder(args.out)
-    study = importlib.import_module(f"rtctl.reproduce.{args.study}.study").STUDY
-    quiet = args.quiet or args.json
-    sections = run_study(
-        study,
-        folder,
-        short=args.short,
-        report=lambda line: say(f"reproduce {args.study}: {line}", quiet=quiet),
-    )
-    words = ["rtctl", "reproduce", args.study, "--out", str(args.out), *(["--short"] if args.short else [])]
-    write_report(study, sections, folder, shlex.join(words), f"{date.today():%Y-%m-%d}, rtctl {__version__}")
+    results = reproduce_study(args.study, folder, short=args.short, progress=not is_quiet(args))
     if args.json:
-        print(json.dumps(json.loads((folder / "results.json").read_text(encoding="utf-8")), indent=2))
+        print_json(results)
     elif not args.quiet:
         print(f"report in {folder / 'report.html'}")
     return 0

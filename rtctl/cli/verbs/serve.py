@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl serve`."""
+    """Declare the options of `rtctl serve`."""
     parser.add_argument(
         "plant",
         help="plant file, or the name of a bundled one: vo2_a, vo2_b, vo2_l2p, me_a, me_b, beam_hm, ...",
@@ -26,12 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb: serves until Ctrl-C or SIGTERM."""
-    from rtctl.wiring import serve_plant
+    """Run the verb: serve until Ctrl-C or SIGTERM."""
+    from rtctl.api.machines import serve
 
-    serve_plant(
+    serve(
         args.plant,
-        args.seed,
+        seed=args.seed,
         rtu_path=args.modbus_rtu,
         serial_path=args.serial,
         tcp=args.modbus_tcp,

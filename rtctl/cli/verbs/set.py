@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of `rtctl set`."""
+    """Declare the options of `rtctl set`."""
     parser.add_argument("run", type=Path, help="folder into which the run records (its --out)")
     parser.add_argument(
         "change",
@@ -18,18 +18,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """The verb. Returns 0: the run has taken it and applies it at its next step."""
-    import json
-
+    """Run the verb. Returns 0: the run has taken it and applies it at its next step."""
+    from rtctl.api.recordings import change
+    from rtctl.cli.options import print_json
     from rtctl.output.progress import say
-    from rtctl.session.control_socket import read_change, send
 
-    change = read_change(args.run, args.change)
-    send(args.run, change.name, change.value)
+    asked, _, written = args.change.partition("=")
+    name, value = change(args.run, asked, written)
     if args.json:
-        print(
-            json.dumps({"name": change.name, "value": change.value if change.value == change.value else None})
-        )
+        print_json({"name": name, "value": value})
     else:
         say(f"{args.change}: applied at the next step, see {args.run / 'events.jsonl'}", quiet=args.quiet)
     return 0

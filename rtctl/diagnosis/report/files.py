@@ -8,13 +8,13 @@ from typing import Any
 
 import tomli_w
 
-from rtctl import __version__
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.report.html_report import report_page
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset
 from rtctl.output.atomic_write import replacing
+from rtctl.version import __version__
 
 NAMES = ("diagnosis.json", "report.html", "model-extended.toml", "next-experiment.toml")
 HEAD = """# {statement}

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 
+from rtctl.border.errors import InputError
+from rtctl.border.options import check_number
 from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -63,6 +65,14 @@ class DiagnosisOptions:
     """Numbers that decide in a diagnosis."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)
     """Ends the diagnosis after the fit under way, once it is cancelled."""
+
+    def __post_init__(self) -> None:
+        limits = "must be above 0 and below 0.5, such as 0.05"
+        rate = check_number("false_claim_rate", self.false_claim_rate, limits)
+        if not 0.0 < rate < 0.5:
+            raise InputError(f"false_claim_rate {rate:g} {limits}")
+        check_number("work", self.work, "must be 0 or more simulated steps, such as 1e9", low=0.0)
+        check_number("seconds", self.seconds, "must be 0 or more seconds, such as 1800", low=0.0)
 
 
 class SearchRequest(NamedTuple):

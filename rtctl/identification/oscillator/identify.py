@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
+from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit
@@ -47,6 +48,10 @@ class OscillatorFitOptions:
     starts: int = 6
     seed: int = 0
     fit: FitOptions = field(default_factory=FitOptions)
+
+    def __post_init__(self) -> None:
+        check_integer("starts", self.starts, 1, 64, "starts of each fit")
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
@@ -42,6 +43,12 @@ class Vo2FitOptions:
     fine_cells: int = 80
     paper_levels: int = 10
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_integer("plays", self.plays, 1, 64, "play operators")
+        check_integer("starts", self.starts, 1, 64, "starts of each fit")
+        check_integer("cells", self.fine_cells, 8, 80, "cells along an edge of the fine Preisach models")
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

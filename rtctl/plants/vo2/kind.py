@@ -14,7 +14,7 @@ VO2 = PlantKind(
     },
     model=ModelFiles(
         read="rtctl.models.vo2:read_model",
-        write="rtctl.models.vo2:write_model",
+        write="rtctl.models.vo2:save_model",
         simulation="rtctl.simulations.vo2:vo2_simulation",
         mechanisms="rtctl.simulations.vo2:MECHANISMS",
         mechanism_type="rtctl.simulations.vo2.mechanism:Vo2Mechanism",

@@ -5,6 +5,7 @@ No pyplot: a figure is an object that is drawn by Agg and then forgotten, so not
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,7 @@ BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 
 DOTS_PER_INCH = 160
+NOTEBOOK_DOTS_PER_INCH = 90
 
 _RC: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -57,9 +59,23 @@ def house_style() -> Iterator[None]:
         yield
 
 
+class HouseFigure(Figure):
+    """A figure that is drawn in the house style wherever it is saved, and that a notebook shows."""
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Draw into a file or a buffer, as matplotlib's own method does."""
+        with house_style():
+            super().savefig(fname, **options)
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=NOTEBOOK_DOTS_PER_INCH)
+        return buffer.getvalue()
+
+
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Return an empty figure [inch] with its own Agg canvas and constrained layout."""
-    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    figure = HouseFigure(figsize=(width_in, height_in), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

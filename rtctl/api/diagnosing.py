@@ -1,0 +1,238 @@
+"""What a simulation gets wrong, and why: `diagnose` and its `Diagnosis`."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rtctl.api.datasets import dataset_of, stored_dataset_of
+from rtctl.api.diagnosis_defaults import SECONDS, WORK
+from rtctl.api.inputs import PathText, path_of
+from rtctl.api.model import Model, model_of
+from rtctl.border.errors import InputError, nearest
+from rtctl.diagnosis.problem.cancellation import CancellationToken
+from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.extras import require
+from rtctl.measured.dataset import Dataset
+from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.notebook import html_table, number
+from rtctl.output.progress import Progress, Reporter, reporter
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
+    from rtctl.diagnosis.residual.localization import Location
+    from rtctl.diagnosis.result import Cause
+    from rtctl.diagnosis.result import Diagnosis as Answer
+    from rtctl.diagnosis.search.holdout_error import Gain
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Diagnosis:
+    """The answer of a diagnosis: what is wrong, how sure that is, and the model with it."""
+
+    answer: Answer
+    """All that the search found, with its own types; the properties below are what most callers need."""
+    dataset: Dataset
+    nominal: Model
+    """The model that was diagnosed."""
+    words: tuple[str, ...]
+    """Options of the command line that gives the same answer."""
+
+    @property
+    def verdict(self) -> str:
+        """The verdict: "adequate", "explained", "partly_explained" or "unexplained"."""
+        return self.answer.verdict
+
+    @property
+    def causes(self) -> tuple[Cause, ...]:
+        """Named effects with probability and parameters (95 % intervals, units), the most certain first."""
+        return self.answer.causes
+
+    @property
+    def gain(self) -> Gain | None:
+        """Error on the test records before and after, with unit and 95 % interval; None without such records."""
+        return self.answer.gain
+
+    @property
+    def where(self) -> tuple[Location, ...]:
+        """Coordinates along which the error lives, each with its share."""
+        return self.answer.where
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader must know beside the verdict."""
+        return self.answer.warnings
+
+    @property
+    def next_experiment(self) -> NextExperiment | None:
+        """The experiment that would decide what these data leave open; None where nothing is open."""
+        return self.answer.next_experiment
+
+    @property
+    def model(self) -> Model:
+        """The model with re-fitted parameters and the causes."""
+        return Model(kind=self.nominal.kind, content=self.answer.model)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of each signal."""
+        return self.answer.units
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the user stopped the search; the answer is of what was done by then."""
+        return self.answer.stopped
+
+    def to_dict(self, folder: PathText = "DIR") -> dict[str, Any]:
+        """Return the content of the `diagnosis.json` that `save(folder)` writes, without NaN and infinity."""
+        from rtctl.evaluation.metrics import finite
+
+        provenance = self._provenance(path_of("folder", folder))
+        content: dict[str, Any] = finite(self.answer.json | {"provenance": provenance})
+        return content
+
+    def figures(self) -> Mapping[str, Figure]:
+        """Return all figures of the report by their name, such as "stretch", "spectrum", "plane", "candidates"."""
+        require("matplotlib", "Diagnosis.figures")
+        from rtctl.diagnosis.report.pictures import pictures
+
+        named: dict[str, Figure] = {}
+        for picture in pictures(self.answer):
+            number_of_name = sum(name.split(".")[0] == picture.section for name in named)
+            named[picture.section if not number_of_name else f"{picture.section}.{number_of_name}"] = (
+                picture.figure
+            )
+        return named
+
+    def plot(self, name: str = "stretch") -> Figure:
+        """Return one figure; by default measured and simulated motion before and after.
+
+        Raises:
+            InputError: This answer has no such figure; the message lists those that it has.
+        """
+        figures = self.figures()
+        if name not in figures:
+            raise InputError(f'no figure "{name}"{nearest(str(name), figures)}')
+        return figures[name]
+
+    def save(self, folder: PathText) -> Path:
+        """Write `diagnosis.json`, `report.html`, `model-extended.toml` and `next-experiment.toml` into a folder.
+
+        Files of an earlier answer are removed; the JSON file is written last, so that a folder that has it is whole.
+        """
+        from rtctl.diagnosis.report.files import write_diagnosis
+
+        target = path_of("folder", folder)
+        write_diagnosis(target, self.answer, self.dataset, self._provenance(target))
+        return target
+
+    def _provenance(self, folder: Path) -> dict[str, Any]:
+        from rtctl.diagnosis.report.files import provenance_of
+
+        with self.nominal.file() as file:
+            words = ["rtctl", "diagnose", str(self.dataset.path), "--model", str(file), "--out", str(folder)]
+            return provenance_of(self.answer, self.dataset, file, shlex.join([*words, *self.words]))
+
+    def __repr__(self) -> str:
+        names = ", ".join(f"{cause.id} ({cause.probability:.1%})" for cause in self.causes)
+        return f"<Diagnosis of {self.dataset.name}: {self.verdict}{': ' if names else ''}{names}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [f"{cause.probability:.1%}", cause.id, cause.statement, ", ".join(cause.indistinguishable_from)]
+            for cause in self.causes
+        ]
+        notes = list(self.warnings)
+        if (gain := self.gain) is not None:
+            after = f", {number(gain.after, gain.unit)} with the causes" if self.causes else ""
+            notes.insert(0, f"error on test records: {number(gain.before, gain.unit)}{after} "
+                            f"(noise {number(gain.noise_floor, gain.unit)})")  # fmt: skip
+        title = f"{self.dataset.name}: {self.verdict.replace('_', ' ')}"
+        return html_table(title, ["probability", "cause", "statement", "not told apart from"], rows, notes)
+
+
+def diagnose(
+    dataset: Dataset | PathText,
+    model: Model | PathText,
+    *,
+    mechanisms: Sequence[str] | str | None = None,
+    false_claim_rate: float = 0.05,
+    work: float = WORK,
+    seconds: float = SECONDS,
+    progress: Progress = False,
+) -> Diagnosis:
+    """Find what the model gets wrong about the data, name the causes and extend the model by them.
+
+    Args:
+        dataset: A dataset or its manifest.
+        model: Today's model or its file.
+        mechanisms: Ids of the mechanisms to try; None: the whole catalogue.
+        false_claim_rate: How often a cause may be claimed where there is none, above 0 and below 0.5.
+        work: Simulated steps after which no further fit begins.
+        seconds: Outer guard of wall-clock time [s]; an answer that it cut depends on the machine and says so.
+        progress: True shows the fit under way, a callable hears (text, None).
+
+    Returns:
+        The answer; Ctrl-C gives the one that is known by then (`stopped`).
+
+    Raises:
+        InputError: A file or an option is wrong, or model and data do not fit.
+        RunError: Stopped before anything was known.
+    """
+    from rtctl.diagnosis import diagnose as internal
+    from rtctl.session.model_validation import check_kind, simulation_of
+
+    options = DiagnosisOptions(false_claim_rate=false_claim_rate, work=work, seconds=seconds)
+    report = reporter(progress)
+    source = str(model.source or "the model") if isinstance(model, Model) else str(path_of("model", model))
+    stored = stored_dataset_of(dataset)
+    model = model_of(model)
+    check_kind(model.kind, stored, source)
+    simulation = simulation_of(model.kind, model.content, stored, source)
+    data = dataset_of(dataset)
+    ids = _chosen(mechanisms, simulation.kind)
+    with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
+        answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
+    return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
+
+
+@contextmanager
+def watched_search(
+    title: str, cancellation: CancellationToken, report: Reporter
+) -> Iterator[Callable[[str], None]]:
+    """Yield what hears of each fit of a search; Ctrl-C or SIGTERM cancels it, a second Ctrl-C interrupts at once."""
+    with stop_on_interrupt(cancellation.cancel), report.fits(title) as show:
+        yield lambda text: show("stopping: writing what is done" if cancellation.cancelled else text)
+
+
+def _chosen(asked: Sequence[str] | str | None, kind: str) -> tuple[str, ...]:
+    """Return the ids to try in the catalogue's order. Raises InputError for an unknown one."""
+    from rtctl.wiring import mechanism_ids
+
+    known = mechanism_ids(kind)
+    if asked is None:
+        return known
+    listed = asked.split(",") if isinstance(asked, str) else list(asked)
+    wanted = [str(name).strip() for name in listed if str(name).strip()]
+    for name in wanted:
+        if name not in known:
+            raise InputError(f'mechanisms: there is no mechanism "{name}"{nearest(name, known)}')
+    if not wanted:
+        raise InputError("mechanisms: name one at least, such as friction.coulomb")
+    return tuple(name for name in known if name in wanted)
+
+
+def _words(options: DiagnosisOptions, mechanisms: Sequence[str] | str | None) -> tuple[str, ...]:
+    """Return the options as the command line has them."""
+    words = ["--false-claims", f"{options.false_claim_rate:g}"]
+    words += ["--seconds", f"{options.seconds:g}"] if options.seconds != SECONDS else []
+    words += ["--work", f"{1e-6 * options.work:g}"] if options.work != WORK else []
+    if mechanisms:
+        words += ["--mechanisms", mechanisms if isinstance(mechanisms, str) else ",".join(mechanisms)]
+    return tuple(words)

@@ -1,0 +1,123 @@
+"""What a call accepts: paths as text or Path, scenarios as files, names or tables, parts by kind or as objects."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from rtctl.border.errors import InputError
+
+if TYPE_CHECKING:
+    from rtctl.border.records import Driver
+    from rtctl.scenario.schema import Scenario
+
+PathText: TypeAlias = str | PathLike[str]
+Settings: TypeAlias = Mapping[str, Any] | Sequence[str]
+"""Keys of a scenario to override: `{"driver.kind": "modbus-tcp"}`, or texts `"driver.kind=modbus-tcp"`."""
+
+
+def path_of(name: str, value: Any) -> Path:
+    """Return the path of an argument `name`. Raises InputError where it is neither text nor a path."""
+    if isinstance(value, bytes) or not isinstance(value, str | PathLike):
+        raise InputError(
+            f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}"
+        )
+    return Path(os.fspath(value))
+
+
+class LoadedScenario(NamedTuple):
+    """A checked scenario and where it came from."""
+
+    scenario: Scenario
+    tables: dict[str, Any]
+    """As it is run, overrides included."""
+    folder: Path
+    """Where files that it names are looked up first."""
+    name: str
+    """Of its file, without suffix."""
+
+
+def load_scenario(
+    scenario: PathText | Mapping[str, Any], settings: Settings, parts: Mapping[str, Any] | None = None
+) -> LoadedScenario:
+    """Return the checked scenario of a file, of a bundled name, or of tables, with overrides applied.
+
+    Args:
+        scenario: The file, the bundled name, or the tables.
+        settings: Overrides by the user.
+        parts: Further overrides: "driver", "estimator", "controller" by kind or by a mapping of keys; None: as it is.
+
+    Raises:
+        InputError: No such scenario (the nearest name is offered), or keys, values or units are wrong.
+    """
+    from rtctl.scenario import schema
+    from rtctl.scenario.bundled import find_scenario
+
+    overrides = override_texts(settings)
+    for table, part in (parts or {}).items():
+        overrides += [] if part is None else override_texts(_part_settings(table, part))
+    if not isinstance(scenario, Mapping):
+        path = find_scenario(str(path_of("scenario", scenario)))
+        checked, tables = schema.load_scenario(path, overrides)
+        return LoadedScenario(checked, tables, path.parent, path.stem)
+    tables = schema.overridden(copy.deepcopy(dict(scenario)), overrides)
+    if isinstance(driver := tables.setdefault("driver", {}), dict):
+        driver.setdefault("kind", "inprocess")
+    return LoadedScenario(schema.checked_scenario(tables, "scenario"), tables, Path(), "scenario")
+
+
+def override_texts(settings: Settings) -> list[str]:
+    """Return `settings` as KEY=VALUE texts, values as TOML has them."""
+    if isinstance(settings, str):
+        return [settings]
+    if isinstance(settings, Mapping):
+        return [text for key, value in settings.items() for text in _assignments(str(key), value)]
+    if isinstance(settings, Sequence) and all(isinstance(text, str) for text in settings):
+        return list(settings)
+    raise InputError(
+        f'settings must be a mapping such as {{"driver.kind": "modbus-tcp"}}, got {type(settings).__name__}'
+    )
+
+
+def _assignments(key: str, value: Any) -> list[str]:
+    import tomli_w
+
+    if isinstance(value, Mapping):
+        return [text for inner, entry in value.items() for text in _assignments(f"{key}.{inner}", entry)]
+    if isinstance(value, PathLike):
+        value = os.fspath(value)
+    if hasattr(value, "tolist"):  # numbers and arrays of NumPy
+        value = value.tolist()
+    try:
+        return [f"{key}={tomli_w.dumps({'value': value}).removeprefix('value = ').strip()}"]
+    except TypeError:
+        raise InputError(f"settings: {key} = {value!r} is nothing that a scenario can hold") from None
+
+
+def _part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
+    """Return the overrides that put a part into a scenario: by its kind, or by a table of its keys.
+
+    Args:
+        table: "driver", "estimator" or "controller".
+        part: Its kind, such as "modbus-tcp", or keys such as `{"kind": "pi", "kp": "0.02 mA/um"}`.
+
+    Raises:
+        InputError: `part` is neither.
+    """
+    if isinstance(part, str):
+        return {f"{table}.kind": part}
+    if isinstance(part, Mapping):
+        return {f"{table}.{key}": value for key, value in part.items()}
+    raise InputError(
+        f"{table} must be a kind (a text) or a mapping of its keys, got {type(part).__name__} {part!r:.60}"
+    )
+
+
+def driver_of(driver: Any) -> Driver | None:
+    """Return `driver` where it is an object with the methods of a driver; None where it names one."""
+    methods = ("open", "exchange", "close", "profile")
+    return driver if all(hasattr(driver, name) for name in methods) else None

@@ -1,0 +1,215 @@
+"""Simulated devices and the machine that runs the loop: `serve`, `serve_device`, `demonstrate`, `measure_latency`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rtctl.api.inputs import PathText, Settings, override_texts, path_of
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.options import check_integer
+from rtctl.extras import can_draw
+from rtctl.output.interrupt import stop_on_interrupt
+from rtctl.output.progress import Progress, reporter
+
+if TYPE_CHECKING:
+    from rtctl.session.latency import Ladder, Rung
+    from rtctl.timing.histogram import Histogram
+
+
+@contextmanager
+def serve_device(
+    device: PathText = "vo2_a", *, seed: int = 1, progress: Progress = False
+) -> Iterator[dict[str, Any]]:
+    """Serve a simulated device by another process behind a virtual serial line, inside a `with` block.
+
+    Args:
+        device: Plant file, or the name of a bundled one.
+        seed: Seed of its noise.
+        progress: True prints where it is, a callable hears (text, None).
+
+    Yields:
+        Keys of [driver] that lead to it, as `run` and `acquire` take them: `with ... as driver: run(driver=driver)`.
+
+    Raises:
+        RunError: The device did not start.
+    """
+    from rtctl.session.demo import served_device
+
+    check_integer("seed", seed, 0, 2**63 - 1)
+    with served_device(str(path_of("device", device)), seed, reporter(progress).say) as port:
+        yield {"kind": "modbus-rtu", "port": port}
+
+
+def serve(
+    device: PathText,
+    *,
+    seed: int | None = None,
+    rtu_path: PathText | None = None,
+    serial_path: PathText | None = None,
+    tcp: str | None = None,
+    baud: int | None = None,
+    journal: PathText | None = None,
+) -> None:
+    """Serve a simulated device on a wire until Ctrl-C or SIGTERM; it blocks.
+
+    Args:
+        device: Plant file, or the name of a bundled one.
+        seed: Seed of the noise; None: the plant file's.
+        rtu_path: Link to a pseudo-terminal that speaks Modbus RTU.
+        serial_path: The same with the plain serial protocol.
+        tcp: HOST:PORT for Modbus TCP; port 0: a free one, printed.
+        baud: The bytes of a pseudo-terminal take the time of such a line [1/s]; None: no time.
+        journal: CSV file of what the device did, written at its end.
+
+    Raises:
+        InputError: There is no such device, or the wire cannot be opened.
+    """
+    from rtctl.wiring import serve_plant
+
+    paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
+    serve_plant(
+        str(path_of("device", device)), seed, tcp=tcp, baud=baud,
+        **{name: None if path is None else path_of(name, path) for name, path in paths.items()},
+    )  # fmt: skip
+
+
+def demonstrate(
+    device: PathText = "vo2_a", out: PathText = "out/demo", *, seed: int = 1, progress: Progress = False
+) -> list[dict[str, Any]]:
+    """Serve a simulated device, acquire, identify and run every bundled tracking scenario; return their summaries.
+
+    Args:
+        device: Plant file, or the name of a bundled one.
+        out: Folder of the results.
+        seed: Seed of the device's noise.
+        progress: True prints each stage, a callable hears (text, None).
+    """
+    from rtctl.session.demo import demonstrate as internal
+
+    name, folder, report = str(path_of("device", device)), path_of("out", out), reporter(progress)
+    with stop_on_interrupt() as stop_requested:
+        return internal(name, seed, folder, stop_requested, report.say)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Latency:
+    """Which period each driver holds on this machine."""
+
+    ladders: Sequence[Ladder]
+    """One a driver, with all periods that were tried."""
+    reference: Histogram | None
+    """Lateness by cyclictest; None: it is not installed."""
+
+    @property
+    def shown(self) -> list[tuple[Ladder, Rung]]:
+        """Each driver at the shortest period that it holds, or at the longest one tried."""
+        return [(ladder, ladder.held or ladder.rungs[0]) for ladder in self.ladders]
+
+    @property
+    def fastest_s(self) -> float:
+        """The shortest period [s] among those shown."""
+        return min(rung.period_s for _, rung in self.shown)
+
+    @property
+    def held(self) -> bool:
+        """Whether every driver holds some period."""
+        return all(ladder.held is not None for ladder in self.ladders)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of `latency.json`."""
+        from rtctl.evaluation.metrics import finite
+        from rtctl.session.latency_report import document
+
+        content: dict[str, Any] = finite(document(self.ladders, self.reference))
+        return content
+
+    def save(self, folder: PathText) -> Path:
+        """Write `latency.json` and `latency.png` into a folder."""
+        from rtctl.evaluation.metrics import write_json
+
+        target = path_of("folder", folder)
+        target.mkdir(parents=True, exist_ok=True)
+        write_json(target / "latency.json", self.to_dict())
+        if can_draw():
+            self._draw(target / "latency.png")
+        return target
+
+    def _draw(self, path: Path) -> None:
+        from rtctl.plots.latency import Curve, plot_latency
+
+        curves = [(name_of(ladder, rung), rung.timing) for ladder, rung in self.shown]
+        plot_latency(
+            path,
+            [Curve(name, timing.lateness) for name, timing in curves],
+            [Curve(name, timing.round_trip) for name, timing in curves],
+            self.reference,
+            "How late the loop wakes up and how long an exchange lasts",
+        )
+
+    def __repr__(self) -> str:
+        return f"<Latency: {', '.join(name_of(ladder, rung) for ladder, rung in self.shown)}>"
+
+
+def name_of(ladder: Ladder, rung: Rung) -> str:
+    """Return driver and period for a person."""
+    return f"{ladder.kind}, {1e3 * rung.period_s:g} ms"
+
+
+def measure_latency(
+    drivers: Sequence[str] = (),
+    *,
+    periods: Sequence[str] = (),
+    duration: str = "2 s",
+    priority: int | None = None,
+    cpu: int | None = None,
+    settings: Settings = (),
+    progress: Progress = False,
+) -> Latency:
+    """Measure which period this machine and a wire hold: lateness, round trip, computing time.
+
+    Args:
+        drivers: Kinds such as "inprocess" or "modbus-tcp"; empty: all.
+        periods: Such as "1 ms"; empty: 10 ms down to 0.1 ms.
+        duration: Of each period, such as "2 s".
+        priority: SCHED_FIFO priority of the loop, 1 to 99, if permitted.
+        cpu: The only CPU of the loop.
+        settings: Keys of [driver] and [clock], such as the address of a device of your own.
+        progress: True prints a line a period, a callable hears (text, None).
+
+    Raises:
+        InputError: A driver, a period or a key is wrong.
+        RunError: A device failed.
+    """
+    from rtctl.scenario.schema import overridden
+    from rtctl.session.latency import PERIODS_S, cyclictest, known_kinds, measure
+
+    kinds = list(drivers) or known_kinds()
+    for kind in kinds:
+        if kind not in known_kinds():
+            raise InputError(f'driver: "{kind}" cannot be measured{nearest(str(kind), known_kinds())}')
+    periods_s = [_seconds("period", text) for text in periods] or list(PERIODS_S)
+    duration_s, report = _seconds("duration", duration), reporter(progress)
+    asked = {"priority": priority, "cpu": cpu, "lock_memory": priority is not None}
+    clock = {key: value for key, value in asked.items() if value is not None}
+    tables = overridden({"clock": clock}, override_texts(settings))
+    with stop_on_interrupt() as stop:
+        ladders = [measure(kind, tables, periods_s, duration_s, stop, report.say) for kind in kinds]
+    latency = Latency(ladders=ladders, reference=None)
+    return Latency(ladders=ladders, reference=cyclictest(latency.fastest_s, duration_s, priority))
+
+
+def _seconds(name: str, text: str) -> float:
+    """Return a time [s] above 0. Raises InputError that names the option."""
+    from rtctl.border.quantities import parse_quantity
+
+    try:
+        value_s = parse_quantity(text, "s")
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    if not value_s > 0.0:
+        raise InputError(f"{name} {text}: must be > 0 s")
+    return value_s

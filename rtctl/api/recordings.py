@@ -1,0 +1,110 @@
+"""Runs that were recorded or still are: `replay`, `recover`, `change`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rtctl.api.inputs import PathText, path_of
+from rtctl.border.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from rtctl.session.replay import Difference
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Replayed:
+    """A recorded run computed again, beside its recording."""
+
+    run: Path
+    """Folder of the recording."""
+    rows: int
+    """Samples that were compared."""
+    first: Difference | None
+    """The first value that differs; None: all are the same to the bit."""
+    differing: Mapping[str, int]
+    """Number of samples that differ, by column."""
+    columns: Mapping[str, FloatArray]
+    """What was computed again: setpoints, estimates, terms of the controller, commands, (n,) each."""
+
+    @property
+    def same(self) -> bool:
+        """Whether all values are the recorded ones, to the bit."""
+        return self.first is None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the figures of the comparison as the command line's `--json` prints them."""
+        from rtctl.session.replay import Replay, summary_of
+
+        result = Replay(rows=self.rows, first=self.first, differing=self.differing)
+        return summary_of(result, self.run)
+
+    def save(self, folder: PathText) -> Path:
+        """Write `replayed.parquet` into a folder."""
+        from rtctl.recording import write_parquet
+
+        target = path_of("folder", folder)
+        target.mkdir(parents=True, exist_ok=True)
+        metadata = {"program": "rtctl", "replay_of": str(self.run)}
+        write_parquet(target / "replayed.parquet", dict(self.columns), {}, metadata)
+        return target
+
+    def __repr__(self) -> str:
+        if self.first is None:
+            return f"<Replayed {self.run}: {self.rows} samples, the same to the bit>"
+        return f"<Replayed {self.run}: differs first at sample {self.first.index} in {self.first.column}>"
+
+
+def replay(run: PathText) -> Replayed:
+    """Compute a recorded run again through estimator, controller and limits, and compare to the bit.
+
+    Args:
+        run: Folder of a run that has ended, or of one that was killed.
+
+    Raises:
+        InputError: There is no recording, or it does not fit its scenario.
+    """
+    from rtctl.session import replay as internal
+
+    folder = path_of("run", run)
+    recorded = internal.read_run(folder)
+    result, columns = internal.replay(recorded)
+    table = {"index": recorded.signals["index"], **columns}
+    return Replayed(
+        run=folder, rows=result.rows, first=result.first, differing=result.differing, columns=table
+    )
+
+
+def recover(run: PathText) -> dict[str, Any]:
+    """Make Parquet files, a picture and a summary of what a killed run had recorded; return the summary.
+
+    Raises:
+        InputError: There is no interrupted recording in the folder, or the run still lasts.
+    """
+    from rtctl.session.recovery import recover as internal
+
+    return internal(path_of("run", run))
+
+
+def change(run: PathText, name: str, value: float | str) -> tuple[str, float]:
+    """Change the set-point or a gain of a run that is under way; it applies from the next step on.
+
+    Args:
+        run: Folder into which the run records.
+        name: "setpoint", "controller.kp" or "controller.ki".
+        value: A number in the parameter's unit, a text such as "30 um", or "plan": the set-points of the scenario.
+
+    Returns:
+        Name and value in the parameter's unit; NaN for "plan".
+
+    Raises:
+        InputError: No run is under way, or the change is not possible.
+    """
+    from rtctl.session.control_socket import read_change, send
+
+    folder = path_of("run", run)
+    asked = read_change(folder, f"{name}={value}")
+    send(folder, asked.name, asked.value)
+    return asked.name, asked.value
