@@ -10,7 +10,7 @@ from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
-from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
+from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.problem.problem import Problem

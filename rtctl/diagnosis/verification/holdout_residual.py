@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_rms
 from rtctl.diagnosis.nominal_fit.predictability import count_unpredictable
-from rtctl.diagnosis.nominal_fit.segment_misfit import segment_rms
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
