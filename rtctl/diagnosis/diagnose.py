@@ -8,8 +8,8 @@ from typing import Any
 
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
-from rtctl.diagnosis.experiment_design.isolability import isolability
-from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
+from rtctl.diagnosis.experiment_design.isolability import compute_isolability
+from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
@@ -65,7 +65,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
-    data = screen_dataset(dataset, simulation, subject, usual.signal, options.thresholds.screening)
+    data = screen_dataset(dataset, simulation, subject, usual.signal, options.thresholds)
     fit, tests, notes = data.records
     with open_thread_pool(options.threads) as executor:
         problem = Problem(
@@ -104,7 +104,7 @@ def _answer(
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     rivals = choose_rivals(search, verdict, problem.thresholds.verification)
-    proposed = None if stopped else next_experiment(
+    proposed = None if stopped else propose_experiment(
         rivals, search.nominal.hypothesis, problem, search.chosen.noise, units,
         nearest=verdict.claim == "unexplained",
     )  # fmt: skip
@@ -112,7 +112,7 @@ def _answer(
         verdict=verdict.claim, causes=named.causes, gain=verified.gain, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extend_model(problem, request.model, fits.after), units=units,
-        isolability=isolability(search.nominal), next_experiment=proposed,
+        isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),

@@ -11,7 +11,7 @@ import numpy as np
 from generator import more
 from judge import single_and_right
 
-from rtctl.diagnosis.experiment_design.next_experiment import DECIDES, Scored
+from rtctl.diagnosis.experiment_design.design import ScoredInput
 from rtctl.diagnosis.result import Diagnosis
 
 Line = dict[str, Any]
@@ -36,7 +36,7 @@ def further(
     rng = np.random.default_rng([seed, RANDOM])
     drawn = [(proposal.menu[k], 1) for k in rng.integers(len(proposal.menu), size=proposal.times)]
     line: Line = {"names": _names(found), "separation": float(proposal.separation)}
-    line["decides"] = proposal.separation >= DECIDES
+    line["decides"] = proposal.decides
     for name, records in (("proposed", proposal.plan.records), ("random", drawn)):
         line[name] = _measured(records, folder, name, seed, plant, overrides, again)
     return line
@@ -48,7 +48,7 @@ def _names(found: Diagnosis) -> list[str]:
 
 
 def _measured(
-    records: Sequence[tuple[Scored, int]], folder: Path, name: str, seed: int, plant: str, overrides: Line,
+    records: Sequence[tuple[ScoredInput, int]], folder: Path, name: str, seed: int, plant: str, overrides: Line,
     again: Callable[[Path], Line],
 ) -> Line:  # fmt: skip
     line: Line = {"input": "; ".join(f"{times} x {scored.input.statement}" for scored, times in records)}

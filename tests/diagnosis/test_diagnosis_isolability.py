@@ -9,7 +9,7 @@ import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, UNITS, device, measured, noise_drive
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.experiment_design.isolability import isolability
+from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.directions import mechanism_sensitivities
@@ -51,7 +51,7 @@ def examined() -> tuple[Problem, TestedHypothesis]:
 
 def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() -> None:
     problem, at = examined()
-    found = isolability(at)
+    found = compute_isolability(at)
     pair = ("friction.coulomb", "damping.quadratic")
     whole: list[list[np.ndarray]] = [[], [], []]
     lines = at.hypothesis.linearise(problem)
@@ -75,7 +75,7 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
 
 
 def test_a_delay_and_a_lag_of_the_drive_are_known_to_be_inseparable_and_friction_is_not() -> None:
-    found = isolability(examined()[1])
+    found = compute_isolability(examined()[1])
     assert set(found.ids) == set(IDS)
     assert found.closest("drive.delay") == ("drive.lag",)
     assert found.closest("friction.coulomb") == ()

@@ -15,34 +15,35 @@ from scipy.optimize import least_squares
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.diagnosis.experiment_design.candidate_inputs import (
-    LONGER,
-    MOST_SAMPLES,
-    band_limited,
-    drive_range,
-    menu,
+    find_drive_range,
+    limit_band,
+    list_candidate_inputs,
 )
-from rtctl.diagnosis.experiment_design.design import (
-    ALIKE,
-    DECIDES,
-    MOST_TIMES,
-    Planned,
-    Scored,
-    chosen,
-    planned,
+from rtctl.diagnosis.experiment_design.design import Design, ScoredInput, choose_design, find_design
+from rtctl.diagnosis.experiment_design.next_experiment import (
+    NextExperiment,
+    _choose_inputs,
+    propose_experiment,
 )
-from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, _chosen, next_experiment
-from rtctl.diagnosis.experiment_design.t_optimality import PARTED, Pair, Played, played, together
+from rtctl.diagnosis.experiment_design.t_optimality import (
+    Comparison,
+    RivalTerms,
+    compare_candidates,
+    count_common_samples,
+)
 from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.files import scenario_text
+from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.plants.oscillator.diagnosis import OSCILLATOR
 
+LIMITS = Thresholds().experiment
 NOISE_MM = 0.1
 """What the readings are judged by; they are computed without it, so that evidence is its expectation."""
 NOISE = [NoiseModel(np.empty(0), NOISE_MM**2)]
@@ -78,7 +79,7 @@ def ambiguous() -> tuple[Problem, tuple[Hypothesis, ...], NextExperiment]:
         subject=OSCILLATOR, records=records, scales=estimate_scales(records), steps_per_period=64.0
     )
     rivals = tuple(candidate(problem, identity) for identity in RIVALS)
-    proposed = next_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
+    proposed = propose_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
     return problem, rivals, proposed
 
@@ -99,7 +100,7 @@ def evidence(records: tuple[FitRecord, ...]) -> float:
     return 2.0 * (rival.cost - true.cost) * float(np.mean(readings**2)) / NOISE_MM**2
 
 
-def with_one_more(scored: Scored) -> float:
+def with_one_more(scored: ScoredInput) -> float:
     """Evidence of the data so far and a new record under this input."""
     return evidence((*ambiguous()[0].records, record_of(scored.input.levels, "linear")))
 
@@ -111,8 +112,8 @@ def test_the_separation_is_what_a_rival_that_is_fitted_to_old_and_new_data_leave
     rows = np.vstack((slopes.T, np.hstack((old.T, np.zeros((200, 1))))))
     wanted = np.append(true - rival, np.zeros(200))
     left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
-    pair = Pair.of(true, rival, slopes, shared=3)
-    assert pair.squared(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+    pair = RivalTerms.of(true, rival, slopes, shared=3)
+    assert pair.noncentrality(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
 
 
 def test_records_of_two_inputs_separate_as_the_rival_fitted_to_old_and_all_new_data_leaves() -> None:
@@ -129,8 +130,8 @@ def test_records_of_two_inputs_separate_as_the_rival_fitted_to_old_and_all_new_d
     rows = np.vstack(blocks)
     wanted = np.concatenate([np.zeros(200), *(true - rival for true, rival, _ in often)])
     left = wanted - rows @ np.linalg.lstsq(rows, wanted)[0]
-    one, other = (Pair.of(*each, shared=3) for each in new)
-    assert one.and_also(other, 2).squared(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
+    one, other = (RivalTerms.of(*each, shared=3) for each in new)
+    assert one.add(other, 2).noncentrality(old @ old.T) == pytest.approx(float(left @ left), rel=1e-9)
 
 
 def test_a_parameter_that_a_new_record_does_not_tell_from_its_start_is_known_from_the_data_so_far() -> None:
@@ -138,17 +139,20 @@ def test_a_parameter_that_a_new_record_does_not_tell_from_its_start_is_known_fro
     rng = np.random.default_rng(7)
     level, wave = np.full(80, 1e6), rng.standard_normal(80)
     slopes = np.stack((level, wave, 3.0 * level))
-    pair = Pair.of(rng.standard_normal(80), np.zeros(80), slopes, shared=2)
+    pair = RivalTerms.of(rng.standard_normal(80), np.zeros(80), slopes, shared=2)
     assert pair.normal[0, 0] == pytest.approx(0.0, abs=1e-6)
-    assert np.isfinite(pair.squared(np.zeros((2, 2))))
+    assert np.isfinite(pair.noncentrality(np.zeros((2, 2))))
 
 
 def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
     problem, _, _ = ambiguous()
-    low, high = drive_range(problem)
+    low, high = find_drive_range(problem)
     largest = float(np.abs(problem.records[0].stimulus.inputs["drive"]).max())
     assert (low, high) == pytest.approx((-largest, largest))
-    entries, longest = menu(problem, UNITS), min(MOST_SAMPLES, LONGER * SAMPLES)
+    entries, longest = (
+        list_candidate_inputs(problem, UNITS),
+        min(LIMITS.max_samples, LIMITS.length_ratio * SAMPLES),
+    )
     assert len(entries) == 63
     assert len({entry.statement for entry in entries}) == 63
     for entry in entries:
@@ -158,12 +162,14 @@ def test_every_input_of_the_menu_stays_within_the_largest_drive_seen() -> None:
 
 def test_slower_records_leave_the_motion_enough_samples_and_say_how_they_are_sampled() -> None:
     problem, _, _ = ambiguous()
-    slower = [entry for entry in menu(problem, UNITS) if entry.period_s > 1.5 * PERIOD_S]
+    slower = [entry for entry in list_candidate_inputs(problem, UNITS) if entry.period_s > 1.5 * PERIOD_S]
     assert {round(entry.period_s / PERIOD_S) for entry in slower} == {2}
     assert all(f"a sample each {2 * PERIOD_S:g} s" in entry.statement for entry in slower)
     assert all(entry.scenario["excitation"][0]["period"] == "4000 us" for entry in slower)
     fast = problem.scales._replace(rate=2.0 * np.pi / (5.0 * PERIOD_S))  # 5 samples a period, slower 2.5
-    assert not [e for e in menu(replace(problem, scales=fast), UNITS) if e.period_s > 1.5 * PERIOD_S]
+    assert not [
+        e for e in list_candidate_inputs(replace(problem, scales=fast), UNITS) if e.period_s > 1.5 * PERIOD_S
+    ]
 
 
 def test_a_hold_is_told_from_a_delay_by_records_that_are_sampled_more_slowly() -> None:
@@ -178,7 +184,7 @@ def test_a_hold_is_told_from_a_delay_by_records_that_are_sampled_more_slowly() -
         assert one is not None
         found.append(one)
     loud = [NoiseModel(np.empty(0), (10.0 * NOISE_MM) ** 2)]
-    proposed = next_experiment(found, nominal(problem), problem, loud, UNITS)
+    proposed = propose_experiment(found, nominal(problem), problem, loud, UNITS)
     assert proposed is not None
     assert proposed.best.input.period_s == pytest.approx(2.0 * PERIOD_S)
     as_fast = [one.separation for one in proposed.menu if one.input.period_s < 1.5 * PERIOD_S]
@@ -187,7 +193,7 @@ def test_a_hold_is_told_from_a_delay_by_records_that_are_sampled_more_slowly() -
 
 def test_a_band_limited_drive_begins_and_ends_at_rest_and_has_nothing_near_half_the_sample_rate() -> None:
     levels = np.where(np.random.default_rng(0).integers(0, 2, 2000) > 0, 1.0, -1.0)
-    smooth = band_limited(levels, 20.0)
+    smooth = limit_band(levels, 20.0)
     power = np.abs(np.fft.rfft(smooth)) ** 2
     assert power[700:].sum() < 1e-3 * power[300:500].sum()
     assert power[:400].sum() > 0.8 * (np.abs(np.fft.rfft(levels)) ** 2)[:400].sum()
@@ -196,7 +202,11 @@ def test_a_band_limited_drive_begins_and_ends_at_rest_and_has_nothing_near_half_
 
 def test_a_square_wave_has_the_frequency_that_it_is_said_to_have() -> None:
     problem, _, _ = ambiguous()
-    waves = [entry for entry in menu(problem, UNITS) if entry.statement.startswith("square wave of ")]
+    waves = [
+        entry
+        for entry in list_candidate_inputs(problem, UNITS)
+        if entry.statement.startswith("square wave of ")
+    ]
     assert len(waves) == 27
     for wave in waves:
         report = float(wave.statement.removeprefix("square wave of ").split(" Hz")[0])
@@ -217,10 +227,11 @@ def test_the_proposed_input_decides_where_the_data_did_not_and_better_than_a_ran
     assert 0.8 * promised < chosen - so_far < 2.0 * promised
 
 
-def test_inputs_that_would_drive_the_device_too_far_are_not_proposed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_inputs_that_would_drive_the_device_too_far_are_not_proposed() -> None:
     problem, rivals, proposed = ambiguous()
-    monkeypatch.setattr("rtctl.diagnosis.experiment_design.t_optimality.FURTHEST", 1.0)
-    careful = next_experiment(rivals, nominal(problem), problem, NOISE, UNITS)
+    limits = replace(LIMITS, max_reach_ratio=1.0)
+    careful_problem = replace(problem, thresholds=replace(problem.thresholds, experiment=limits))
+    careful = propose_experiment(rivals, nominal(problem), careful_problem, NOISE, UNITS)
     assert careful is not None
     gone = {one.input.statement for one in proposed.menu} - {one.input.statement for one in careful.menu}
     limit = max(float(np.abs(r.measured["displacement"]).max()) for r in problem.records)
@@ -238,15 +249,16 @@ def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> N
     humming = device().extended(("sensor.hum",))
     hum = fit_hypothesis(problem, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
     assert hum is not None
-    proposed = next_experiment([hum, true], nominal(problem), problem, NOISE, UNITS)
+    proposed = propose_experiment([hum, true], nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
     assert proposed.separates == ("sensor.hum", next(iter(RIVALS)))
     assert proposed.best.separation > 3.0
 
 
-def with_noise(times: float) -> NextExperiment:
+def with_noise(times: float, thresholds: Thresholds | None = None) -> NextExperiment:
     problem, rivals, _ = ambiguous()
-    proposed = next_experiment(
+    problem = replace(problem, thresholds=thresholds or problem.thresholds)
+    proposed = propose_experiment(
         rivals, nominal(problem), problem, [NoiseModel(np.empty(0), (times * NOISE_MM) ** 2)], UNITS
     )
     assert proposed is not None
@@ -257,10 +269,10 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
     """The separation that is told is that of so many records."""
     problem, _, once = ambiguous()
     assert with_noise(0.5).times == 1
-    louder = 1.3 * once.separation / DECIDES
+    louder = 1.3 * once.separation / LIMITS.deciding_separation
     noisy = with_noise(louder)
-    assert noisy.best.separation < DECIDES <= noisy.separation
-    assert 2 <= noisy.times <= MOST_TIMES
+    assert noisy.best.separation < LIMITS.deciding_separation <= noisy.separation
+    assert 2 <= noisy.times <= LIMITS.max_records
     assert f", {noisy.times} times: " in noisy.statement
     records = [
         record_of(scored.input.levels, "linear") for scored, times in noisy.plan.records for _ in range(times)
@@ -270,50 +282,59 @@ def test_what_one_record_does_not_decide_is_measured_as_often_as_it_takes() -> N
         0.8 * noisy.separation**2 < brought < 4.0 * noisy.separation**2
     )  # told is the least, linear in the rival
     assert len(noisy.scenario["excitation"]) == noisy.times
-    far_too_noisy = with_noise(8.0 * once.separation / DECIDES)
+    far_too_noisy = with_noise(8.0 * once.separation / LIMITS.deciding_separation)
     assert "too few to decide" in far_too_noisy.statement
 
 
 def test_what_decides_with_fewer_records_goes_before_what_one_record_says_more_by() -> None:
     """Of each plan: its inputs, by one record and whether no prediction parts, how many records; what they bring."""
     entry: Any = None
-    steep, steady = Scored(entry, 5.0), Scored(entry, 4.0)
-    parting = Scored(entry, 7.0, whole=False)
+    steep, steady = ScoredInput(entry, 5.0), ScoredInput(entry, 4.0)
+    parting = ScoredInput(entry, 7.0, whole=False)
     slow, fast, early = (
-        Planned(((scored, times),), apart)
+        Design(((scored, times),), apart)
         for scored, times, apart in ((steep, 9, 8.0), (steady, 4, 8.0), (parting, 2, 9.0))
     )
-    assert chosen([early, slow, fast]) == fast
-    assert chosen([early, Planned(((steep, 16),), 7.9)]) == early
-    assert chosen([Planned(((parting, 16),), 7.9), Planned(((steep, 16),), 2.0)]).separation == 2.0
-    assert chosen([Planned(((parting, 16),), 7.9), Planned(((steep, 1),), 0.01)]).separation == 7.9
-    assert chosen([Planned(((steep, 16),), 5.5), Planned(((steady, 16),), 7.0)]).separation == 7.0
-    assert chosen([Planned(((steep, 1),), 9.0), Planned(((steady, 1),), 30.0)]).separation == 30.0
-    mixed = Planned(((steep, 1), (steady, 3)), 12.0)
-    assert chosen([mixed, fast]) == fast  # the simpler of two as short
-    assert chosen([Planned(((steep, 1), (steady, 2)), 8.1), fast]).times == 3
+    assert choose_design([early, slow, fast], LIMITS) == fast
+    assert choose_design([early, Design(((steep, 16),), 7.9)], LIMITS) == early
+    assert (
+        choose_design([Design(((parting, 16),), 7.9), Design(((steep, 16),), 2.0)], LIMITS).separation == 2.0
+    )
+    assert (
+        choose_design([Design(((parting, 16),), 7.9), Design(((steep, 1),), 0.01)], LIMITS).separation == 7.9
+    )
+    assert (
+        choose_design([Design(((steep, 16),), 5.5), Design(((steady, 16),), 7.0)], LIMITS).separation == 7.0
+    )
+    assert (
+        choose_design([Design(((steep, 1),), 9.0), Design(((steady, 1),), 30.0)], LIMITS).separation == 30.0
+    )
+    mixed = Design(((steep, 1), (steady, 3)), 12.0)
+    assert choose_design([mixed, fast], LIMITS) == fast  # the simpler of two as short
+    assert choose_design([Design(((steep, 1), (steady, 2)), 8.1), fast], LIMITS).times == 3
 
 
 def test_inputs_of_which_one_tells_what_the_other_needs_known_are_proposed_together() -> None:
     """One tells the damping, the other the lag beside it: neither decides alone, however often."""
     entry: Any = None
     unsure = np.eye(2) * 1e-6
-    lag_and_damping = Pair(9.0, np.array([3.0, 0.0]), np.array([[1.0, 0.0], [0.0, 0.0]]))
-    damping = Pair(0.0, np.zeros(2), np.array([[1e4, 0.0], [0.0, 0.0]]))
+    lag_and_damping = RivalTerms(9.0, np.array([3.0, 0.0]), np.array([[1.0, 0.0], [0.0, 0.0]]))
+    damping = RivalTerms(0.0, np.zeros(2), np.array([[1e4, 0.0], [0.0, 0.0]]))
 
-    def played(pair: Pair) -> Played:
-        return Played({(0, 1): pair, (1, 0): pair}, True)
+    def played(pair: RivalTerms) -> Comparison:
+        return Comparison({(0, 1): pair, (1, 0): pair}, True)
 
-    def least(brought: Played) -> float:
+    def least(brought: Comparison) -> float:
         return brought.separation(0, 1, [unsure, unsure])
 
     possible = [
-        (Scored(entry, max(least(played(pair)), ALIKE)), played(pair)) for pair in (lag_and_damping, damping)
+        (ScoredInput(entry, max(least(played(pair)), LIMITS.alike_separation)), played(pair))
+        for pair in (lag_and_damping, damping)
     ]
-    alone = [planned([one], least) for one in possible]
-    assert all(plan.separation < DECIDES for plan in alone)
-    both = planned(possible, least)
-    assert both.separation >= DECIDES
+    alone = [find_design([one], least, LIMITS) for one in possible]
+    assert all(plan.separation < LIMITS.deciding_separation for plan in alone)
+    both = find_design(possible, least, LIMITS)
+    assert both.separation >= LIMITS.deciding_separation
     assert [scored for scored, _ in both.records] == [one[0] for one in possible]
     assert both.times == 9
 
@@ -332,7 +353,7 @@ def lagging(*identities: str) -> NextExperiment:
         one = fit_hypothesis(problem, made.with_values(np.array(own)), (identity,), iterations=0)
         assert one is not None
         found.append(one)
-    proposed = next_experiment(found, nominal(problem), problem, NOISE, UNITS)
+    proposed = propose_experiment(found, nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None
     return proposed
 
@@ -340,13 +361,13 @@ def lagging(*identities: str) -> NextExperiment:
 def test_candidates_that_answer_every_input_alike_are_said_to() -> None:
     """A lag before or behind a linear device is one law."""
     proposed = lagging("drive.lag", "sensor.lag")
-    assert (proposed.times, proposed.separation < ALIKE) == (1, True)
+    assert (proposed.times, proposed.separation < LIMITS.alike_separation) == (1, True)
     assert proposed.statement.startswith("No input of the menu separates drive.lag from sensor.lag")
 
 
 def test_a_pair_that_no_input_separates_does_not_hide_the_others() -> None:
     proposed = lagging("drive.lag", "sensor.lag", "friction.coulomb")
-    assert proposed.separation > DECIDES
+    assert proposed.separation > LIMITS.deciding_separation
     assert "separates drive.lag or sensor.lag from friction.coulomb by" in proposed.statement
     assert proposed.statement.endswith("No input of the menu separates drive.lag from sensor.lag.")
     assert proposed.json["alike"] == [["drive.lag", "sensor.lag"]]
@@ -378,7 +399,7 @@ def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_woul
         lambda start: seen(true, np.zeros(2)) - seen(rival, start), np.zeros(2), x_scale=(0.1, 10.0)
     )
     at_rest, settled = (
-        played(new, (true, rival), bare, problem, NOISE, settled=one) for one in (False, True)
+        compare_candidates(new, (true, rival), bare, problem, NOISE, settled=one) for one in (False, True)
     )
     assert at_rest is not None
     assert settled is not None
@@ -388,22 +409,43 @@ def test_a_rival_begins_where_it_comes_nearest_and_not_where_slopes_at_rest_woul
 
 
 def test_a_pair_that_only_slopes_at_rest_separate_does_not_hide_the_others() -> None:
-    def apart(of_the_first_two: float) -> Played:
+    def apart(of_the_first_two: float) -> Comparison:
         nothing = np.zeros(1), np.zeros((1, 1))
         squares = {(0, 1): of_the_first_two**2, (0, 2): 400.0, (1, 2): 400.0}
-        pairs = {pair: Pair(one, *nothing) for pair, one in squares.items()}
-        return Played(pairs | {(j, i): one for (i, j), one in pairs.items()}, True)
+        pairs = {pair: RivalTerms(one, *nothing) for pair, one in squares.items()}
+        return Comparison(pairs | {(j, i): one for (i, j), one in pairs.items()}, True)
 
-    entries = menu(ambiguous()[0], UNITS)[:5]
+    entries = list_candidate_inputs(ambiguous()[0], UNITS)[:5]
     known = [np.eye(1)] * 3
-    found = _chosen(
-        [(entry, apart(0.5 * ALIKE * (k + 1))) for k, entry in enumerate(entries)],
+    found = _choose_inputs(
+        [(entry, apart(0.5 * LIMITS.alike_separation * (k + 1))) for k, entry in enumerate(entries)],
         known,
         lambda _: apart(0.0),
+        LIMITS,
     )
     assert found.alike == [(0, 1)]
     assert found.counted == [(0, 2), (1, 2)]
     assert (found.plan.times, found.plan.separation) == (1, 20.0)
+
+
+def test_the_statement_decides_by_the_given_thresholds() -> None:
+    proposed = ambiguous()[2]
+    strict = proposed._replace(limits=replace(LIMITS, deciding_separation=proposed.separation + 1.0))
+    blind = proposed._replace(limits=replace(LIMITS, alike_separation=proposed.separation + 1.0))
+    assert (proposed.decides, strict.decides) == (True, False)
+    assert "too few to decide" in strict.statement
+    assert (proposed.in_vain, blind.in_vain) == (False, True)
+
+
+def test_the_menu_is_made_of_the_given_levels() -> None:
+    problem, _, _ = ambiguous()
+    limits = replace(LIMITS, drive_levels=(1.0,), square_wave_frequencies=(1.0,))
+    fewer = replace(problem, thresholds=replace(problem.thresholds, experiment=limits))
+    statements = [entry.statement for entry in list_candidate_inputs(fewer, UNITS)]
+    assert (
+        sum("square wave" in statement for statement in statements) == 2
+    )  # as sampled so far, and more slowly
+    assert all("at 100%" in statement for statement in statements)
 
 
 def test_what_follows_where_predictions_part_does_not_count() -> None:
@@ -411,36 +453,35 @@ def test_what_follows_where_predictions_part_does_not_count() -> None:
     t = np.linspace(0.0, 20.0, 401)
     one, other = np.sin(t), np.where(t < 10.0, 1.02, -1.0) * np.sin(t)
     size, period = np.array([one.std()]), 20
-    assert PARTED == 0.5
-    assert together(np.stack((one, other, one))[:, None], size, period) == 200
+    most = Thresholds().nominal_fit.diverged_rms
+    assert most == 0.5
+    assert count_common_samples(np.stack((one, other, one))[:, None], size, period, most) == 200
     assert (
-        together(np.stack((one, one, other))[:, None], size, period) == 200
+        count_common_samples(np.stack((one, one, other))[:, None], size, period, most) == 200
     )  # the last: the nominal model's
-    assert together(np.stack((one, one, np.full(401, np.nan)))[:, None], size, period) == 0
+    assert count_common_samples(np.stack((one, one, np.full(401, np.nan)))[:, None], size, period, most) == 0
     for same in (1.02 * one, 0.3 * size + one):
-        assert together(np.stack((one, same, one))[:, None], size, period) == len(t)
+        assert count_common_samples(np.stack((one, same, one))[:, None], size, period, most) == len(t)
     loud = np.stack((20.0 * one, 22.0 * one, 20.0 * one))
-    assert together(loud[:, None], size, period) == len(
+    assert count_common_samples(loud[:, None], size, period, most) == len(
         t
     )  # of a louder motion a tenth is a difference, no other motion
 
 
-def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_decides(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_input_that_predictions_part_under_is_proposed_only_where_no_other_decides() -> None:
     proposed = ambiguous()[2]
     assert all(one.whole for one in proposed.menu)
-    monkeypatch.setattr("rtctl.diagnosis.experiment_design.t_optimality.PARTED", 0.05)
-    quiet, noisy = with_noise(0.25), with_noise(0.5)
+    sensitive = Thresholds(nominal_fit=replace(Thresholds().nominal_fit, diverged_rms=0.05))
+    quiet, noisy = with_noise(0.25, sensitive), with_noise(0.5, sensitive)
     assert not quiet.menu[0].whole
     assert quiet.best.whole
-    assert DECIDES <= quiet.separation < quiet.menu[0].separation
+    assert LIMITS.deciding_separation <= quiet.separation < quiet.menu[0].separation
     assert not noisy.best.whole
 
 
 def test_one_candidate_needs_no_experiment() -> None:
     problem, rivals, _ = ambiguous()
-    assert next_experiment(rivals[:1], nominal(problem), problem, NOISE, UNITS) is None
+    assert propose_experiment(rivals[:1], nominal(problem), problem, NOISE, UNITS) is None
 
 
 def of_two_inputs() -> NextExperiment:
@@ -448,7 +489,7 @@ def of_two_inputs() -> NextExperiment:
     steady, wave = (
         next(one for one in once.menu if one.input.statement.startswith(kind)) for kind in ("slow", "square")
     )
-    return once._replace(plan=Planned(((steady, 1), (wave, 2)), 9.0))
+    return once._replace(plan=Design(((steady, 1), (wave, 2)), 9.0))
 
 
 def test_several_inputs_are_told_with_the_records_of_each() -> None:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, device, friction_case
 
+from rtctl.border.errors import InputError
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
-from rtctl.diagnosis.problem.sample_budget import LEAST_SAMPLES, MOST_SAMPLES, check_speed, fewer
+from rtctl.diagnosis.problem.sample_budget import check_speed, truncate_records
+from rtctl.diagnosis.thresholds import ScreeningThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
+
+LIMITS = ScreeningThresholds()
+MOST_SAMPLES, LEAST_SAMPLES = LIMITS.max_fit_samples, LIMITS.min_truncated_samples
 
 
 def record(samples: int, name: str = "r") -> FitRecord:
@@ -22,11 +28,11 @@ def record(samples: int, name: str = "r") -> FitRecord:
 
 def test_what_a_diagnosis_gets_through_is_left_as_it_is() -> None:
     records = (record(MOST_SAMPLES // 2), record(MOST_SAMPLES // 2))
-    assert fewer(records) == (records, [])
+    assert truncate_records(records, LIMITS) == (records, [])
 
 
 def test_of_long_records_the_beginnings_are_used_and_that_is_said() -> None:
-    kept, (said,) = fewer((record(300_000, "a"), record(100_000, "b"), record(500, "c")))
+    kept, (said,) = truncate_records((record(300_000, "a"), record(100_000, "b"), record(500, "c")), LIMITS)
     assert [one.name for one in kept] == ["a", "b", "c"]
     assert sum(one.samples for one in kept) <= MOST_SAMPLES + LEAST_SAMPLES
     assert kept[0].samples == pytest.approx(3 * kept[1].samples, rel=1e-3)
@@ -36,15 +42,27 @@ def test_of_long_records_the_beginnings_are_used_and_that_is_said() -> None:
 
 
 def test_of_very_many_records_some_are_used_evenly() -> None:
-    kept, _ = fewer(tuple(record(1500, f"r{k}") for k in range(400)))
+    kept, _ = truncate_records(tuple(record(1500, f"r{k}") for k in range(400)), LIMITS)
     names = [int(one.name[1:]) for one in kept]
     assert len(kept) == MOST_SAMPLES // LEAST_SAMPLES
     assert (names[0], names[-1]) == (0, 399)
     assert max(np.diff(names)) <= 5
 
 
+def test_the_limits_are_those_that_are_given() -> None:
+    limits = replace(LIMITS, max_fit_samples=600, min_truncated_samples=200)
+    kept, (note,) = truncate_records(tuple(record(1000, f"r{k}") for k in range(5)), limits)
+    assert [one.samples for one in kept] == [200, 200, 200]
+    assert "more than the 600" in note
+
+
 def test_a_model_that_is_run_at_once_passes() -> None:
-    check_speed(device(), [record(2000)], "dataset.toml")
+    check_speed(device(), [record(2000)], "dataset.toml", Thresholds().budget.one_run)
+
+
+def test_a_run_of_more_steps_than_allowed_is_refused() -> None:
+    with pytest.raises(InputError, match="takes more than 1e-06 million"):
+        check_speed(device(), [record(2000)], "dataset.toml", 1.0)
 
 
 @pytest.mark.parametrize("factor", [1e-4, 1e-9])

@@ -1,7 +1,8 @@
-"""Which inputs, and how many records of each: as few as decide.
+"""The design of the next experiment: which inputs, and how many records of each, as few as decide.
 
-Either one input, as often as it takes, or one record after the other, each of the input that adds most to what those
-before it leave: one may tell what another needs known, as a resonance tells the damping beside which a lag shows.
+A design is either one input, repeated until it decides, or a sequence of records, each of the input that adds most to
+those before it. One input may tell what another needs known, as a resonance tells the damping beside which a lag
+becomes visible.
 """
 
 from __future__ import annotations
@@ -9,102 +10,125 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from rtctl.diagnosis.experiment_design.candidate_inputs import Input
-from rtctl.diagnosis.experiment_design.t_optimality import Played
-
-DECIDES = 8.0
-"""Standard errors between two candidates. Where the data so far are even, 98 % of records that bring 6 leave one by
-`search.EQUIVALENT`; but what is to be told apart is known as well as these few data know it, and its square enters.
-"""
-MOST_TIMES = 16
-"""Records that are proposed where fewer do not decide."""
-ALIKE = 0.1
-"""Standard errors from one record: below, candidates answer alike."""
+from rtctl.diagnosis.experiment_design.candidate_inputs import CandidateInput
+from rtctl.diagnosis.experiment_design.t_optimality import Comparison
+from rtctl.diagnosis.thresholds import ExperimentThresholds
 
 
-class Scored(NamedTuple):
-    """An input and the least separation [standard errors] that one record of it would bring."""
+class ScoredInput(NamedTuple):
+    """A candidate input and the least separation that one record of it would bring."""
 
-    input: Input
+    input: CandidateInput
+    """The candidate input."""
     separation: float
+    """Separation of the two closest candidates by one record [standard errors]."""
     whole: bool = True
-    """No prediction parts from the others: else only what comes before counts, and a fit may not find back after it."""
+    """Whether no prediction parts from the others. Where one does, only the part before counts, and a fit may not find
+    back after it."""
 
 
-class Planned(NamedTuple):
-    """Inputs, the records of each, and the least separation [standard errors] that all of them bring."""
+class Design(NamedTuple):
+    """Inputs, the number of records of each, and the least separation that all of them bring."""
 
-    records: tuple[tuple[Scored, int], ...]
+    records: tuple[tuple[ScoredInput, int], ...]
+    """Inputs with the number of records of each."""
     separation: float
+    """Separation of the two closest candidates by all records [standard errors]."""
 
     @property
     def times(self) -> int:
-        """Records."""
+        """Number of records of all inputs."""
         return sum(times for _, times in self.records)
 
     @property
     def whole(self) -> bool:
-        """Whether under none of the inputs a prediction parts from the others."""
+        """Whether no prediction parts from the others under any of the inputs."""
         return all(scored.whole for scored, _ in self.records)
 
 
-Proposal = tuple[Scored, Played]
-Least = Callable[[Played], float]
-"""Separation [standard errors] of the two candidates that such records leave closest."""
+Proposal = tuple[ScoredInput, Comparison]
+LeastSeparation = Callable[[Comparison], float]
+"""Returns the separation [standard errors] of the two candidates that such records leave closest."""
 
 
-def planned(possible: Sequence[Proposal], least: Least) -> Planned:
-    """Of all inputs, `possible`, those that decide with the fewest records, without predictions that part if there are
-    such; else those that bring most.
+def find_design(
+    proposals: Sequence[Proposal], least: LeastSeparation, limits: ExperimentThresholds
+) -> Design:
+    """Return the design that decides with the fewest records, else the one that separates most.
 
-    It may be another than the best of one record: what that owes to the data so far does not grow with their number.
+    Designs under which no prediction parts from the others are preferred. The input may be another than the best of one
+    record: what that one owes to the data so far does not grow with the number of records.
+
+    Args:
+        proposals: All candidate inputs with their scores.
+        least: Returns the least separation of records [standard errors].
+        limits: Thresholds of the design.
     """
-    plans = [_repeated(one, least) for one in possible]
-    if max(scored.separation for scored, _ in possible) >= ALIKE:
-        plans.append(_one_after_the_other(possible, least))
-        whole = [one for one in possible if one[0].whole]
-        if whole and len(whole) < len(possible):
-            plans.append(_one_after_the_other(whole, least))
-    return chosen(plans)
+    designs = [_repeat_input(proposal, least, limits) for proposal in proposals]
+    if max(scored.separation for scored, _ in proposals) >= limits.alike_separation:
+        designs.append(_add_inputs(proposals, least, limits))
+        whole = [proposal for proposal in proposals if proposal[0].whole]
+        if whole and len(whole) < len(proposals):
+            designs.append(_add_inputs(whole, least, limits))
+    return choose_design(designs, limits)
 
 
-def chosen(plans: Sequence[Planned]) -> Planned:
-    """The shortest that decides, the simpler of two as short; else that which brings most.
+def choose_design(designs: Sequence[Design], limits: ExperimentThresholds) -> Design:
+    """Return the shortest design that decides, the simpler of two as short; else the one that separates most.
 
-    Those under which predictions part only where no other would do, since a fit may not find back after it.
+    A design under which predictions part is chosen only where no other decides, since a fit may not find back after
+    that.
     """
-    deciding = [plan for plan in plans if plan.separation >= DECIDES]
+    deciding = [design for design in designs if design.separation >= limits.deciding_separation]
     if deciding:
-        best = [plan for plan in deciding if plan.whole] or deciding
-        return min(best, key=lambda plan: (plan.times, len(plan.records), -plan.separation))
-    telling = [plan for plan in plans if plan.whole and plan.separation >= ALIKE] or plans
-    return max(telling, key=lambda plan: plan.separation)
+        best = [design for design in deciding if design.whole] or deciding
+        return min(best, key=lambda design: (design.times, len(design.records), -design.separation))
+    separating = [
+        design for design in designs if design.whole and design.separation >= limits.alike_separation
+    ]
+    return max(separating or designs, key=lambda design: design.separation)
 
 
-def _repeated(proposal: Proposal, least: Least) -> Planned:
-    """As many records of one input as decide; MOST_TIMES where no number up to it does, one where it is in vain."""
-    scored, played = proposal
-    apart = scored.separation
-    if apart >= DECIDES or apart < ALIKE:
-        return Planned(((scored, 1),), apart)
-    few, many, apart = 1, MOST_TIMES, least(played.and_also(played, MOST_TIMES - 1))
-    while apart >= DECIDES and many - few > 1:  # it grows with their number
+def _repeat_input(proposal: Proposal, least: LeastSeparation, limits: ExperimentThresholds) -> Design:
+    """Return as many records of one input as decide: `max_records` where fewer do not, one where it separates nothing.
+
+    Args:
+        proposal: The input with its score.
+        least: Returns the least separation of records [standard errors].
+        limits: Thresholds of the design.
+    """
+    scored, comparison = proposal
+    separation = scored.separation
+    if separation >= limits.deciding_separation or separation < limits.alike_separation:
+        return Design(((scored, 1),), separation)
+    few, many = 1, limits.max_records
+    separation = least(comparison.add(comparison, many - 1))
+    while separation >= limits.deciding_separation and many - few > 1:  # it grows with the number of records
         middle = (few + many) // 2
-        if (there := least(played.and_also(played, middle - 1))) >= DECIDES:
-            many, apart = middle, there
+        reached = least(comparison.add(comparison, middle - 1))
+        if reached >= limits.deciding_separation:
+            many, separation = middle, reached
         else:
             few = middle
-    return Planned(((scored, many),), apart)
+    return Design(((scored, many),), separation)
 
 
-def _one_after_the_other(possible: Sequence[Proposal], least: Least) -> Planned:
-    """Each the input that adds most, until they decide."""
-    first = max(range(len(possible)), key=lambda k: possible[k][0].separation)
-    counts, together, apart = {first: 1}, possible[first][1], possible[first][0].separation
-    while apart < DECIDES and sum(counts.values()) < MOST_TIMES:
-        further = [together.and_also(played) for _, played in possible]
-        reached = [least(one) for one in further]
+def _add_inputs(
+    proposals: Sequence[Proposal], least: LeastSeparation, limits: ExperimentThresholds
+) -> Design:
+    """Return a sequence of records, each of the input that adds most, until they decide.
+
+    Args:
+        proposals: Inputs to choose from, with their scores.
+        least: Returns the least separation of records [standard errors].
+        limits: Thresholds of the design.
+    """
+    first = max(range(len(proposals)), key=lambda k: proposals[k][0].separation)
+    counts, together, separation = {first: 1}, proposals[first][1], proposals[first][0].separation
+    while separation < limits.deciding_separation and sum(counts.values()) < limits.max_records:
+        extended = [together.add(comparison) for _, comparison in proposals]
+        reached = [least(comparison) for comparison in extended]
         best = reached.index(max(reached))
-        together, apart = further[best], reached[best]
+        together, separation = extended[best], reached[best]
         counts[best] = counts.get(best, 0) + 1
-    return Planned(tuple((possible[k][0], times) for k, times in counts.items()), apart)
+    return Design(tuple((proposals[k][0], times) for k, times in counts.items()), separation)

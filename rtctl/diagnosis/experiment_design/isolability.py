@@ -1,7 +1,8 @@
-"""Which effects this dataset can tell apart at all, before any name is drawn.
+"""Isolability: which mechanisms this dataset can tell apart at all, before any cause is named.
 
-Of each mechanism the direction in which it would move the outputs, less what the nominal parameters can follow:
-visible share |s_perp| / |s|, and |cos| between the remainders of two. Near 1, no method separates them here.
+Each mechanism has a direction s in which it would move the outputs; s_perp is the part that the nominal parameters
+cannot follow. The visible share is |s_perp| / |s|. Where the absolute cosine between the parts s_perp of two mechanisms
+is near 1, no method separates them in these data.
 """
 
 from __future__ import annotations
@@ -15,16 +16,17 @@ from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 
 class Isolability(NamedTuple):
-    """Of k mechanisms, in the catalogue's order."""
+    """Visible shares and mutual cosines of k mechanisms, in the catalogue's order."""
 
     ids: tuple[str, ...]
+    """Ids of the mechanisms."""
     visible: FloatArray
-    """(k,) share of its trace in the data that nothing nominal can follow."""
+    """Visible shares (k,): parts of the directions that no nominal parameter can follow."""
     cosine: FloatArray
-    """(k, k) absolute; NaN where one of the two is not visible."""
+    """Absolute cosines (k, k) between these parts; NaN where one of the two is not visible."""
 
     def closest(self, identity: str, least: float = 0.95) -> tuple[str, ...]:
-        """Ids whose remainders are nearly parallel to this one's, nearest first."""
+        """Return the ids of mechanisms whose cosine with `identity` exceeds `least`, nearest first."""
         row = self.cosine[self.ids.index(identity)]
         others = [
             (float(row[k]), name) for k, name in enumerate(self.ids) if name != identity and row[k] > least
@@ -32,8 +34,11 @@ class Isolability(NamedTuple):
         return tuple(name for _, name in sorted(others, reverse=True))
 
 
-def isolability(examined: TestedHypothesis) -> Isolability:
-    """At the hypothesis of `examined`; a mechanism with several amplitudes or shapes by its most visible one."""
+def compute_isolability(examined: TestedHypothesis) -> Isolability:
+    """Return the isolability at a tested hypothesis.
+
+    A mechanism with several amplitudes or shapes is represented by its most visible one.
+    """
     projected = examined.projected
     best: dict[str, int] = {}
     for k, direction in enumerate(examined.directions):

@@ -1,4 +1,4 @@
-"""What a diagnosis gets through: so many samples, and a model that runs over them in no time."""
+"""Limits on the work of a diagnosis: the number of samples to fit, and the time of one run of the model."""
 
 from __future__ import annotations
 
@@ -9,13 +9,9 @@ import numpy as np
 from rtctl.border.errors import InputError
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
-from rtctl.diagnosis.thresholds import BudgetThresholds
+from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 
-MOST_SAMPLES = 100_000
-"""Of all records to fit: hundreds of fits are made of them, and what 100,000 samples do not show is small."""
-LEAST_SAMPLES = 1_000
-"""Of a record."""
 FEWER = (
     "the records to fit hold {} samples, more than the {} that a diagnosis gets through in time: of {} records {} "
     'samples were used, the first ones of each; mark other records as use = "test", or cut them with rows, to choose '
@@ -29,34 +25,40 @@ SLOW = (
 )
 
 
-def fewer(records: tuple[FitRecord, ...]) -> tuple[tuple[FitRecord, ...], list[str]]:
-    """`records`, or the beginnings of them, or of as many as have one of LEAST_SAMPLES; and what is to be said."""
+def truncate_records(
+    records: tuple[FitRecord, ...], limits: ScreeningThresholds
+) -> tuple[tuple[FitRecord, ...], list[str]]:
+    """Return as many samples to fit as a diagnosis can use, with notes.
+
+    The initial parts of all records are kept; where these would be too short, those of some records, evenly chosen.
+    """
+    most, least = limits.max_fit_samples, limits.min_truncated_samples
     total = sum(record.samples for record in records)
-    if total <= MOST_SAMPLES:
+    if total <= most:
         return records, []
     kept = records
-    if len(records) * LEAST_SAMPLES > MOST_SAMPLES:
-        evenly = np.linspace(0, len(records) - 1, MOST_SAMPLES // LEAST_SAMPLES).round().astype(int)
+    if len(records) * least > most:
+        evenly = np.linspace(0, len(records) - 1, most // least).round().astype(int)
         kept = tuple(records[k] for k in evenly)
-    share = MOST_SAMPLES / sum(record.samples for record in kept)
+    share = most / sum(record.samples for record in kept)
     if share < 1.0:
-        kept = tuple(record.truncate(max(LEAST_SAMPLES, int(share * record.samples))) for record in kept)
+        kept = tuple(record.truncate(max(least, int(share * record.samples))) for record in kept)
     used = sum(record.samples for record in kept)
-    return kept, [FEWER.format(total, MOST_SAMPLES, len(kept), used)]
+    return kept, [FEWER.format(total, most, len(kept), used)]
 
 
 def check_speed(
     simulation: Simulation,
     records: Sequence[FitRecord],
     source: str,
-    most_steps: float = BudgetThresholds().one_run,
+    most_steps: float,
 ) -> None:
-    """Refuse a model of which a free run over the records takes so many steps that no fit ends.
+    """Raise an error if a free run of the model over the records takes so many steps that no fit would end.
 
     Args:
         simulation: The model of the file, at its own values.
         records: Records to fit.
-        source: The dataset, as an error names it.
+        source: Path of the dataset, for the error message.
         most_steps: Work of one run over all records [steps].
 
     Raises:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.sample_budget import check_speed, fewer
+from rtctl.diagnosis.problem.sample_budget import check_speed, truncate_records
 from rtctl.diagnosis.problem.subject import Reader, Subject
 from rtctl.diagnosis.screening.screened import Screened, apply_steps
 from rtctl.diagnosis.screening.split import split_records
@@ -16,7 +16,7 @@ from rtctl.diagnosis.screening.unknown_initial_state import (
     skip_unknown_history,
     warm_up_moving_records,
 )
-from rtctl.diagnosis.thresholds import ScreeningThresholds
+from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.measured.dataset import Dataset
 
 NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone, and the gain is that of the {1}'s logarithm"
@@ -37,7 +37,7 @@ def screen_dataset(
     simulation: Simulation,
     subject: Subject,
     usual_signal: str,
-    thresholds: ScreeningThresholds,
+    thresholds: Thresholds,
 ) -> ScreenedData:
     """Check the dataset, keep what can be diagnosed, and bring its readings into comparable form.
 
@@ -46,11 +46,12 @@ def screen_dataset(
         simulation: The model of the file.
         subject: Kind of plant, as these records let it be diagnosed.
         usual_signal: Signal that this kind of plant is usually diagnosed by.
-        thresholds: Thresholds of the screening.
+        thresholds: Thresholds of the diagnosis.
 
     Raises:
         InputError: Nothing is left that could be diagnosed, or the model cannot be simulated in time.
     """
+    limits = thresholds.screening
 
     def note_missing_signal(records: Screened) -> Screened:
         missing = [] if subject.signal == usual_signal else [NO_SIGNAL.format(usual_signal, subject.signal)]
@@ -58,24 +59,22 @@ def screen_dataset(
 
     def skip_what_history_decides(records: Screened) -> Screened:
         if subject.is_at_rest_undriven:
-            return skip_unknown_history(records, comparable, thresholds)
+            return skip_unknown_history(records, comparable, limits)
         wells = has_two_wells(comparable)
-        return warm_up_moving_records(records, scales.rate, thresholds, two_wells=wells)
+        return warm_up_moving_records(records, scales.rate, limits, two_wells=wells)
 
-    records = split_records(dataset, subject, thresholds)
+    def limit_samples(records: Screened) -> Screened:
+        fit, notes = truncate_records(records.fit, limits)
+        return records._replace(fit=fit, notes=tuple(notes))
+
+    records = split_records(dataset, subject, limits)
     records = apply_steps(records, (note_missing_signal, limit_samples))
-    check_speed(simulation, records.fit, str(dataset.path))
+    check_speed(simulation, records.fit, str(dataset.path), thresholds.budget.one_run)
     comparable, read = subject.comparable(simulation, records.fit)
     records = _read_comparably(records, read)
     scales = subject.scales(records.fit)
     records = apply_steps(records, (skip_what_history_decides,))
     return ScreenedData(records, comparable, scales)
-
-
-def limit_samples(records: Screened) -> Screened:
-    """Keep as many samples to fit as a diagnosis gets through."""
-    fit, notes = fewer(records.fit)
-    return records._replace(fit=fit, notes=tuple(notes))
 
 
 def _read_comparably(records: Screened, read: Reader) -> Screened:

@@ -13,6 +13,12 @@ class ScreeningThresholds:
     """Smallest number of scored samples of a usable record."""
     min_periods: float = 5.0
     """Smallest number of periods of the motion in all fit records together; below, slow effects are not determined."""
+    max_fit_samples: int = 100_000
+    """Largest number of samples of all records to fit: a diagnosis makes hundreds of fits to them, and an effect that
+    100,000 samples do not show is small."""
+    min_truncated_samples: int = 1_000
+    """Smallest number of samples of a record that is cut to its initial part; where `max_fit_samples` allows fewer,
+    whole records are left out instead."""
 
     clipped_share: float = 0.005
     """Fraction of a record's readings at exactly its extreme value from which the sensor is called clipped."""
