@@ -18,8 +18,8 @@ from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import NamedCauses, name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.remarks import remark
-from rtctl.diagnosis.residual.localization import places
-from rtctl.diagnosis.residual.missing_force import residual_shape
+from rtctl.diagnosis.residual.localization import localize_residual
+from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
@@ -102,7 +102,8 @@ def _answer(
     named = NamedCauses()
     if verdict.names_causes:
         named = name_causes(search, fits.after, problem.subject, problem.thresholds.report)
-    where = places(search.nominal) if verdict.claim != "adequate" else []
+    least_share = problem.thresholds.residual.least_located_share
+    where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     rivals = choose_rivals(search, verdict, problem.thresholds.verification)
@@ -117,7 +118,7 @@ def _answer(
         isolability=isolability(search.nominal),
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         next_experiment=proposed,
-        shape=residual_shape(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
+        shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip

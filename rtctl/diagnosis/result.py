@@ -11,9 +11,9 @@ from rtctl.diagnosis.experiment_design.isolability import Isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.localization import Place
-from rtctl.diagnosis.residual.missing_force import Shape
-from rtctl.diagnosis.residual.noise_floor import left_over_noise
+from rtctl.diagnosis.residual.localization import Location
+from rtctl.diagnosis.residual.missing_force import MissingForce
+from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
@@ -56,7 +56,7 @@ class Diagnosis:
     """Most probable first."""
     gain: Gain | None
     """Free-run errors on the test records before and after; None without test records."""
-    where: tuple[Place, ...]
+    where: tuple[Location, ...]
     """Coordinates along which the residual of the nominal model lives, largest share first."""
     search: SearchResult
     problem: Problem
@@ -74,7 +74,7 @@ class Diagnosis:
     noise_rms: float
     """RMS of the noise of the subject's output, in its unit."""
     next_experiment: NextExperiment | None = None
-    shape: Shape | None = None
+    shape: MissingForce | None = None
     """Shape of the missing force, where causes do not explain all of it."""
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
@@ -103,9 +103,9 @@ class Diagnosis:
             "warnings": list(self.warnings),
             "stopped": self.stopped,
             "cut_by_clock": self.cut_by_clock,
-            "tests": [test._asdict() for test in chosen.tests],
+            "tests": [test.as_json() for test in chosen.tests],
             "p_value": chosen.p_value,
-            "left_over_noise": left_over_noise(chosen),
+            "left_over_noise": residual_over_noise(chosen),
             "out_of_time": self.search.out_of_time,
             "isolability": {
                 "ids": list(self.isolability.ids),

@@ -19,8 +19,8 @@ from generator import generate
 from numpy.typing import NDArray
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
-from rtctl.diagnosis.residual.projection import Projected, Rows
-from rtctl.diagnosis.residual.residual_rows import as_converted
+from rtctl.diagnosis.residual.projection import Projected, RecordRows
+from rtctl.diagnosis.residual.projection.residual_rows import account_for_quantization
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 
 FloatArray = NDArray[np.float64]
@@ -50,11 +50,11 @@ def left_over_truth(seed: int, **overrides: object) -> Left:
         for record in data.records
     ]
 
-    def true(index: int, error: FloatArray) -> Rows:
+    def true(index: int, error: FloatArray) -> RecordRows:
         """The device's own equation, as the gate sees a residual: what a converter rounds follows the motion."""
         nothing = np.zeros((0, 1, len(error)))
-        alone = Rows(residual=-error[None], shared=nothing, local=nothing, directions=nothing)
-        return as_converted(alone, data, index, ("displacement",))
+        alone = RecordRows(residual=-error[None], shared=nothing, local=nothing, directions=nothing)
+        return account_for_quantization(alone, data, index, ("displacement",))
 
     rows = [true(index, error) for index, error in enumerate(added)]
     own = sum(float(one.gram([noise])[0][0, 0]) for one in rows)

@@ -13,9 +13,9 @@ import numpy as np
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.directions import acting_together
-from rtctl.diagnosis.residual.projection import leftover
-from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.directions import group_by_shapes
+from rtctl.diagnosis.residual.projection import unexplained_residual
+from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.model_selection import count_unknowns
@@ -49,10 +49,10 @@ def _each_once(fitted: list[Hypothesis]) -> list[Hypothesis]:
 
 def bic(data: Problem, hypothesis: Hypothesis) -> float:
     """Of one fitted set, its residual whitened by an autoregression of its own; infinite on the edge of divergence."""
-    rows = own_rows(data, hypothesis)
+    rows = residual_rows(data, hypothesis)
     if rows is None:
         return np.inf
-    left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+    left = unexplained_residual(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
     noise = [fit_noise([one[o] for one in left]) for o in range(len(left[0]))]
     count = sum(one.shape[1] for one in left)
     likelihood = count * sum(float(np.log(max(one.variance, 1e-300))) for one in noise)
@@ -63,7 +63,7 @@ def further_ones(at: TestedHypothesis) -> list[tuple[str, float]]:
     """Change of BIC by each further mechanism, from its score: minus what it removes, plus its unknowns' price."""
     named = [k for k, direction in enumerate(at.directions) if direction.mechanism]
     changes: dict[str, float] = {}
-    for members in acting_together(at.directions, named):
+    for members in group_by_shapes(at.directions, named):
         identity, shapes = at.directions[members[0]].mechanism, at.directions[members[0]].shapes
         removed, rank = at.projected.block(np.array(members))
         change = (rank + len(shapes)) * float(np.log(at.projected.samples)) - removed if rank else np.inf

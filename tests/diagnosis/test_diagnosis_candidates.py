@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Rows, project
+from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
     _limit_step,
@@ -36,7 +36,7 @@ def way_of(apart: float, step: float = 2.0) -> np.ndarray:
     """Of two own parameters, for a direction that is 3 times the second and `apart` something of its own."""
     rng = np.random.default_rng(0)
     shared, own = rng.standard_normal((2, 1, SAMPLES)), rng.standard_normal((1, 1, SAMPLES))
-    rows = Rows(
+    rows = RecordRows(
         residual=rng.standard_normal((1, SAMPLES)), shared=shared, local=np.zeros((0, 1, SAMPLES)),
         directions=3.0 * shared[1:] + apart * own,
     )  # fmt: skip
@@ -65,7 +65,7 @@ def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear
     assert _limit_step(parent, np.zeros(2), LIMITS) > 1.0
 
 
-def examined(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
+def tested_nominal(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
     """The nominal model beside two records of a device that has `mechanisms`."""
     records = tuple(
         FitRecord(
@@ -92,7 +92,7 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
-    problem, parent = examined(ids, late, cubic)
+    problem, parent = tested_nominal(ids, late, cubic)
     pairs = propose_pairs(parent, LIMITS)
     assert len(pairs) == LIMITS.pairs_tried
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
@@ -118,7 +118,7 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
             "damping_ratio": {"value": 0.01, "unit": "1"},
         },
     }
-    problem, parent = examined(("mode.second",), attached)
+    problem, parent = tested_nominal(("mode.second",), attached)
     begun = [dict(_shown(one)) for one in propose_candidates(parent, LIMITS) if one.form == "mass_ratio"]
     assert len({one["frequency"] for one in begun}) == tried
     assert all(one["mass_ratio"] > 0.0 for one in begun)
@@ -130,8 +130,8 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
     assert found["mass_ratio"] == pytest.approx(mass_ratio, rel=0.1)
 
 
-def _shown(runner: Candidate) -> list[tuple[str, float]]:
-    return [(one.declared.name, one.value) for one in runner.simulation.parameters if one.mechanism]
+def _shown(candidate: Candidate) -> list[tuple[str, float]]:
+    return [(one.declared.name, one.value) for one in candidate.simulation.parameters if one.mechanism]
 
 
 def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start() -> None:
@@ -139,6 +139,6 @@ def test_where_time_runs_out_no_set_goes_without_a_fit_for_anothers_second_start
         return SimpleNamespace(mechanisms=(name,), form="", start=start)
 
     first, other = [one("a", 0), one("a", 1), one("b", 0)], [one("c", 0), one("c", 1), one("d", 0)]
-    turns = [(*runner.mechanisms, runner.start) for runner in interleave([first, other])]
+    turns = [(*candidate.mechanisms, candidate.start) for candidate in interleave([first, other])]
     assert turns == [("a", 0), ("c", 0), ("b", 0), ("d", 0), ("a", 1), ("c", 1)]
     assert interleave([first]) == [first[0], first[2], first[1]]

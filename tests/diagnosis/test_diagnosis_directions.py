@@ -11,11 +11,11 @@ from diagnosis_cases import PERIOD_S, measured, noise_drive
 from plant_sim.oscillator.equation.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_slopes
+from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_sensitivities
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
@@ -59,7 +59,7 @@ def test_a_shape_that_does_not_act_yet_asks_for_no_steps(monkeypatch: pytest.Mon
     monkeypatch.setattr(Equation, "integrate", noted)
     residual = [np.zeros((1, problem.records[0].samples))]
     directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), problem, residual)
-    slopes = mechanism_slopes(nominal, directions, problem, 0)
+    slopes = mechanism_sensitivities(nominal, directions, problem, 0)
     assert (np.abs(slopes).max(axis=(1, 2)) > 0.0).all()
     assert max(taken) < 100
 
@@ -73,7 +73,7 @@ def test_a_direction_that_no_step_resolves_is_none(monkeypatch: pytest.MonkeyPat
     residual = [np.zeros((1, problem.records[0].samples))]
     directions = catalogue_directions(nominal.simulation, ("hysteresis.bouc_wen",), problem, residual)
     monkeypatch.setattr(type(nominal.simulation), "predict", refused)
-    assert not mechanism_slopes(nominal, directions, problem, 0).any()
+    assert not mechanism_sensitivities(nominal, directions, problem, 0).any()
 
 
 def test_a_step_that_moves_the_motion_far_is_taken_again_shorter() -> None:
@@ -84,10 +84,10 @@ def test_a_step_that_moves_the_motion_far_is_taken_again_shorter() -> None:
     def bent(step: float) -> np.ndarray:
         return size * along * (3e4 * step + 1e10 * step**2)
 
-    found = slope(bent, problem, ["displacement"], 0.0)
+    found = differentiate(bent, problem, ["displacement"])
     assert np.all(np.abs(found / size / 3e4 - 1.0) < 0.001)
 
     def escaping(step: float) -> np.ndarray:
         return size * along * (1e10 * step)
 
-    assert slope(escaping, problem, ["displacement"], 0.0) == 0.0
+    assert differentiate(escaping, problem, ["displacement"]) == 0.0

@@ -142,7 +142,7 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.diagnosis.problem.fit._determined", lambda *of: True)
+        patch.setattr("rtctl.diagnosis.problem.fit._is_identifiable", lambda *of: True)
         end = polish(problem, begun)
     assert end is not None
     assert end.still == {"hysteresis.bouc_wen.loop"}

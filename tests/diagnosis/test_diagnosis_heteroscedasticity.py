@@ -5,24 +5,25 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-import pytest
 from diagnosis_cases import FRICTION, PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.thresholds import ResidualThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
+DEFAULT = ResidualThresholds()
 IDS = ("stiffness.quadratic", "damping.quadratic", "friction.coulomb", "sensor.offset", "drive.harmonics")
 LOUDER = (0.2, 1.0, 5.0)
 """Times the usual noise, of each record, whose drives are the stronger the louder they are."""
 
 
-def examined(made: Simulation, seed: int) -> TestedHypothesis:
-    """Three records of `made`, the nominal model fitted to them, and what is left."""
+def examined(made: Simulation, seed: int, thresholds: ResidualThresholds = DEFAULT) -> TestedHypothesis:
+    """Three records of `made`, the nominal model fitted to them, and the tests of its residual."""
     records = []
     for k, louder in enumerate(LOUDER):
         drive = (0.5 + 0.25 * k) * noise_drive(10 * seed + k)
@@ -35,7 +36,7 @@ def examined(made: Simulation, seed: int) -> TestedHypothesis:
         )
     problem = Problem(
         subject=subject_of("oscillator"), records=tuple(records), scales=estimate_scales(tuple(records)),
-        steps_per_period=64.0,
+        steps_per_period=64.0, thresholds=Thresholds(residual=thresholds),
     )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
@@ -53,9 +54,9 @@ def test_records_of_unequal_noise_show_nothing_wrong() -> None:
     assert chances()[0] > 0.005
 
 
-def test_taken_for_equal_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rtctl.diagnosis.residual.residual_tests.BARELY", 0.0)
-    smallest = sorted(examined(device(), seed).p_value for seed in range(12))[0]
+def test_taken_for_equal_they_would() -> None:
+    never_robust = ResidualThresholds(robust_below_excess=0.0)
+    smallest = sorted(examined(device(), seed, never_robust).p_value for seed in range(12))[0]
     assert smallest < 1e-3
 
 

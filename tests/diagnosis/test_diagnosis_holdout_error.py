@@ -9,8 +9,10 @@ import pytest
 from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gain
+from rtctl.diagnosis.search.holdout_error import ScoredOutput, compute_free_run_error, measure_gain
 from rtctl.identification.fit_record import FitRecord
+
+READING = ScoredOutput("displacement", "mm", NOISE_MM)
 
 
 def record_of(seed: int, wrong_start_mm: float = 0.0) -> FitRecord:
@@ -31,9 +33,7 @@ def test_a_wrong_first_reading_does_not_count_against_the_true_model() -> None:
 
 
 def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
-    found = measure_gain(
-        device(), device(FRICTION), [record_of(5), record_of(6)], "displacement", "mm", NOISE_MM, 126.0
-    )
+    found = measure_gain(device(), device(FRICTION), [record_of(5), record_of(6)], READING, 126.0)
     assert found is not None
     assert found.ratio == pytest.approx(found.before / found.after)
     assert found.ratio_low < found.ratio < found.ratio_high
@@ -41,7 +41,7 @@ def test_the_ratio_is_of_the_two_errors_and_lies_in_its_interval() -> None:
 
 
 def test_without_test_records_there_is_no_gain_and_a_diverging_model_has_an_infinite_error() -> None:
-    assert measure_gain(device(), device(FRICTION), [], "displacement", "mm", NOISE_MM, 126.0) is None
+    assert measure_gain(device(), device(FRICTION), [], READING, 126.0) is None
     wild = device(
         {"id": "stiffness.quadratic", "parameters": {"coefficient": {"value": 1e9, "unit": "1/(mm*s^2)"}}}
     )

@@ -17,10 +17,10 @@ from rtctl.diagnosis.report.causes import REFITTED_LOOPS
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
-from rtctl.diagnosis.search import hysteresis_refit as finer_loops
+from rtctl.diagnosis.search import hysteresis_refit
 from rtctl.diagnosis.search.catalogue_search import (
-    LOOPS_STOPPED,
-    NOT_PUT_RIGHT,
+    LOOPS_NOT_CHECKED,
+    LOOPS_NOT_REFITTED,
     DiagnosisOptions,
     SearchRequest,
     correct_after_search,
@@ -91,7 +91,7 @@ def found(stepped):
 def test_domains_that_switch_as_one_are_named_and_learned(found, tmp_path):
     assert found.verdict in ("explained", "partly_explained")
     (cause,) = found.causes
-    assert cause.id == finer_loops.ID
+    assert cause.id == hysteresis_refit.ID
     assert "instead of" in cause.statement
     assert cause.parameters["deflection_misfit"].unit == "um"
     assert found.gain is not None
@@ -110,20 +110,20 @@ def test_the_page_shows_where_relays_switch(found):
 def test_a_delay_beside_them_is_named_as_well(stepped):
     problem, model = stepped
     found = answer(late(problem), model)
-    assert {cause.id for cause in found.causes} == {finer_loops.ID, "actuation.delay"}
+    assert {cause.id for cause in found.causes} == {hysteresis_refit.ID, "actuation.delay"}
 
 
 def test_one_may_stop_before_the_loops_are_learned(stepped):
     found = stopped_at("the static loops, learned anew: resistance", *stepped, seconds=1.0)
     assert found.stopped
-    assert LOOPS_STOPPED in found.warnings
-    assert finer_loops.ID not in [cause.id for cause in found.causes]
+    assert LOOPS_NOT_CHECKED in found.warnings
+    assert hysteresis_refit.ID not in [cause.id for cause in found.causes]
 
 
 def test_loops_that_are_no_help_on_test_records_are_not_learned(found, stepped):
     at_nominal = found.search._replace(chosen=found.search.nominal, hysteresis_refit=None, leave_one_out=())
     problem = dataclasses.replace(found.problem, executor=None)
-    refitter = finer_loops.LoopRefitter(
+    refitter = hysteresis_refit.LoopRefitter(
         coarse=found.search.hysteresis_refit.coarse, problem=with_limits(problem, least_holdout_gain=100.0),
         tests=found.tests, ids=mechanism_ids("vo2"), level=0.01,
     )  # fmt: skip
@@ -159,7 +159,7 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
     search = found.search._replace(
         chosen=run_residual_tests(both, clean, FEW), passes=False, hysteresis_refit=None, leave_one_out=()
     )
-    refitter = finer_loops.LoopRefitter(
+    refitter = hysteresis_refit.LoopRefitter(
         coarse=found.problem.subject.identified(model, problem), problem=with_limits(clean, negligible_cost=0.0),
         tests=found.tests, ids=FEW, level=significance_level(clean, 0.05),
     )  # fmt: skip
@@ -234,7 +234,7 @@ def test_loops_do_not_hide_that_a_law_of_no_name_explains_more(few_levels, monke
 def test_one_may_stop_before_the_loops_are_put_right(few_levels):
     found = stopped_at("the static loops, learned anew: resistance", *few_levels, ids=FEW[:1])
     assert found.stopped
-    assert NOT_PUT_RIGHT in found.warnings
+    assert LOOPS_NOT_REFITTED in found.warnings
     assert [cause.id for cause in found.causes] == ["actuation.delay"]
 
 

@@ -12,8 +12,8 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.directions import mechanism_slopes
-from rtctl.diagnosis.residual.missing_force import residual_shape
+from rtctl.diagnosis.residual.directions import mechanism_sensitivities
+from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
@@ -63,7 +63,7 @@ def test_the_cosine_is_the_one_of_the_parts_that_no_nominal_parameter_follows() 
         whole[0].append(white(follows))
         for k, identity in enumerate(pair):
             mine = [d for d in at.directions if d.mechanism == identity]
-            whole[1 + k].append(white(mechanism_slopes(at.hypothesis, mine, problem, index)[0, 0]))
+            whole[1 + k].append(white(mechanism_sensitivities(at.hypothesis, mine, problem, index)[0, 0]))
     basis = np.linalg.qr(np.concatenate(whole[0], axis=1).T)[0]
     left = []
     for parts in whole[1:]:
@@ -86,7 +86,7 @@ def test_a_delay_and_a_lag_of_the_drive_are_known_to_be_inseparable_and_friction
 
 def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
     problem, at = examined()
-    shape = residual_shape(at, problem, ["state", "velocity_sign"], UNITS)
+    shape = estimate_missing_force(at, problem, ["state", "velocity_sign"], UNITS)
     assert shape is not None
     assert (shape.coordinate, shape.unit, shape.force_unit) == ("velocity", "mm/s", "mm/s^2")
     assert shape.share > 0.8
@@ -99,4 +99,4 @@ def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
 
 def test_a_shape_needs_a_coordinate_that_is_one_number() -> None:
     problem, at = examined()
-    assert residual_shape(at, problem, ["state", "amplitude"], UNITS) is None
+    assert estimate_missing_force(at, problem, ["state", "amplitude"], UNITS) is None

@@ -9,10 +9,10 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.step_refinement import refine_nominal
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
-from rtctl.diagnosis.problem.bounds import FAR_OFF, FURTHER, bounds
+from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis, sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.residual_tests import resolved
+from rtctl.diagnosis.residual.testing.analysis import fine_step_residual
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.oscillator.diagnosis import OSCILLATOR
@@ -72,17 +72,18 @@ def test_the_gate_takes_the_error_of_the_steps_off_the_residual() -> None:
     coarse = at.linearise(problem)[0].residual
     error = np.std(coarse + own_noise)
     assert 1e-8 < error < 0.2 * noise
-    assert np.std(resolved(at, problem, 0, coarse) + own_noise) < 0.01 * error
+    assert np.std(fine_step_residual(at, problem, 0, coarse) + own_noise) < 0.01 * error
 
 
 def test_a_nominal_value_is_not_looked_for_where_a_motion_would_need_steps_without_number() -> None:
     """A stretch of noise alone fits a spring of any strength; each length of stretches would go further."""
     problem = data_of(device(), (0.0, 0.0), 1e-3, 64.0, 6.0)
-    for own, most in ((1.0, FAR_OFF), (1e9, None)):
+    limits = problem.thresholds.problem
+    for own, most in ((1.0, limits.nominal_range), (1e9, None)):
         sensitivity = sensitivity_of(problem, device(stiffness_cubic=(own, "1/(mm^2*s^2)")), frozenset())
-        low, high = bounds(sensitivity, problem.scales)
+        low, high = parameter_bounds(problem, sensitivity)
         k = [sensitivity.simulation.parameters[i].name for i in sensitivity.free].index("stiffness_cubic")
-        limit = most or FURTHER * own / sensitivity.scale[k]  # where a model begins there is room
+        limit = most or limits.start_range * own / sensitivity.scale[k]  # where a model begins there is room
         assert high[k] == pytest.approx(limit)
         assert low[k] == pytest.approx(-limit)
 

@@ -32,11 +32,11 @@ from rtctl.diagnosis.experiment_design.design import (
 )
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment, _chosen, next_experiment
 from rtctl.diagnosis.experiment_design.t_optimality import PARTED, Pair, Played, played, together
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.report.files import scenario_text
-from rtctl.diagnosis.residual.residual_tests import start_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
@@ -65,7 +65,7 @@ def candidate(problem: Problem, identity: str) -> Hypothesis:
     for k, parameter in enumerate(simulation.parameters):
         if parameter.mechanism == identity:
             values[k] = RIVALS[identity].get(parameter.declared.name, parameter.value)
-    found = fit_hypothesis(problem, start_of(simulation, values), (identity,))
+    found = fit_hypothesis(problem, clip_to_bounds(simulation, values), (identity,))
     assert found is not None
     return found
 

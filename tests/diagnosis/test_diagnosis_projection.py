@@ -7,7 +7,14 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
-from rtctl.diagnosis.residual.projection import RESTRICTED_TURNS, Rows, by_output, leftover, noise_of, project
+from rtctl.diagnosis.residual.projection import (
+    RecordRows,
+    estimate_noise,
+    project,
+    share_by_output,
+    unexplained_residual,
+)
+from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregression, limit_order
 
 
@@ -15,36 +22,36 @@ from rtctl.identification.noise.residual_noise import NoiseModel, fit_autoregres
 def test_the_gram_matrix_leaves_what_least_squares_leaves(own: int) -> None:
     draw = np.random.default_rng(1)
     rows = [
-        Rows(
+        RecordRows(
             residual=draw.standard_normal((2, n)), shared=draw.standard_normal((3, 2, n)),
             local=draw.standard_normal((own, 2, n)), directions=draw.standard_normal((4, 2, n)),
         )
         for n in (300, 200)
     ]  # fmt: skip
-    noise = noise_of(rows)
+    noise = estimate_noise(rows)
     projected = project(rows, noise)
     table = np.concatenate([row.whitened(noise)[0] for row in rows], axis=1)
     weights = np.linalg.lstsq(table[1:4].T, table[0], rcond=None)[0]
     left = table[0] - weights @ table[1:4]
     assert projected.residual == pytest.approx(left @ left, rel=1e-9)
     assert (projected.samples, projected.rank) == (1000, 3 + 2 * own)
-    assert [one.shape for one in leftover(rows, noise)] == [(2, 300), (2, 200)]
+    assert [one.shape for one in unexplained_residual(rows, noise)] == [(2, 300), (2, 200)]
 
 
 def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> None:
     draw = np.random.default_rng(2)
     directions = draw.standard_normal((3, 2, 400))
     directions[0, 1] = 0.0  # the first output's alone
-    row = Rows(
+    row = RecordRows(
         residual=draw.standard_normal((2, 400)), shared=draw.standard_normal((3, 2, 400)),
         local=draw.standard_normal((2, 2, 400)), directions=directions,
     )  # fmt: skip
-    noise = noise_of([row])
+    noise = estimate_noise([row])
     table = row.whitened(noise)[0]
     basis = np.linalg.qr(table[1:4].T)[0]
     left = (table[4:] - (table[4:] @ basis) @ basis.T).reshape(3, 2, 400)
     squares = np.sum(left**2, axis=2).T
-    found = by_output(project([row], noise), [row], noise)
+    found = share_by_output(project([row], noise), [row], noise)
     assert found == pytest.approx(squares / squares.sum(axis=0), abs=1e-12)
     assert found[0, 0] > 0.95
 
@@ -52,7 +59,7 @@ def test_a_direction_is_shared_out_by_what_is_left_of_it_in_each_output() -> Non
 def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> None:
     draw = np.random.default_rng(3)
     rows = [
-        Rows(
+        RecordRows(
             residual=lfilter([1.0], [1.0, -0.8], draw.standard_normal((1, n))),
             shared=draw.standard_normal((2, 1, n)), local=draw.standard_normal((2, 1, n)),
             directions=draw.standard_normal((5, 1, n)),
@@ -64,7 +71,7 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
     design = np.vstack((block_diag(*(row.local[:, 0] for row in rows)), shared)).T
     residual = np.concatenate([row.residual[0] for row in rows])
     noise = NoiseModel(np.empty(0), 1.0)
-    for turn in range(RESTRICTED_TURNS):
+    for turn in range(ResidualThresholds().noise_iterations):
         whitening = block_diag(*(noise.whiten(np.eye(n)).T for n in lengths))
         white = whitening @ design
         covariance = np.linalg.inv(white.T @ white)
@@ -74,7 +81,7 @@ def test_restricted_likelihood_adds_what_all_unknowns_took_of_the_noise() -> Non
         blocks = (products[:120, :120], products[120:, 120:])
         correlation = [sum(np.trace(block, lag) for block in blocks) for lag in range(highest + 1)]
         noise = fit_autoregression(np.array(correlation), sum(lengths))
-    found = noise_of(rows)[0]
+    found = estimate_noise(rows)[0]
     assert found.coefficients == pytest.approx(noise.coefficients, abs=1e-9)
     assert found.variance == pytest.approx(noise.variance, rel=1e-9)
 
@@ -86,13 +93,13 @@ def test_what_a_records_own_unknowns_follow_is_no_direction_and_leaves_the_noise
     """A sensor's offset, of a mass that nothing holds: its start follows it."""
     draw = np.random.default_rng(4)
     own = draw.standard_normal((2, 1, 400))
-    rows = Rows(
+    rows = RecordRows(
         residual=draw.standard_normal((1, 400)), shared=draw.standard_normal((2, 1, 400)), local=own,
         directions=np.concatenate(
             (own[:1] + round_off * draw.standard_normal((1, 1, 400)), draw.standard_normal((2, 1, 400)))
         ),
     )  # fmt: skip
-    noise = noise_of([rows], slow=True)
+    noise = estimate_noise([rows], slow=True)
     assert noise[0].mean_square == pytest.approx(1.0, rel=0.3)
     projected = project([rows], noise)
     assert projected.usable.tolist() == [False, True, True]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.residual.projection import Rows, beyond_unknowns, project
-from rtctl.diagnosis.residual.residual_tests import beyond_repeats
+from rtctl.diagnosis.residual.projection import RecordRows, project, residual_beyond_parameters
+from rtctl.diagnosis.residual.testing.repeats import f_test_repeats
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 
@@ -30,8 +30,8 @@ def p_value(seed: int, gap: float, repeats: int = 2, letter: str | None = "A") -
             FitRecord(name=str(k), stimulus=stimulus, measured={"displacement": read}, repeat=letter)
         )
         residuals.append((motion - read)[None])
-    found = beyond_repeats(residuals, [noise], records, ["displacement"])
-    return found[0].p_value if found else None
+    found = f_test_repeats(residuals, [noise], records, ["displacement"])
+    return found.p_value if found else None
 
 
 def test_noise_alone_has_p_values_that_are_uniform() -> None:
@@ -53,7 +53,7 @@ def test_what_the_models_own_parameters_follow_is_nothing_that_repeats() -> None
     slope = np.sin(0.1 * np.arange(N))[None, None]
     stimulus = Stimulus(inputs={"drive": slope[0, 0]}, holds={"drive": "zero"}, period_s=1e-3)
     rows = [
-        Rows(
+        RecordRows(
             residual=slope[0] + rng.standard_normal((1, N)),
             shared=slope, local=np.exp(-0.01 * np.arange(N))[None, None], directions=np.zeros((0, 1, N)),
         )
@@ -63,10 +63,14 @@ def test_what_the_models_own_parameters_follow_is_nothing_that_repeats() -> None
         FitRecord(name=str(k), stimulus=stimulus, measured={"displacement": row.residual[0]}, repeat="A")
         for k, row in enumerate(rows)
     ]
-    as_it_is = beyond_repeats([row.residual for row in rows], noise, records, ["displacement"])
-    beyond = beyond_repeats(beyond_unknowns(rows, project(rows, noise)), noise, records, ["displacement"])
-    assert as_it_is[0].p_value < 1e-6
-    assert beyond[0].p_value > 0.05
+    as_it_is = f_test_repeats([row.residual for row in rows], noise, records, ["displacement"])
+    beyond = f_test_repeats(
+        residual_beyond_parameters(rows, project(rows, noise)), noise, records, ["displacement"]
+    )
+    assert as_it_is is not None
+    assert as_it_is.p_value < 1e-6
+    assert beyond is not None
+    assert beyond.p_value > 0.05
 
 
 def test_without_repeats_there_is_no_such_question() -> None:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.diagnosis.residual.residual_tests import _chance
+from rtctl.diagnosis.residual.testing.metrics import score_p_value
+from rtctl.diagnosis.thresholds import ResidualThresholds
+
+LEAST = ResidualThresholds().least_noncentral_share
 
 
 def test_a_direction_that_removes_nothing_is_no_finding_however_much_is_allowed() -> None:
-    assert _chance(1.4e-8, 1, 1353.0) == 1.0
+    assert score_p_value(1.4e-8, 1, 1353.0, LEAST) == 1.0
     for allowance in np.geomspace(1e-3, 1e6, 19):
         for statistic in (0.0, 1e-300, *np.geomspace(1e-12, 1e7, 39)):
             for freedom in (1, 22, 60):
-                assert 0.0 <= _chance(float(statistic), freedom, float(allowance)) <= 1.0
+                assert 0.0 <= score_p_value(float(statistic), freedom, float(allowance), LEAST) <= 1.0
 
 
 def test_it_is_that_of_shifted_normal_squares() -> None:
@@ -22,4 +25,4 @@ def test_it_is_that_of_shifted_normal_squares() -> None:
     draws = normal**2
     for statistic in (1.0, 6.0, 15.0):
         share = float(np.mean(draws.sum(axis=1) > statistic))
-        assert _chance(statistic, 3, 4.0) == pytest.approx(share, abs=0.01)
+        assert score_p_value(statistic, 3, 4.0, LEAST) == pytest.approx(share, abs=0.01)

@@ -12,14 +12,17 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.quantization import quantization_step
-from rtctl.diagnosis.residual.quantization import heard, rounding_errors
-from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.projection.quantization import changing_samples, rounding_error_directions
+from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.thresholds import ProblemThresholds, ResidualThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.plants.subjects import subject_of
 
 STEP_MM = 0.01
+LEVELS = ProblemThresholds()
+DEFAULT = ResidualThresholds()
 IDS = ("stiffness.cubic", "damping.quadratic", "friction.coulomb", "sensor.offset")
 
 
@@ -43,58 +46,53 @@ def ring_down(seed: int) -> FitRecord:
     return FitRecord(name=f"r{seed}", stimulus=stimulus, measured={"displacement": reading}, first=1)
 
 
-def examined(seed: int) -> TestedHypothesis:
+def examined(seed: int, thresholds: ResidualThresholds = DEFAULT) -> TestedHypothesis:
     records = tuple(ring_down(10 * seed + k) for k in range(3))
     problem = Problem(
-        subject=subject_of("oscillator"),
-        records=records,
-        scales=estimate_scales(records),
-        steps_per_period=64.0,
-    )
+        subject=subject_of("oscillator"), records=records, scales=estimate_scales(records), steps_per_period=64.0,
+        thresholds=Thresholds(residual=thresholds),
+    )  # fmt: skip
     nominal = fit_hypothesis(problem, device(), ())
     assert nominal is not None
     return run_residual_tests(nominal, problem, IDS)
 
 
-def smallest_of_six() -> list[float]:
-    return sorted(examined(seed).p_value for seed in range(1, 7))
+def smallest_of_six(thresholds: ResidualThresholds = DEFAULT) -> list[float]:
+    return sorted(examined(seed, thresholds).p_value for seed in range(1, 7))
 
 
 def test_ring_downs_through_the_steps_show_nothing_wrong() -> None:
     assert smallest_of_six()[0] > 1e-2
 
 
-def test_without_the_error_of_the_steps_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        "rtctl.diagnosis.residual.residual_tests.BARELY", 0.0
-    )  # the noise is taken to be as large everywhere
-    monkeypatch.setattr("rtctl.diagnosis.residual.quantization.OVERTONES", 0)
-    assert smallest_of_six()[2] < 1e-3
+def test_without_the_error_of_the_steps_they_would() -> None:
+    as_large_everywhere = ResidualThresholds(robust_below_excess=0.0, quantization_harmonics=0)
+    assert smallest_of_six(as_large_everywhere)[2] < 1e-3
 
 
 def test_nor_do_samples_at_rest_say_how_large_the_noise_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "rtctl.diagnosis.residual.residual_rows.heard", lambda readings, *_: np.ones(len(readings), bool)
+        "rtctl.diagnosis.residual.projection.residual_rows.changing_samples",
+        lambda readings, *_: np.ones(len(readings), bool),
     )
     assert smallest_of_six()[0] > 1e-2  # of a noise that need not be as large everywhere
-    monkeypatch.setattr("rtctl.diagnosis.residual.residual_tests.BARELY", 0.0)
-    assert smallest_of_six()[2] < 1e-3
+    assert smallest_of_six(ResidualThresholds(robust_below_excess=0.0))[2] < 1e-3
 
 
 def test_readings_without_steps_are_left_as_they_are() -> None:
     readings = np.random.default_rng(0).standard_normal(400)
     readings[100:200] = readings[100]
-    assert quantization_step([readings]) == 0.0
-    assert heard(readings, 0.0, 20).all()
-    assert len(rounding_errors(readings, 0.0)) == 0
+    assert quantization_step([readings], LEVELS) == 0.0
+    assert changing_samples(readings, 0.0, 20).all()
+    assert len(rounding_error_directions(readings, 0.0, 2)) == 0
 
 
 @pytest.mark.parametrize("scale", [1.0, 3e-7])
 def test_the_step_is_that_of_the_grid_though_levels_are_skipped(scale: float) -> None:
     fast = scale * np.round(np.array([0, 7, 3, 40, 12, 41]).repeat(50).astype(float))
-    assert quantization_step([fast]) == pytest.approx(scale)
-    assert quantization_step([fast, fast + 0.3 * scale]) == 0.0
-    assert quantization_step([np.zeros(50)]) == 0.0
+    assert quantization_step([fast], LEVELS) == pytest.approx(scale)
+    assert quantization_step([fast, fast + 0.3 * scale], LEVELS) == 0.0
+    assert quantization_step([np.zeros(50)], LEVELS) == 0.0
 
 
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:
@@ -114,7 +112,7 @@ def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike()
     for stiffness in (1.6e4, 2.4e4):
         found = fit_hypothesis(problem, device(stiffness=(stiffness, "1/s^2")), (), iterations=0)
         assert found is not None
-        rows = own_rows(problem, found)
+        rows = residual_rows(problem, found)
         assert rows is not None
         lengths.append([row.residual.shape[1] for row in rows])
         assert run_residual_tests(found, problem, IDS).p_value >= 0.0

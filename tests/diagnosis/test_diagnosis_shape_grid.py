@@ -9,7 +9,7 @@ from vo2_model_cases import simulation
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.shape_grid import shape_grid
@@ -84,7 +84,7 @@ def test_a_shape_that_is_zero_in_most_devices_is_looked_for_in_multiples_of_its_
     problem = vo2_data(8.0, 5e4)
     made = simulation().extended(("hysteresis.rate_dependence",))
     sensitivity = sensitivity_of(problem, made, frozenset())
-    low, high = bounds(sensitivity, problem.scales)
+    low, high = parameter_bounds(problem, sensitivity)
     names = [sensitivity.simulation.parameters[i].name for i in sensitivity.free]
     for name, scale, signed in (
         ("activation", 1.0 / 64.0, False),

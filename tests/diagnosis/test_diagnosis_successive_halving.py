@@ -57,7 +57,7 @@ def fitted_case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Problem, Hypo
     return problem, nominal
 
 
-def runner(nominal: Hypothesis, coefficient: float) -> Candidate:
+def candidate(nominal: Hypothesis, coefficient: float) -> Candidate:
     """With a cubic spring of so many [1/(mm^2 s^2)] at the start."""
     neutral = nominal.simulation.extended(("stiffness.cubic",))
     values = np.array([parameter.value for parameter in neutral.parameters])
@@ -81,16 +81,18 @@ def lower_nominal(problem: Problem, nominal: Hypothesis, first: Hypothesis) -> H
 
 def test_a_step_to_another_branch_is_taken_again_shorter(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
-    (near,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
-    (astray,) = halve_successively(problem, [runner(nominal, 1e7)], lambda text: None)
+    (near,) = halve_successively(problem, [candidate(nominal, 0.0)], lambda text: None)
+    (astray,) = halve_successively(problem, [candidate(nominal, 1e7)], lambda text: None)
     assert near.cost <= nominal.cost
     assert astray.cost == pytest.approx(near.cost, rel=1e-3)
 
 
 def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Problem, Hypothesis]) -> None:
     problem, nominal = fitted_case
-    whole = fit_hypothesis(problem, runner(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
-    begun = fit_hypothesis(problem, runner(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0)
+    whole = fit_hypothesis(problem, candidate(nominal, 0.0).simulation, ("stiffness.cubic",), nominal.starts)
+    begun = fit_hypothesis(
+        problem, candidate(nominal, 0.3).simulation, ("stiffness.cubic",), nominal.starts, 0
+    )
     assert whole is not None
     assert begun is not None
     assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
@@ -167,7 +169,7 @@ def test_a_set_is_in_the_field_once_however_many_of_its_starts_went_on(
         return one
 
     monkeypatch.setattr("rtctl.diagnosis.search.successive_halving._fit_further", counted)
-    starts = [runner(nominal, size) for size in (0.0, 0.3)]
+    starts = [candidate(nominal, size) for size in (0.0, 0.3)]
     problem = replace(problem, thresholds=no_second_round)
     field = fit_in_rounds(problem, starts, lambda text: None, WorkBudget.of(99.0))
     assert len(entered) == 1
@@ -179,7 +181,7 @@ def test_a_nominal_model_that_was_stuck_goes_where_the_best_cause_led(
 ) -> None:
     """Only if it begins there below where it had ended, and ends far below."""
     problem, nominal = fitted_case
-    (first,) = halve_successively(problem, [runner(nominal, 0.0)], lambda text: None)
+    (first,) = halve_successively(problem, [candidate(nominal, 0.0)], lambda text: None)
     assert lower_nominal(problem, nominal, first) is None
     detuned = [0.8 * one.value if one.name == "stiffness" else one.value for one in device().parameters]
     stuck = fit_hypothesis(problem, device().with_values(np.array(detuned)), (), nominal.starts, 0)
@@ -194,7 +196,7 @@ def test_a_shorter_step_ends_between_the_parent_and_the_first(
     fitted_case: tuple[Problem, Hypothesis],
 ) -> None:
     _, nominal = fitted_case
-    whole = runner(nominal, 200.0)
+    whole = candidate(nominal, 200.0)
     part = whole.shortened(0.1)
     assert part.simulation.parameters[-1].value == pytest.approx(20.0)
     np.testing.assert_allclose(part.starts, nominal.starts)

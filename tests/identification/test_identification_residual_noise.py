@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from rtctl.diagnosis.residual.projection import Rows, noise_of, project
+from rtctl.diagnosis.residual.projection import RecordRows, estimate_noise, project
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise
 
 FloatArray = NDArray[np.float64]
@@ -46,11 +46,13 @@ def test_an_autoregression_is_found_in_its_noise() -> None:
     assert found.variance == pytest.approx(2.0, rel=0.05)
 
 
-def narrow_rows(rng: np.random.Generator, directions: int, samples: int = 900) -> Rows:
+def narrow_rows(rng: np.random.Generator, directions: int, samples: int = 900) -> RecordRows:
     """AR(1) noise, and directions that all lie in one narrow band, as those of a resonator do."""
     band = lfilter([1.0], [1.0, -1.9, 0.95], rng.standard_normal((directions + 2, samples)))
     noise = lfilter([1.0], [1.0, -0.8], rng.standard_normal(samples + 200))[200:]
-    return Rows(residual=noise[None], shared=band[:1, None], local=band[1:2, None], directions=band[2:, None])
+    return RecordRows(
+        residual=noise[None], shared=band[:1, None], local=band[1:2, None], directions=band[2:, None]
+    )
 
 
 def test_many_directions_in_a_narrow_band_remove_no_more_than_their_number() -> None:
@@ -58,7 +60,7 @@ def test_many_directions_in_a_narrow_band_remove_no_more_than_their_number() -> 
     ratios = []
     for _ in range(60):
         rows = [narrow_rows(rng, 40)]
-        statistic, freedom = project(rows, noise_of(rows)).block(np.arange(40))
+        statistic, freedom = project(rows, estimate_noise(rows)).block(np.arange(40))
         ratios.append(statistic / freedom)
     # The mean of 60 chi-squares of 40 over their freedom is 1 +- 0.03; the leftover alone gives 1.4.
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.09)
@@ -68,7 +70,7 @@ def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
     rng = np.random.default_rng(3)
     samples, count = 400, 400
     rows = [
-        Rows(
+        RecordRows(
             residual=rng.standard_normal((1, samples)),
             shared=rng.standard_normal((2, 1, samples)),
             local=np.zeros((0, 1, samples)),
@@ -76,7 +78,7 @@ def test_the_size_of_noise_is_not_what_the_directions_leave_of_it() -> None:
         )
         for _ in range(4)
     ]
-    power = float(noise_of(rows)[0].power(64).mean())
+    power = float(estimate_noise(rows)[0].power(64).mean())
     assert power == pytest.approx(1.0, abs=0.12)  # three standard errors of 0.04; the leftover alone has 0.75
 
 
@@ -112,16 +114,16 @@ def test_records_sampled_at_two_periods_are_whitened_each_in_its_own_colour() ->
     """A sensor's noise is of seconds: at an eighth of the rate an autoregression of samples is another."""
     rng = np.random.default_rng(8)
     rows = [
-        Rows(residual=one[None], shared=nothing, local=nothing, directions=nothing, period_s=period_s)
+        RecordRows(residual=one[None], shared=nothing, local=nothing, directions=nothing, period_s=period_s)
         for one, period_s in ((of_ar1(rng, 0.95, 8000), 1e-3), (of_ar1(rng, 0.95, 64_000)[::8], 8e-3))
         for nothing in [np.zeros((0, 1, len(one)))]
     ]
 
-    def left(made: list[Rows]) -> list[float]:
+    def left(made: list[RecordRows]) -> list[float]:
         """Correlation of neighbours."""
         found = []
         for row in made:
-            white = row.whitened(noise_of(made))[0][0]
+            white = row.whitened(estimate_noise(made))[0][0]
             found.append(float(white[1:] @ white[:-1] / (white @ white)))
         return found
 

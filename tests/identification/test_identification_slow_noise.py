@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rtctl.diagnosis.residual.projection import Rows, noise_of, project
+from rtctl.diagnosis.residual.projection import RecordRows, estimate_noise, project
 from rtctl.identification.noise.slow_noise import LEVELS, SlowPart, fit_slow_part, sum_by_level
 
 FloatArray = NDArray[np.float64]
@@ -80,13 +80,13 @@ def statistics_of_a_constant(*, slow: bool) -> float:
     for _ in range(40):
         fast = rng.standard_normal((5, 1, 3000))
         rows = [
-            Rows(
+            RecordRows(
                 residual=one_over_f(rng, 1, 3000), shared=np.zeros((0, 1, 3000)), local=np.zeros((0, 1, 3000)),
                 directions=np.concatenate((np.ones((1, 1, 3000)), fast)),
             )
             for _ in range(3)
         ]  # fmt: skip
-        found.append(project(rows, noise_of(rows, slow=slow)).single()[0])
+        found.append(project(rows, estimate_noise(rows, slow=slow)).single()[0])
     return float(np.mean(found))
 
 

@@ -13,7 +13,7 @@ from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.quantities import convert
-from rtctl.diagnosis.problem.bounds import MOST_SCALES
+from rtctl.diagnosis.thresholds import ProblemThresholds
 from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.wiring import mechanism_ids
 
@@ -366,7 +366,7 @@ def test_a_slow_or_strong_effect_is_within_what_a_search_looks_for(
 ) -> None:
     """Scales of VO2 mechanisms are typical ones, not the data's: devices of ten times those are found too."""
     declared = next(one for one in MECHANISMS[identity].parameters if one.name == name)
-    assert MOST_SCALES * declared.scale(SIZES) >= largest
+    assert ProblemThresholds().most_scales * declared.scale(SIZES) >= largest
 
 
 def test_the_frequencies_that_a_resonance_is_looked_for_at_lie_in_reach_of_a_fit():

@@ -20,7 +20,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.nominal_fit.predictability import followed_samples, period_of
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Rows
+from rtctl.diagnosis.residual.projection import RecordRows
 from rtctl.diagnosis.screening.unknown_initial_state import has_two_wells
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
@@ -104,7 +104,7 @@ def information(candidate: Hypothesis, problem: Problem, noise: Sequence[NoiseMo
     """(p, p) of the shared unknowns, from all records so far."""
     total = np.zeros((len(candidate.shared), len(candidate.shared)))
     for record, line in zip(problem.records, candidate.linearise(problem), strict=True):
-        rows = Rows(
+        rows = RecordRows(
             residual=line.residual, shared=line.shared, local=line.local, directions=line.shared[:0],
             period_s=record.period_s,
         )  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
@@ -50,7 +50,7 @@ def fit_segments(
         shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
         cost = _without_diverging(cost, shared)
         cost, unknowns = _without_stray(cost, shared, limits) if settle else (cost, cost.start(shared))
-        low, high = bounds(sensitivity, problem.scales)
+        low, high = parameter_bounds(problem, sensitivity)
         minimum = minimise(
             cost.equations,
             unknowns,

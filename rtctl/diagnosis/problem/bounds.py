@@ -1,40 +1,52 @@
-"""Bounds of the unknowns of a fit."""
+"""Bounds of the unknowns of a fit, and values clipped to the bounds of a simulation."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from rtctl.border.arrays import FloatArray
-from rtctl.border.mechanisms import Scales
+from rtctl.border.mechanisms import Parameter
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 
-MOST_SCALES = 5.0
-"""A mechanism that acts so many times as much as all the rest is none that is to be found."""
-FAR_OFF = 100.0
-"""Times what matters as much as all the rest: beyond, no nominal value is looked for, unless the fit begins there."""
-FURTHER = 2.0
-"""Times where it begins: a beam far below its resonance has a stiffness of many scales."""
 
+def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and upper bounds (p,) of the scaled unknowns of a fit.
 
-def bounds(sensitivity: Sensitivity, scales: Scales) -> tuple[FloatArray, FloatArray]:
-    """Of the scaled unknowns; shapes stay where they are a shape: a yield displacement of 0 is dry friction.
-
-    Nominal values may move far, but not to where a motion would need steps without number.
+    Amplitudes of mechanisms and nominal parameters are bounded by multiples of their scales, so that no fit ends at a
+    motion that needs steps without number. Shapes stay within their declared range: a hysteresis with a yield
+    displacement of 0 would be dry friction.
     """
+    thresholds = problem.thresholds.problem
     low, high = sensitivity.bounds
     start = sensitivity.current_values[sensitivity.free] / sensitivity.scale
     for k, index in enumerate(sensitivity.free):
-        declared = sensitivity.simulation.parameters[index].declared
         parameter = sensitivity.simulation.parameters[index]
+        declared = parameter.declared
         if parameter.mechanism and not declared.is_shape:
-            most = MOST_SCALES * declared.reach
+            most = thresholds.most_scales * declared.reach
             low[k], high[k] = max(low[k], -most), min(high[k], most)
         if not parameter.mechanism:
-            most = max(FAR_OFF, FURTHER * abs(float(start[k])))
+            most = max(thresholds.nominal_range, thresholds.start_range * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)
         if declared.is_shape:
-            open_ended = not declared.default or declared.searched
-            scale = declared.scale(scales) if open_ended else declared.default
-            size = abs(float(scale)) / sensitivity.scale[k]
-            signed = declared.low < 0.0
-            low[k] = max(low[k], (-declared.shape_range[1] if signed else declared.shape_range[0]) * size)
-            high[k] = min(high[k], declared.shape_range[1] * size)
+            least, most = _shape_bounds(declared, problem, sensitivity.scale[k])
+            low[k], high[k] = max(low[k], least), min(high[k], most)
     return low, high
+
+
+def _shape_bounds(declared: Parameter, problem: Problem, unit: float) -> tuple[float, float]:
+    """Return the range of a shape over `unit`, by multiples of its default, or of its scale where that is open."""
+    open_ended = not declared.default or declared.searched
+    scale = declared.scale(problem.scales) if open_ended else declared.default or 0.0
+    size = abs(float(scale)) / unit
+    lowest = -declared.shape_range[1] if declared.low < 0.0 else declared.shape_range[0]
+    return lowest * size, declared.shape_range[1] * size
+
+
+def clip_to_bounds(simulation: Simulation, values: FloatArray) -> Simulation:
+    """Return `simulation` at the parameter values (parameters,), each clipped to its bounds."""
+    low = np.array([parameter.low for parameter in simulation.parameters])
+    high = np.array([parameter.high for parameter in simulation.parameters])
+    return simulation.with_values(np.clip(values, low, high))

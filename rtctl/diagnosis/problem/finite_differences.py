@@ -1,4 +1,4 @@
-"""How far a finite difference goes, and whether it was one."""
+"""Finite differences of the outputs, with the largest step that still gives a derivative."""
 
 from __future__ import annotations
 
@@ -11,39 +11,51 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.subject import FittedRecords
 
-LARGEST_MOVE = 0.3
-"""Of the outputs' RMS, by one step: beyond it the motion has escaped, or turned chaotic."""
 
-
-class Moves(NamedTuple):
-    """Of differences (lanes, outputs, n), which are what."""
+class DifferenceChecks(NamedTuple):
+    """Which finite differences (lanes, outputs, n) may be used."""
 
     small: NDArray[np.bool_]
-    """(lanes,): a derivative."""
+    """(lanes,) True where the difference is small enough to be a derivative."""
     usable: NDArray[np.bool_]
-    """(lanes,): one, or near it: no escape."""
+    """(lanes,) True where it is near one: the motion did not escape to another branch."""
 
 
-def moves(moved: FloatArray, problem: FittedRecords, outputs: Sequence[str]) -> Moves:
-    """How far differences (lanes, outputs, n) go beside the motion."""
+def check_differences(
+    differences: FloatArray, problem: FittedRecords, outputs: Sequence[str]
+) -> DifferenceChecks:
+    """Compare differences with the size of the motion.
+
+    Args:
+        differences: Changes of the outputs by a step, (lanes, outputs, n), in their units.
+        problem: Problem with the sizes of the outputs.
+        outputs: Names of the outputs.
+    """
     sizes = np.array([problem.size(name) for name in outputs])
     with np.errstate(invalid="ignore", over="ignore"):
-        largest = np.abs(moved).max(axis=2) / sizes
-        return Moves(
-            (largest < problem.subject.steps.small).all(axis=1), (largest < LARGEST_MOVE).all(axis=1)
+        largest = np.abs(differences).max(axis=2) / sizes
+        return DifferenceChecks(
+            (largest < problem.subject.steps.small).all(axis=1),
+            (largest < problem.thresholds.problem.largest_move).all(axis=1),
         )
 
 
-def slope(
-    moved: Callable[[float], FloatArray], problem: FittedRecords, outputs: Sequence[str], otherwise: float
+def differentiate(
+    difference: Callable[[float], FloatArray], problem: FittedRecords, outputs: Sequence[str]
 ) -> FloatArray | float:
-    """(outputs, n) from what a step moves, `moved(step)` (outputs, n); `otherwise` where the motion escapes by any."""
-    found: FloatArray | float = otherwise
+    """Return the derivative (outputs, n) along one direction, or 0 where no step of the subject resolves it.
+
+    Args:
+        difference: Function of a step that returns the change of the outputs by it, (outputs, n).
+        problem: Problem whose subject has the steps to try, the largest first.
+        outputs: Names of the outputs.
+    """
+    derivative: FloatArray | float = 0.0
     for step in problem.subject.steps.sizes:
-        difference = moved(step)
-        far = moves(difference[None], problem, outputs)
-        if far.usable[0]:
-            found = difference / step
-        if far.small[0]:
+        change = difference(step)
+        checks = check_differences(change[None], problem, outputs)
+        if checks.usable[0]:
+            derivative = change / step
+        if checks.small[0]:
             break
-    return found
+    return derivative

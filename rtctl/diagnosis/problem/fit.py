@@ -8,18 +8,12 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.bounds import bounds
+from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise, predict_gain
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
-
-LEAST_DETERMINED = 1e-7
-"""Squared share of a parameter's slopes beyond all others': below it, it says what they say."""
-MOST_ITERATIONS = 40
-KEPT = 2
-"""Points of a fit whose derivatives are kept: where it is, and where it went last."""
 
 
 def fit_hypothesis(
@@ -27,57 +21,81 @@ def fit_hypothesis(
     simulation: Simulation,
     mechanisms: Sequence[str],
     starts: FloatArray | None = None,
-    iterations: int = MOST_ITERATIONS,
+    iterations: int | None = None,
     still: frozenset[str] = frozenset(),
 ) -> Hypothesis | None:
-    """From the values of `simulation`; None: it diverges there. `starts` (records, states) in units."""
+    """Fit a model to all records of a problem, from the values of `simulation`, by output error.
+
+    Args:
+        problem: Records to fit.
+        simulation: Nominal model extended by the mechanisms, at the values where the fit starts.
+        mechanisms: Ids of the mechanisms of the set.
+        starts: Initial states and record parameters to start from (records, states + record parameters), in units;
+            None: what the readings and `simulation` tell.
+        iterations: Iterations at most; None: `thresholds.problem.most_iterations`; 0 evaluates without a step.
+        still: Names of parameters that are not fitted.
+
+    Returns:
+        The hypothesis at its optimum; None where the model diverges at the start values.
+    """
     sensitivity = sensitivity_of(problem, simulation, still)
-    sigma = np.array([problem.size(name) for name in sensitivity.outputs])
-    values = np.array([one.value for one in simulation.parameters])
+    cost = _segment_cost(problem, sensitivity, starts)
+    low, high = parameter_bounds(problem, sensitivity)
+    minimum = minimise(
+        cost.equations,
+        cost.start(sensitivity.current_values[sensitivity.free] / sensitivity.scale),
+        low,
+        high,
+        iterations=problem.thresholds.problem.most_iterations if iterations is None else iterations,
+        tolerance=1e-7,
+        should_stop=problem.enough,
+        second_derivative=cost.compute_second_derivative,
+    )
+    if minimum is None:
+        return None
+    gain = predict_gain(minimum, low, high)
+    return _hypothesis(cost, tuple(mechanisms), minimum, gain, still)
+
+
+def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray | None) -> SegmentCost:
+    """Return the cost of whole records; where the first samples are not scored, states stay near what they show."""
+    simulation = sensitivity.simulation
+    values = np.array([parameter.value for parameter in simulation.parameters])
     given = [simulation.starting(record.stimulus, values) for record in problem.records]
     if starts is None:
         starts = np.array([[*start, *values[sensitivity.record_parameters]] for start in given])
-    cost = SegmentCost(
+    return SegmentCost(
         sensitivity=sensitivity,
         segments=[
             Segment(record, start, False, near if record.first else None)
             for record, start, near in zip(problem.records, starts, given, strict=True)
         ],
-        sigma=sigma,
+        sigma=np.array([problem.size(name) for name in sensitivity.outputs]),
         executor=problem.executor,
         steps_per_period=problem.steps_per_period,
-        cache_size=KEPT,
+        cache_size=problem.thresholds.problem.kept_derivatives,
     )
-    begin = cost.start(sensitivity.current_values[sensitivity.free] / sensitivity.scale)
-    low, high = bounds(sensitivity, problem.scales)
-    found = minimise(
-        cost.equations,
-        begin,
-        low,
-        high,
-        iterations=iterations,
-        tolerance=1e-7,
-        should_stop=problem.enough,
-        second_derivative=cost.compute_second_derivative,
-    )
-    if found is None:
-        return None
-    return _hypothesis(cost, tuple(mechanisms), found, predict_gain(found, low, high), still)
 
 
 def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
-    """Of all parameters but fixed ones and those in `still`; a record's own ones go with its start."""
-    free = [k for k, one in enumerate(simulation.parameters) if not one.fixed and one.name not in still]
-    apart = [k for k in free if simulation.parameters[k].declared.per_record]
-    return Sensitivity.of(simulation, problem.records, free, scales=problem.scales, record_parameters=apart)
+    """Return the sensitivity by all parameters but the fixed ones and those in `still`.
+
+    Parameters that each record has for itself are fitted with its initial state.
+    """
+    parameters = simulation.parameters
+    free = [k for k, one in enumerate(parameters) if not one.fixed and one.name not in still]
+    of_record = [k for k in free if parameters[k].declared.per_record]
+    return Sensitivity.of(
+        simulation, problem.records, free, scales=problem.scales, record_parameters=of_record
+    )
 
 
-def polish(problem: Problem, hypothesis: Hypothesis, iterations: int = MOST_ITERATIONS) -> Hypothesis | None:
-    """To the end, with every shape free that these records can determine beside the others."""
+def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = None) -> Hypothesis | None:
+    """Fit a hypothesis to its optimum, with every shape free that the records identify beside the other parameters."""
     still = set(hypothesis.still)
     redundant = {one.name for one in hypothesis.simulation.parameters if one.declared.redundant}
-    for name in _defaulted(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
-        if name in still - redundant and _determined(problem, hypothesis, still - {name}, name):
+    for name in _defaulted_shapes(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
+        if name in still - redundant and _is_identifiable(problem, hypothesis, still - {name}, name):
             still.discard(name)
     return fit_hypothesis(
         problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
@@ -85,11 +103,11 @@ def polish(problem: Problem, hypothesis: Hypothesis, iterations: int = MOST_ITER
 
 
 def defaulted(simulation: Simulation) -> frozenset[str]:
-    """Names of shapes of mechanisms that have a default: they stay there until the rest is known."""
-    return frozenset(_defaulted(simulation, tuple(mechanism.id for mechanism in simulation.mechanisms)))
+    """Return the names of the shapes that have a default value, where they stay until the rest is known."""
+    return frozenset(_defaulted_shapes(simulation, [mechanism.id for mechanism in simulation.mechanisms]))
 
 
-def _defaulted(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
+def _defaulted_shapes(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
     return [
         one.name
         for one in simulation.parameters
@@ -97,39 +115,40 @@ def _defaulted(simulation: Simulation, mechanisms: Sequence[str]) -> list[str]:
     ]
 
 
-def _determined(problem: Problem, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
-    """Whether the records tell it from all other free ones: of Bouc-Wen's four numbers one only names the others."""
-    again = fit_hypothesis(
+def _is_identifiable(problem: Problem, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
+    """Return whether the records tell a parameter from all other free ones, by its squared sensitivity."""
+    start = fit_hypothesis(
         problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still)
     )
-    if again is None:
+    if start is None:
         return False
-    gram = np.zeros((len(again.shared), len(again.shared)))
     try:
-        lines = again.linearise(problem)
+        records = start.linearise(problem)
     except ArithmeticError:
         return False
-    for line in lines:
-        flat = line.shared.reshape(len(line.shared), -1)
+    gram = np.zeros((len(start.shared), len(start.shared)))
+    for record in records:
+        flat = record.shared.reshape(len(record.shared), -1)
         gram += flat @ flat.T
-    sensitivity = again.sensitivity
+    sensitivity = start.sensitivity
     names = [sensitivity.simulation.parameters[k].name for k in sensitivity.free]
     own, others = names.index(name), [k for k, other in enumerate(names) if other != name]
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     normal = gram / size[:, None] / size
     border = normal[own, others]
-    alike = border @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12, hermitian=True) @ border
-    return bool(gram[own, own] > 0.0 and 1.0 - alike > LEAST_DETERMINED)
+    explained = border @ np.linalg.pinv(normal[np.ix_(others, others)], rcond=1e-12, hermitian=True) @ border
+    least = problem.thresholds.problem.least_determined_share
+    return bool(gram[own, own] > 0.0 and 1.0 - explained > least)
 
 
 def _hypothesis(
     cost: SegmentCost,
     mechanisms: tuple[str, ...],
-    found: Minimum,
+    minimum: Minimum,
     gain: float,
     still: frozenset[str],
 ) -> Hypothesis:
-    unknowns = found.unknowns
+    unknowns = minimum.unknowns
     values = cost.sensitivity.values(unknowns.shared)
     starts = np.array([cost.state(k, unknowns) for k in range(len(cost.segments))])
     values[cost.sensitivity.record_parameters] = starts[0, len(cost.sensitivity.simulation.state) :]
@@ -137,9 +156,9 @@ def _hypothesis(
         mechanisms=mechanisms,
         simulation=cost.sensitivity.simulation.with_values(values),
         starts=starts,
-        cost=found.equations.cost,
+        cost=minimum.equations.cost,
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
         still=still,
-        promised=found.equations.cost - gain,
+        promised=minimum.equations.cost - gain,
     )

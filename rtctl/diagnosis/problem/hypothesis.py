@@ -14,53 +14,61 @@ from rtctl.identification.simulation_error.sensitivity import Linearisation, Sen
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hypothesis:
-    """A fitted one: `cost` is half the sum of squares over `sigma`."""
+    """The nominal model with a set of mechanisms, fitted to the records of a problem."""
 
     mechanisms: tuple[str, ...]
+    """Ids of the mechanisms of the set."""
     simulation: Simulation
-    """At the fitted values."""
+    """Simulation at the fitted values."""
     starts: FloatArray
-    """(records, states and own parameters): fitted, in units."""
+    """Fitted initial states and record parameters (records, states + record parameters), in units."""
     cost: float
+    """Half the sum of squared residuals, each over the RMS of its output."""
     sensitivity: Sensitivity
+    """Derivatives of the outputs by the fitted parameters."""
     shared: FloatArray
-    """Fitted parameters, scaled."""
+    """Fitted values (p,) of the parameters that all records share, over their scales."""
     still: frozenset[str] = frozenset()
-    """Names of parameters that were not fitted: at their defaults, or without effect on these records."""
+    """Names of parameters that were not fitted: they stay at their defaults, or have no effect on these records."""
     promised: float = np.inf
-    """The cost after one more step, were the model linear: far below `cost` where the fit was not done."""
+    """Cost that one more step would reach if the model were linear: far below `cost` where the fit has not ended."""
 
     @property
     def values(self) -> FloatArray:
-        """All parameters (parameters,) in units; of those that each record has for itself, the first one's."""
+        """All parameters (parameters,) in units; record parameters have the value of the first record."""
         return self.values_of(0)
 
     def values_of(self, record: int) -> FloatArray:
-        """All parameters (parameters,) of one record."""
+        """Return all parameters (parameters,) of one record, in units."""
         values = self.sensitivity.values(self.shared)
         values[self.sensitivity.record_parameters] = self.starts[record, self.states :]
         return values
 
     @property
     def states(self) -> int:
-        """Length of an initial state, which a record's own parameters follow in `starts`."""
+        """Length of an initial state; in `starts` the record parameters come after it."""
         return len(self.simulation.state)
 
     def start(self, record: int) -> FloatArray:
-        """Fitted initial state (states,) of one record."""
+        """Return the fitted initial state (states,) of one record."""
         return self.starts[record, : self.states]
 
     def linearise(self, problem: Problem) -> list[Linearisation]:
-        """Residual and slopes of each record; raises ArithmeticError where the optimum is on the edge of divergence."""
+        """Return the residual and the sensitivities of each record at the optimum.
 
-        def one(index: int) -> Linearisation | None:
+        Raises:
+            ArithmeticError: if the optimum is at the edge of divergence.
+        """
+
+        def linearise_record(index: int) -> Linearisation | None:
             return self.sensitivity.linearise(
                 problem.records[index], self.shared, self.starts[index], problem.steps_per_period
             )
 
         indices = range(len(problem.records))
-        made = list(problem.executor.map(one, indices)) if problem.executor else [one(k) for k in indices]
-        whole = [found for found in made if found is not None]
-        if len(whole) < len(made):
+        mapped = (problem.executor.map if problem.executor else map)(linearise_record, indices)
+        linearised = list(mapped)
+        complete = [record for record in linearised if record is not None]
+        if len(complete) < len(linearised):
             raise ArithmeticError("the fitted model diverges in the neighbourhood of its optimum")
-        return whole
+        return complete

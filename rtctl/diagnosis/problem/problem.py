@@ -14,7 +14,7 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.quantization import quantization_step
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.thresholds import Thresholds
+from rtctl.diagnosis.thresholds import ProblemThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 
 
@@ -24,33 +24,40 @@ def _never() -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """The records that a diagnosis fits, how large their motion is, and on what it runs."""
+    """The records that a diagnosis fits, the sizes of their motion, and the numbers by which it decides."""
 
     subject: Subject
+    """Kind of plant."""
     records: tuple[FitRecord, ...]
+    """Records to fit."""
     scales: Scales
+    """Sizes of what the records show: displacement, drive, rate of the motion."""
     executor: Executor | None = None
+    """Runs the records of a fit in parallel; None: one after the other."""
     steps_per_period: float | None = None
+    """Integration steps of the fits in a period of the motion; None: the simulation's own number."""
     allowed: Mapping[str, float] = field(default_factory=dict)
-    """Of an output, mean square of a misfit that is no gap, since the nominal model never claimed more."""
+    """Allowed misfit by output, mean square in the output's unit squared: the accuracy that the identification of the
+    nominal model claimed. A misfit below it is no gap. Empty: any misfit beyond the noise is one."""
     thresholds: Thresholds = field(default_factory=Thresholds)
+    """Numbers by which the diagnosis decides."""
     cancellation: CancellationToken = field(default_factory=CancellationToken)
-    """Asked between fits."""
+    """Request to stop, asked between fits."""
     enough: Callable[[], bool] = _never
-    """Asked between the steps of a fit, which then ends where it is."""
+    """Called between the iterations of a fit, which ends once it returns True."""
 
     def until(self, budget: WorkBudget) -> Problem:
-        """The same, on which a fit ends once `budget` is spent."""
+        """Return this problem with fits that end once `budget` is spent."""
         return replace(self, enough=lambda: budget.spent)
 
     @property
     def samples(self) -> int:
-        """Of all records."""
+        """Number of samples of all records."""
         return sum(record.samples for record in self.records)
 
     @property
     def glance(self) -> Problem:
-        """The beginnings of its records, so many samples as a first look at each hypothesis takes."""
+        """This problem with only the first samples of its records, as many as a first look at a hypothesis needs."""
         most = self.subject.glance_samples
         if most is None or self.samples <= most:
             return self
@@ -58,15 +65,18 @@ class Problem:
         return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
 
     def step(self, output: str) -> float:
-        """Of the converter that the output was read with; 0 where none can be seen."""
-        return _quantization_step(self.records, output)
+        """Return the quantization step of an output's readings, in its unit; 0 where none is visible."""
+        return _quantization_step(self.records, output, self.thresholds.problem)
 
     def size(self, output: str) -> float:
-        """RMS of a measured output over all scored samples, about its mean where the subject has it so; 1 if zero."""
+        """Return the RMS of a measured output over all scored samples, in its unit; 1 if it is zero.
+
+        It is taken about the mean where the subject's `about_mean` is set.
+        """
         values = np.concatenate([record.measured[output][record.first :] for record in self.records])
         return float(values.std() if self.subject.about_mean else np.sqrt(np.mean(values**2))) or 1.0
 
 
 @lru_cache(maxsize=8)
-def _quantization_step(records: tuple[FitRecord, ...], output: str) -> float:
-    return quantization_step([record.measured[output] for record in records])
+def _quantization_step(records: tuple[FitRecord, ...], output: str, thresholds: ProblemThresholds) -> float:
+    return quantization_step([record.measured[output] for record in records], thresholds)

@@ -10,21 +10,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-
-ROUND_OFF = 1e-6
-"""Of the range: levels that are closer are one."""
-ON_THE_GRID = 0.02
-"""Steps, by which a level may be off the grid."""
-LEAST_READINGS = 2.0
-"""A level, on average: readings without steps are all different."""
+from rtctl.diagnosis.thresholds import ProblemThresholds
 
 
-def quantization_step(readings: Sequence[FloatArray]) -> float:
-    """Of the converter that all `readings`, (n,) each, came through; 0 where they lie on no grid or on a fine one."""
+def quantization_step(readings: Sequence[FloatArray], thresholds: ProblemThresholds) -> float:
+    """Return the step of the converter that all `readings`, (n,) each, were read with.
+
+    The levels of the readings must be multiples of the smallest difference of two of them, and each must be met
+    several times.
+
+    Returns:
+        The step in the unit of the readings; 0 where they lie on no grid, or on one too fine to be seen.
+    """
     levels, count = np.unique(np.concatenate(readings)), sum(map(len, readings))
     gaps = np.diff(levels)
-    gaps = gaps[gaps > ROUND_OFF * (levels[-1] - levels[0])]
-    if len(gaps) < 2 or count < LEAST_READINGS * (len(gaps) + 1):
+    gaps = gaps[gaps > thresholds.quantization_round_off * (levels[-1] - levels[0])]
+    if len(gaps) < 2 or count < thresholds.quantization_readings_per_level * (len(gaps) + 1):
         return 0.0
     step = float(gaps.min())
-    return step if np.all(np.abs(gaps / step - np.round(gaps / step)) < ON_THE_GRID) else 0.0
+    off_grid = np.abs(gaps / step - np.round(gaps / step))
+    return step if np.all(off_grid < thresholds.quantization_off_grid) else 0.0

@@ -12,6 +12,7 @@ from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.estimate import Estimate
+from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
@@ -68,6 +69,11 @@ class FittedRecords(Protocol):
         ...
 
     @property
+    def thresholds(self) -> Thresholds:
+        """Numbers by which the diagnosis decides."""
+        ...
+
+    @property
     def cancellation(self) -> CancellationToken:
         """Request to stop, asked between fits."""
         ...
@@ -86,7 +92,7 @@ class Placed(Protocol):
         ...
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
-        """`simulation` with it."""
+        """Return `simulation` with it."""
         ...
 
 

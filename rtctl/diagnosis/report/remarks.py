@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.bursts import bursts, leftovers
-from rtctl.diagnosis.residual.noise_floor import left_over_noise
-from rtctl.diagnosis.residual.tones import tones
+from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
+from rtctl.diagnosis.residual.noise_floor import residual_over_noise
+from rtctl.diagnosis.residual.tones import describe_tones
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verify import Verified
@@ -41,12 +41,12 @@ def remark(
     """
     verdict, gain, notes = verified.verdict, verified.gain, list[str]()
     if verdict.claim == "partly_explained":
-        notes.append(REMAINING.format(left_over_noise(search.chosen)))
+        notes.append(REMAINING.format(residual_over_noise(search.chosen)))
     if verdict.names_causes and gain is not None and gain.ratio < 1.0:
         notes.append(NO_GAIN.format(gain.output, 1.0 / gain.ratio))
     if not verdict.leaves_gap:
-        residuals = leftovers(search.chosen if verdict.names_causes else search.nominal, problem)
-        return [*notes, *bursts(residuals, problem), *tones(residuals, problem, units)]
+        residuals = simulation_errors(search.chosen if verdict.names_causes else search.nominal, problem)
+        return [*notes, *describe_bursts(residuals, problem), *describe_tones(residuals, problem, units)]
     finished = not (stopped or search.out_of_time)
     if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)

@@ -1,4 +1,4 @@
-"""Where the gap lives: the share of the residual that forces along one coordinate would remove."""
+"""Localization of the gap: the share of the residual that forces along one coordinate would remove."""
 
 from __future__ import annotations
 
@@ -6,34 +6,39 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.diagnosis.residual.directions import MEMORY
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
-LEAST_SHARE = 0.01
 
-
-class Place(NamedTuple):
-    """A coordinate and the share of the residual, beyond the noise, that lives along it."""
+class Location(NamedTuple):
+    """A coordinate along which a part of the residual lives."""
 
     coordinate: str
+    """Coordinate of the generic forces."""
     share: float
+    """Share of the residual's squares beyond the noise that these forces remove."""
     forces: tuple[str, ...]
+    """Names of the forces."""
 
 
-def places(examined: TestedHypothesis) -> list[Place]:
-    """Largest share first; shares overlap, since coordinates do."""
+def localize_residual(tested: TestedHypothesis, least_share: float) -> list[Location]:
+    """Return the coordinates along which at least `least_share` of the residual lives, the largest share first.
+
+    Shares overlap, since the forces along two coordinates do.
+    """
     by_coordinate: dict[str, list[int]] = {}
-    for k, direction in enumerate(examined.directions):
-        if not direction.mechanism and direction.coordinate != "memory":
+    for k, direction in enumerate(tested.directions):
+        if not direction.mechanism and direction.coordinate != MEMORY:
             by_coordinate.setdefault(direction.coordinate, []).append(k)
-    projected = examined.projected
-    beyond = projected.residual - (projected.samples - projected.rank)
-    if not beyond > 0.0:
+    projected = tested.projected
+    beyond_noise = projected.residual - (projected.samples - projected.rank)
+    if not beyond_noise > 0.0:
         return []
-    found = []
+    locations = []
     for coordinate, indices in by_coordinate.items():
-        removed, freedom = projected.block(np.array(indices))
-        share = float(np.clip((removed - freedom) / beyond, 0.0, 1.0))
-        if share > LEAST_SHARE:
-            names = tuple(examined.directions[k].name for k in indices)
-            found.append(Place(coordinate, share, names))
-    return sorted(found, key=lambda place: -place.share)
+        removed, rank = projected.block(np.array(indices))
+        share = float(np.clip((removed - rank) / beyond_noise, 0.0, 1.0))
+        if share > least_share:
+            names = tuple(tested.directions[k].name for k in indices)
+            locations.append(Location(coordinate, share, names))
+    return sorted(locations, key=lambda location: -location.share)

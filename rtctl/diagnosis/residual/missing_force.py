@@ -1,8 +1,8 @@
-"""The shape of the force that is missing, along the coordinate where the gap lives, without any formula.
+"""The missing force along the coordinate where the gap lives, without any formula.
 
-Hat functions of the coordinate act where the drive does and are pushed through the fitted nominal model; least squares
-against its whitened residual, less what the nominal parameters follow, with a light penalty on kinks. A part that a
-nominal parameter could follow (a straight line of z or of v) is not seen.
+Hat functions of the coordinate act where the drive does and are pushed through the fitted nominal model. Least squares
+against its whitened residual, beyond what the nominal parameters follow and with a light penalty on second differences,
+gives the force at the knots. A part that a nominal parameter follows (a straight line of z or v) is not seen.
 """
 
 from __future__ import annotations
@@ -16,16 +16,13 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Projected, Rows, project
+from rtctl.diagnosis.residual.projection import Projected, RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
-KNOTS = 13
-STEP = 1e-4
-KINKS = 1e-3
-"""Weight of the squared second differences beside the data."""
 FOLLOWED = ("displacement", "velocity", "drive")
-"""Coordinates whose straight line is a nominal parameter."""
+"""Coordinates whose straight line a nominal parameter follows."""
 Coordinate = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+"""Function of displacement z, velocity v, drive u and time t, (n,) each, that returns the coordinate (n,)."""
 COORDINATES: dict[str, tuple[str, Coordinate]] = {
     "displacement": ("displacement", lambda z, v, u, t: z),
     "velocity": ("velocity", lambda z, v, u, t: v),
@@ -34,27 +31,43 @@ COORDINATES: dict[str, tuple[str, Coordinate]] = {
     "drive_rate": ("drive rate", lambda z, v, u, t: np.gradient(u, t)),
     "time": ("time", lambda z, v, u, t: t),
 }
+"""Label and function by the name of a coordinate."""
 
 
-class Shape(NamedTuple):
-    """A force, in units of the acceleration, at knots of a coordinate in its unit, with standard errors."""
+class MissingForce(NamedTuple):
+    """A force, as an acceleration, at knots of a coordinate."""
 
     coordinate: str
+    """Label of the coordinate."""
     unit: str
+    """Unit of the coordinate."""
     knots: FloatArray
+    """(knots,) values of the coordinate, in `unit`."""
     force: FloatArray
+    """(knots,) force in `force_unit`."""
     error: FloatArray
+    """(knots,) standard errors in `force_unit`."""
     force_unit: str
     share: float
-    """Of the residual's squares beyond the noise that it removes."""
+    """Share of the residual's squares beyond the noise that it removes."""
 
 
-def residual_shape(
-    examined: TestedHypothesis, problem: Problem, coordinates: Sequence[str], units: Mapping[str, str]
-) -> Shape | None:
-    """Along the first of `coordinates` that is one number; None: none is, or it is invisible."""
+def estimate_missing_force(
+    tested: TestedHypothesis, problem: Problem, coordinates: Sequence[str], units: Mapping[str, str]
+) -> MissingForce | None:
+    """Estimate the missing force along a coordinate.
+
+    Args:
+        tested: Fitted nominal model with its tests.
+        problem: Problem that it was fitted to.
+        coordinates: Coordinates where the gap lives; the first that is a single number is taken.
+        units: Units of the outputs and of the drive.
+
+    Returns:
+        The force; None where no coordinate is a single number, or the residual is no larger than the noise.
+    """
     name = next((one for one in coordinates if one in COORDINATES), None)
-    hypothesis = examined.hypothesis
+    hypothesis, thresholds = tested.hypothesis, problem.thresholds.residual
     gains = [p.value for p in hypothesis.simulation.parameters if p.name == "drive_gain"]
     if name is None or not gains:
         return None
@@ -62,60 +75,73 @@ def residual_shape(
     visited = np.concatenate(
         [coordinate(*_motion(hypothesis, problem, k)) for k in range(len(problem.records))]
     )
-    low, high = np.quantile(visited, [0.002, 0.998])
-    knots = np.linspace(low, high, KNOTS)
+    low, high = np.quantile(visited, thresholds.force_range)
+    knots = np.linspace(low, high, thresholds.force_knots)
     rows = [
-        Rows(residual=line.residual, shared=line.shared, local=line.local,
-             directions=_slopes(hypothesis, problem, k, coordinate, knots), period_s=problem.records[k].period_s)
+        RecordRows(residual=line.residual, shared=line.shared, local=line.local,
+             directions=_hat_sensitivities(hypothesis, problem, k, coordinate, knots),
+             period_s=problem.records[k].period_s)
         for k, line in enumerate(hypothesis.linearise(problem))
     ]  # fmt: skip
-    found = _least_squares(project(rows, examined.noise), rows[0].shared.shape[0])
-    if found is None:
+    projected = project(rows, tested.noise, thresholds)
+    solution = _solve(projected, rows[0].shared.shape[0], thresholds.force_smoothing)
+    if solution is None:
         return None
-    keep = _without_line(knots, visited) if label in FOLLOWED else np.eye(KNOTS)
+    keep = _line_remover(knots, visited) if label in FOLLOWED else np.eye(len(knots))
     scale, z = abs(gains[0]) * problem.scales.drive, units["displacement"]
-    unit = {
+    force = scale * keep @ solution.weights
+    error = scale * np.sqrt(np.maximum(np.diag(keep @ solution.covariance @ keep.T), 0.0))
+    return MissingForce(label, _unit_of(label, units), knots, force, error, f"{z}/s^2", solution.share)
+
+
+def _unit_of(label: str, units: Mapping[str, str]) -> str:
+    z = units["displacement"]
+    by_label = {
         "displacement": z,
         "velocity": f"{z}/s",
         "drive": units["drive"],
         "drive rate": f"{units['drive']}/s",
     }
-    force = scale * keep @ found.weights
-    error = scale * np.sqrt(np.maximum(np.diag(keep @ found.covariance @ keep.T), 0.0))
-    return Shape(label, unit.get(label, "s"), knots, force, error, f"{z}/s^2", found.share)
+    return by_label.get(label, "s")
 
 
-class _Found(NamedTuple):
+class _Solution(NamedTuple):
     weights: FloatArray
+    """(knots,) force over that of the drive."""
     covariance: FloatArray
     share: float
 
 
-def _least_squares(projected: Projected, shared: int) -> _Found | None:
-    """Weights of the hats against the residual, in units of the drive; None: nothing is left beyond the noise."""
+def _solve(projected: Projected, shared: int, smoothing: float) -> _Solution | None:
+    """Return the weights of the hats in the residual; None where nothing is left beyond the noise."""
     gram, right = projected.left[1:, 1:], -projected.left[1:, 0]
     bend = np.diff(np.eye(len(gram)), 2, axis=0)
-    inverse = np.linalg.pinv(gram + KINKS * bend.T @ bend, rcond=1e-6, hermitian=True)
+    inverse = np.linalg.pinv(gram + smoothing * bend.T @ bend, rcond=1e-6, hermitian=True)
     size, solved = projected.scale[1 + shared :], inverse @ right
-    beyond = projected.residual - (projected.samples - projected.rank)
-    if not beyond > 0.0:
+    beyond_noise = projected.residual - (projected.samples - projected.rank)
+    if not beyond_noise > 0.0:
         return None
     removed = projected.scale[0] ** 2 * float(2.0 * right @ solved - solved @ gram @ solved)
     covariance = inverse @ gram @ inverse / size[:, None] / size
-    return _Found(solved * projected.scale[0] / size, covariance, float(np.clip(removed / beyond, 0.0, 1.0)))
+    share = float(np.clip(removed / beyond_noise, 0.0, 1.0))
+    return _Solution(solved * projected.scale[0] / size, covariance, share)
 
 
-def _without_line(knots: FloatArray, visited: FloatArray) -> FloatArray:
-    """(knots, knots) takes off the straight line that fits best where the motion was: a nominal parameter is that."""
+def _line_remover(knots: FloatArray, visited: FloatArray) -> FloatArray:
+    """Return the matrix (knots, knots) that takes off the straight line through 0 that fits best where the motion was.
+
+    A nominal parameter follows that line.
+    """
     weight = np.histogram(visited, np.append(knots - 0.5 * np.diff(knots)[0], np.inf))[0] + 1.0
     weighted = knots * weight
-    found: FloatArray = np.eye(len(knots)) - np.outer(knots, weighted) / float(knots @ weighted)
-    return found
+    remover: FloatArray = np.eye(len(knots)) - np.outer(knots, weighted) / float(knots @ weighted)
+    return remover
 
 
 def _motion(
     hypothesis: Hypothesis, problem: Problem, index: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return displacement, velocity, drive and time [s] of a simulated record, (n,) each."""
     record = problem.records[index]
     start = np.atleast_2d(hypothesis.start(index))
     run = hypothesis.simulation.predict(record.stimulus, hypothesis.values, start, problem.steps_per_period)
@@ -123,25 +149,26 @@ def _motion(
     return run.outputs["displacement"][0], run.outputs["velocity"][0], record.stimulus.inputs["drive"], time
 
 
-def _slopes(
+def _hat_sensitivities(
     hypothesis: Hypothesis, problem: Problem, index: int, coordinate: Coordinate, knots: FloatArray
 ) -> FloatArray:
-    """(knots, outputs, n): what each hat, as strong as the drive, does to the outputs."""
+    """Return the derivatives (knots, outputs, n) of the outputs by each hat, as strong as the drive."""
     record = problem.records[index]
     motion = _motion(hypothesis, problem, index)
     along, u = coordinate(*motion), motion[2]
     start = np.atleast_2d(hypothesis.start(index))
-    scale = problem.scales.drive or 1.0
+    scale, step = problem.scales.drive or 1.0, problem.thresholds.residual.force_step
 
-    def run(drive: FloatArray) -> FloatArray:
+    def simulate(drive: FloatArray) -> FloatArray:
         stimulus = Stimulus(
             inputs={"drive": drive}, holds=record.stimulus.holds, period_s=record.period_s,
             initial=record.stimulus.initial, peak=record.stimulus.peak, swing=record.stimulus.swing,
         )  # fmt: skip
-        found = hypothesis.simulation.predict(stimulus, hypothesis.values, start, problem.steps_per_period)
-        return np.stack([found.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])
+        run = hypothesis.simulation.predict(stimulus, hypothesis.values, start, problem.steps_per_period)
+        return np.stack([run.outputs[name][0, record.first :] for name in hypothesis.sensitivity.outputs])
 
-    base = run(u)
+    base = simulate(u)
     hats = [np.interp(along, knots, row) for row in np.eye(len(knots))]
-    made: FloatArray = np.nan_to_num(np.array([(run(u + STEP * scale * hat) - base) / STEP for hat in hats]))
-    return made
+    slopes = np.array([(simulate(u + step * scale * hat) - base) / step for hat in hats])
+    derivatives: FloatArray = np.nan_to_num(slopes)
+    return derivatives

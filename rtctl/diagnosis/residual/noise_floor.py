@@ -7,13 +7,13 @@ import math
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 
 
-def noise_cost_of(examined: TestedHypothesis) -> float:
-    """Half the sum of squares that noise alone would leave, on the scale of the fits' cost."""
-    projected = examined.projected
+def noise_cost_of(tested: TestedHypothesis) -> float:
+    """Return the cost that noise alone would leave: half a sum of squares, on the scale of the fits' cost."""
+    projected = tested.projected
     excess = projected.residual / max(projected.samples - projected.rank, 1)
-    return examined.hypothesis.cost / max(excess, 1.0)
+    return tested.hypothesis.cost / max(excess, 1.0)
 
 
-def left_over_noise(examined: TestedHypothesis) -> float:
-    """RMS of what is left over that of noise alone: 1 where the set explains all of it."""
-    return math.sqrt(examined.hypothesis.cost / noise_cost_of(examined)) if examined.hypothesis.cost else 1.0
+def residual_over_noise(tested: TestedHypothesis) -> float:
+    """Return the RMS of the residual over that of noise alone: 1 where the hypothesis explains all of it."""
+    return math.sqrt(tested.hypothesis.cost / noise_cost_of(tested)) if tested.hypothesis.cost else 1.0

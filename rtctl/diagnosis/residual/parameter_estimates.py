@@ -1,4 +1,4 @@
-"""Fitted parameters with their 95 % intervals."""
+"""Estimates of the fitted parameters with their 95 % intervals, by the noise of the residual."""
 
 from __future__ import annotations
 
@@ -16,39 +16,49 @@ def estimates_by_mechanism(tested: TestedHypothesis) -> dict[str, dict[str, Esti
     return {mechanism: estimates_of(tested, mechanism) for mechanism in mechanisms}
 
 
-def estimates_of(examined: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:
-    """Of the parameters of one mechanism ("": the nominal ones), by name, with 95 % intervals."""
-    hypothesis = examined.hypothesis
+def estimates_of(tested: TestedHypothesis, mechanism: str) -> dict[str, Estimate]:
+    """Return the estimates of the parameters of one mechanism ("": the nominal model), by name.
+
+    A parameter that was not fitted has an interval of width zero; those of another form than acts are left out.
+    """
+    hypothesis = tested.hypothesis
     sensitivity = hypothesis.sensitivity
-    errors = examined.projected.standard_errors * sensitivity.scale
-    found = {}
+    errors = tested.projected.standard_errors * sensitivity.scale
+    estimates = {}
     for position, k in enumerate(sensitivity.free):
         parameter: FreeParameter = hypothesis.simulation.parameters[k]
         if parameter.mechanism == mechanism:
             spread = NORMAL_95 * float(errors[position])
-            found[parameter.declared.name] = Estimate(
-                parameter.value, parameter.value - spread, parameter.value + spread, parameter.unit
-            )
-    apart = set(sensitivity.record_parameters.tolist())
-    forms = {name for one in hypothesis.simulation.mechanisms if one.id == mechanism for name in one.forms}
-    acting = {
-        one.declared.name: one.value for one in hypothesis.simulation.parameters if one.mechanism == mechanism
-    }
+            estimates[parameter.declared.name] = _estimate(parameter, spread)
+    of_record = set(sensitivity.record_parameters.tolist())
     for k, parameter in enumerate(hypothesis.simulation.parameters):
-        if k in apart and parameter.mechanism == mechanism:
-            spread = NORMAL_95 * _own_error(examined)
-            value = parameter.value
-            found[parameter.declared.name] = Estimate(value, value - spread, value + spread, parameter.unit)
-        elif mechanism and parameter.mechanism == mechanism and parameter.name in hypothesis.still:
-            value = parameter.value
-            form = parameter.declared.of_form or parameter.declared.name
-            if form in forms and acting[form] == 0.0:  # another form of it acts
-                continue
-            found[parameter.declared.name] = Estimate(value, value, value, parameter.unit)
-    return found
+        if parameter.mechanism != mechanism:
+            continue
+        if k in of_record:
+            spread = NORMAL_95 * _amplitude_error(tested)
+            estimates[parameter.declared.name] = _estimate(parameter, spread)
+        elif mechanism and parameter.name in hypothesis.still and _acts(tested, parameter):
+            estimates[parameter.declared.name] = _estimate(parameter, 0.0)
+    return estimates
 
 
-def _own_error(examined: TestedHypothesis) -> float:
-    """Standard error of an amplitude in the first record: as of a tone in white noise of as much power."""
-    samples = examined.projected.samples / max(len(examined.hypothesis.starts), 1)
-    return float(np.sqrt(2.0 * examined.noise[0].mean_square / samples))
+def _estimate(parameter: FreeParameter, spread: float) -> Estimate:
+    value = parameter.value
+    return Estimate(value, value - spread, value + spread, parameter.unit)
+
+
+def _acts(tested: TestedHypothesis, parameter: FreeParameter) -> bool:
+    """Return whether the form of its mechanism to which a parameter belongs acts."""
+    simulation = tested.hypothesis.simulation
+    forms = {name for one in simulation.mechanisms if one.id == parameter.mechanism for name in one.forms}
+    amplitudes = {
+        one.declared.name: one.value for one in simulation.parameters if one.mechanism == parameter.mechanism
+    }
+    form = parameter.declared.of_form or parameter.declared.name
+    return not (form in forms and amplitudes[form] == 0.0)
+
+
+def _amplitude_error(tested: TestedHypothesis) -> float:
+    """Return the standard error of an amplitude in one record, as of a tone in white noise of the same power."""
+    samples = tested.projected.samples / max(len(tested.hypothesis.starts), 1)
+    return float(np.sqrt(2.0 * tested.noise[0].mean_square / samples))

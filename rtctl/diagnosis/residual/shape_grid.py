@@ -1,4 +1,4 @@
-"""Where to look for a shape: evenly in its logarithm, and a frequency also where the residual's spectrum peaks."""
+"""Values at which the shapes of a mechanism are tried: evenly in their logarithm, and at peaks of the spectrum."""
 
 from __future__ import annotations
 
@@ -12,22 +12,30 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.diagnosis.problem.problem import Problem
 
-PEAKS = 3
-APART = 0.08
-"""Relative distance of two peaks."""
-
 
 class Shapes(NamedTuple):
-    """One choice of all shapes of a mechanism, and from how many the data chose it."""
+    """One choice of all shapes of a mechanism."""
 
     values: dict[str, float]
+    """Shapes by name, in their units."""
     trials: int
+    """Number of choices among which the data chose this one; 1: none."""
 
 
 def shape_grid(
     mechanism: Mechanism, problem: Problem, residuals: Sequence[FloatArray], form: str = ""
 ) -> Iterator[Shapes]:
-    """Of one form. Shapes with a default stay there, or where else they are looked for, but for frequencies."""
+    """Yield the choices of the shapes of one form of a mechanism.
+
+    A shape with a default stays there, unless the mechanism declares other values or that it is searched. A frequency
+    is also tried where the spectrum of the residuals peaks.
+
+    Args:
+        mechanism: Mechanism of the catalogue.
+        problem: Problem with the scales of the shapes.
+        residuals: Residual (outputs, n) of each record.
+        form: Form of the mechanism.
+    """
     axes = {}
     for parameter in mechanism.parameters:
         if parameter.is_shape and parameter.of_form in ("", form):
@@ -38,48 +46,57 @@ def shape_grid(
 
 
 def _axis(parameter: Parameter, problem: Problem, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
+    """Return the values of one shape, in its unit, each with its number of trials."""
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
     if parameter.default is not None and not parameter.searched:
-        found = [(value, 1) for value in (parameter.default, *parameter.also)]
+        values = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
-        found = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
+        values = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
     if parameter.unit == "Hz":
-        found += _peaks(problem, residuals, low, high)
-    return found
+        values += _peaks(problem, residuals, low, high)
+    return values
 
 
 def _peaks(
     problem: Problem, residuals: Sequence[FloatArray], low: float, high: float
 ) -> list[tuple[float, int]]:
-    """Frequencies [Hz] within the range where the residuals (outputs, n) have most power, and of how many bins."""
+    """Return the frequencies [Hz] between `low` and `high` where the residuals have most power, and the bins there."""
+    thresholds = problem.thresholds.residual
+    power = _power(residuals)
+    frequency = np.fft.rfftfreq(2 * (len(power) - 1), problem.scales.period)
+    power[(frequency < low) | (frequency > high)] = 0.0
+    bins = int(np.count_nonzero(power))
+    peaks: list[tuple[float, int]] = []
+    if bins:  # where a step's spectrum would hide it
+        steepest = int(np.argmax(power * frequency**2))
+        peaks.append((_interpolate_peak(power, steepest) * float(frequency[1]), bins))
+    for _ in range(thresholds.spectrum_peaks if bins else 0):
+        k = int(np.argmax(power))
+        if not power[k] > 0.0:
+            break
+        peaks.append((_interpolate_peak(power, k) * float(frequency[1]), bins))
+        power[np.abs(frequency - frequency[k]) < thresholds.spectrum_peak_distance * frequency[k]] = 0.0
+    return peaks
+
+
+def _power(residuals: Sequence[FloatArray]) -> FloatArray:
+    """Return the power spectrum of all records and outputs together, each output over its size."""
     length = 2 * max(residual.shape[1] for residual in residuals)
     power = np.zeros(length // 2 + 1)
     sizes = np.sqrt(sum(np.sum(residual**2, axis=1) for residual in residuals))
     for residual in residuals:
         window = np.hanning(residual.shape[1])
-        each = np.abs(np.fft.rfft(residual * window, length, axis=1)) ** 2
-        power += (each / np.maximum(sizes, 1e-300)[:, None] ** 2).sum(axis=0)
-    frequency = np.fft.rfftfreq(length, problem.scales.period)
-    power[(frequency < low) | (frequency > high)] = 0.0
-    bins = int(np.count_nonzero(power))
-    found: list[tuple[float, int]] = []
-    if bins:  # where a step's spectrum would hide it
-        found.append((_between(power, int(np.argmax(power * frequency**2))) * float(frequency[1]), bins))
-    for _ in range(PEAKS if bins else 0):
-        k = int(np.argmax(power))
-        if not power[k] > 0.0:
-            break
-        found.append((_between(power, k) * float(frequency[1]), bins))
-        power[np.abs(frequency - frequency[k]) < APART * frequency[k]] = 0.0
-    return found
+        spectrum = np.abs(np.fft.rfft(residual * window, length, axis=1)) ** 2
+        power += (spectrum / np.maximum(sizes, 1e-300)[:, None] ** 2).sum(axis=0)
+    return power
 
 
-def _between(power: FloatArray, k: int) -> float:
-    """Where the peak at bin `k` is, by the parabola of the logarithms of three bins.
+def _interpolate_peak(power: FloatArray, k: int) -> float:
+    """Return the position of the peak at bin `k` [bins], by the parabola through the logarithms of three bins.
 
-    A bin is half a turn over the record: that far off, a strong tone would leave so much that the noise's model, an
-    autoregression, took the rest for noise.
+    A bin is half a turn over the record: that far off, a strong tone would leave so much that the autoregression of
+    the noise model took the rest for noise.
     """
     if not 0 < k < len(power) - 1 or not min(power[k - 1], power[k + 1]) > 0.0:
         return float(k)

@@ -8,11 +8,12 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import Rows, project
-from rtctl.diagnosis.residual.residual_tests import run_residual_tests, start_of
+from rtctl.diagnosis.residual.projection import RecordRows, project
+from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.outcome import SearchResult, replace_chosen
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.identification.noise.residual_noise import NoiseModel
@@ -89,7 +90,7 @@ def refit_without(
     initial = _remaining_starts(chosen, simulation)
     if iterations:
         values |= _compensate(problem, chosen, rest)
-        candidates = [simulation, start_of(simulation, _values_of(simulation, values))]
+        candidates = [simulation, clip_to_bounds(simulation, _values_of(simulation, values))]
         fits = [(fit_hypothesis(problem, one, rest, initial, 0, still), one) for one in candidates]
         least, simulation = min(
             ((fit.cost if fit else np.inf, one) for fit, one in fits), key=lambda pair: pair[0]
@@ -129,7 +130,7 @@ def _compensate(problem: Problem, chosen: Hypothesis, rest: Sequence[str]) -> di
     if not removed or not kept:
         return {}
     rows = [
-        Rows(
+        RecordRows(
             residual=line.residual,
             shared=line.shared[kept],
             local=line.local,

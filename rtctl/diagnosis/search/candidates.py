@@ -9,11 +9,12 @@ from itertools import combinations, product
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.simulation import FreeParameter
+from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.diagnosis.problem.bounds import clip_to_bounds
 from rtctl.diagnosis.problem.fit import defaulted
-from rtctl.diagnosis.residual.directions import ALL, acting_together, parameters_of
+from rtctl.diagnosis.residual.directions import ALL, group_by_shapes, parameters_by_name
 from rtctl.diagnosis.residual.projection import Projected
-from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, start_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.successive_halving import Candidate
 from rtctl.diagnosis.thresholds import SearchThresholds
 
@@ -34,7 +35,7 @@ def propose_candidates(
         if strength < least:
             continue
         own = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
-        groups = sorted(acting_together(parent.directions, own), key=lambda group: -_score(parent, group))
+        groups = sorted(group_by_shapes(parent.directions, own), key=lambda group: -_score(parent, group))
         once = strength < limits.weak_share or large
         factors = limits.start_factors[: 1 if once else None]
         for form in dict.fromkeys(parent.directions[group[0]].form for group in groups):
@@ -86,7 +87,7 @@ def _select_shapes(
     Frequencies have separate valleys: a fit that ends at a bound at once does not go on to the next one.
     """
     identity = parent.directions[groups[0][0]].mechanism
-    known = parameters_of(parent.hypothesis.simulation.extended((identity,)), identity)
+    known = parameters_by_name(parent.hypothesis.simulation.extended((identity,)), identity)
     if not any(one.declared.is_shape and one.unit == "Hz" for one in known.values()):
         return groups[: limits.shapes_tried]
     feasible = [group for group in groups if _is_feasible(parent, group, known)]
@@ -115,7 +116,7 @@ def _group_directions(parent: TestedHypothesis) -> dict[str, list[list[int]]]:
     for k, direction in enumerate(parent.directions):
         if direction.mechanism:
             by_id.setdefault(direction.mechanism, []).append(k)
-    return {identity: acting_together(parent.directions, indices) for identity, indices in by_id.items()}
+    return {identity: group_by_shapes(parent.directions, indices) for identity, indices in by_id.items()}
 
 
 def _rank_mechanisms(parent: TestedHypothesis, limits: SearchThresholds) -> list[tuple[str, float]]:
@@ -151,13 +152,7 @@ def _start_candidate(
     index = {
         (p.mechanism, p.declared.name): k for k, p in enumerate(simulation.parameters) if p.mechanism in forms
     }
-    still = set(hypothesis.still) | (defaulted(simulation) - defaulted(hypothesis.simulation))
-    for mechanism in simulation.mechanisms[-len(forms) :]:
-        still |= {
-            f"{mechanism.id}.{one.name}"
-            for one in mechanism.amplitudes
-            if mechanism.form_of(one.name) != forms[mechanism.id]
-        }
+    still = set(hypothesis.still) | _list_fixed(hypothesis.simulation, simulation, forms)
     steps = _solve_joint_step(parent.projected, len(hypothesis.shared), group)
     room = _make_room(parent, group, steps, limits)
     factor = min(factor, _limit_step(parent, room, limits))
@@ -178,10 +173,21 @@ def _start_candidate(
         else:
             still.add(simulation.parameters[index[key]].name)
     return Candidate(
-        mechanisms=(*hypothesis.mechanisms, *forms), simulation=start_of(simulation, values),
+        mechanisms=(*hypothesis.mechanisms, *forms), simulation=clip_to_bounds(simulation, values),
         starts=np.column_stack((hypothesis.starts, *of_record.values())), still=frozenset(still),
-        neutral=start_of(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
+        neutral=clip_to_bounds(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
     )  # fmt: skip
+
+
+def _list_fixed(before: Simulation, after: Simulation, forms: Mapping[str, str]) -> set[str]:
+    """Return the names of the added mechanisms' parameters that are not fitted: defaulted shapes and other forms."""
+    fixed = set(defaulted(after) - defaulted(before))
+    for mechanism in after.mechanisms[-len(forms) :]:
+        amplitudes = [one.name for one in mechanism.amplitudes]
+        fixed |= {
+            f"{mechanism.id}.{name}" for name in amplitudes if mechanism.form_of(name) != forms[mechanism.id]
+        }
+    return fixed
 
 
 def _make_room(

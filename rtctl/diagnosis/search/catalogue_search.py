@@ -26,12 +26,19 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.measured.dataset import Dataset
 
 STOPPED = (
-    "stopped by the user after {} fits: no cause is claimed; residual, place and isolability are of the re-fitted "
-    "nominal model"
+    "stopped by the user after {} fits: no cause is claimed; residual, location and isolability are those of the "
+    "refitted nominal model"
 )
-NOT_PUT_RIGHT = "stopped by the user before the static loops were learned anew behind these causes"
-LOOPS_STOPPED = "stopped by the user before the static loops were looked at: hysteresis.shape may act as well"
-NO_HELP = "{} would be small beside the rest, and does not lower the error on the test records: not named"
+LOOPS_NOT_REFITTED = (
+    "stopped by the user before the static loops were refitted behind these causes: their values may absorb an error "
+    "of the loops"
+)
+LOOPS_NOT_CHECKED = (
+    "stopped by the user before the static loops were checked: hysteresis.shape may act as well"
+)
+UNSUPPORTED = (
+    "{} would remove little beside the rest and does not lower the error on the test records: not named"
+)
 OUT_OF_WORK = (
     "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
     "sets of causes were not tried: a larger budget (--work) tries them"
@@ -144,7 +151,7 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
     try:
         refitted = refitter.refit_behind(first.result)
     except CancelledError:
-        return FoundCauses(first.result, [LOOPS_STOPPED], cancelled=True)
+        return FoundCauses(first.result, [LOOPS_NOT_CHECKED], cancelled=True)
     return first if refitted.hysteresis_refit is None else FoundCauses(refitted, [], cancelled=False)
 
 
@@ -162,11 +169,11 @@ def _finish_by_test_records(request: SearchRequest, found: FoundCauses) -> Found
     """Drop causes that test records do not support, then correct the static loops behind the others."""
     problem = found.result.refined_problem or request.problem
     result, unsupported = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
-    notes = [*found.notes, *([NO_HELP.format(" and ".join(unsupported))] if unsupported else [])]
+    notes = [*found.notes, *([UNSUPPORTED.format(" and ".join(unsupported))] if unsupported else [])]
     try:
         return FoundCauses(correct_after_search(request, result), notes, cancelled=False)
     except CancelledError:
-        return FoundCauses(result, [*notes, NOT_PUT_RIGHT], cancelled=True)
+        return FoundCauses(result, [*notes, LOOPS_NOT_REFITTED], cancelled=True)
 
 
 def correct_loops(request: SearchRequest, result: SearchResult) -> SearchResult | None:

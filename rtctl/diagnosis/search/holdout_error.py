@@ -43,13 +43,20 @@ class Gain(NamedTuple):
     """Upper end of its 95 % interval."""
 
 
+class ScoredOutput(NamedTuple):
+    """Output of which errors on test records are compared."""
+
+    name: str
+    unit: str
+    noise_rms: float
+    """RMS of its noise, in `unit`."""
+
+
 def measure_gain(
     before: Simulation,
     after: Simulation,
     records: Sequence[FitRecord],
-    output: str,
-    unit: str,
-    noise_floor: float,
+    output: ScoredOutput,
     rate: float,
     limits: SearchThresholds = DEFAULTS,
 ) -> Gain | None:
@@ -59,9 +66,7 @@ def measure_gain(
         before: Nominal model.
         after: Extended model.
         records: Test records.
-        output: Name of the output.
-        unit: Unit of the output.
-        noise_floor: RMS of its noise, in `unit`.
+        output: Output that is compared.
         rate: Angular frequency of the motion [1/s], which sets the length of the bootstrap's blocks.
         limits: Thresholds of the search.
 
@@ -70,14 +75,14 @@ def measure_gain(
     """
     if not records:
         return None
-    old = [compute_free_run_error(before, record, output, limits=limits) for record in records]
-    new = [compute_free_run_error(after, record, output, limits=limits) for record in records]
+    old = [compute_free_run_error(before, record, output.name, limits=limits) for record in records]
+    new = [compute_free_run_error(after, record, output.name, limits=limits) for record in records]
     length = max(8, round(limits.bootstrap_block_periods * 2.0 * np.pi / rate / records[0].period_s))
     length = max(1, min(length, sum(len(one) for one in old) // limits.bootstrap_least_blocks))
     low, high = _bootstrap_interval(old, new, length, limits.bootstrap_resamples)
     first, second = _rms(old), _rms(new)
     ratio = first / second if second > 0.0 else math.inf
-    return Gain(output, unit, first, second, noise_floor, ratio, low, high)
+    return Gain(*output[:2], first, second, output.noise_rms, ratio, low, high)
 
 
 def compute_free_run_error(

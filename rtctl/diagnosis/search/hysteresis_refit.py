@@ -22,7 +22,7 @@ from rtctl.diagnosis.problem.subject import Placed
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
-from rtctl.diagnosis.search.holdout_error import Gain, compute_free_run_error, measure_gain
+from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, compute_free_run_error, measure_gain
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
@@ -216,16 +216,9 @@ def measure_gains(
     gains, rate = [], problem.scales.rate
     for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
         seen = [record for record in tests if name in record.measured]
-        floor = float(np.sqrt(noise.mean_square))
+        output = ScoredOutput(name, "", float(np.sqrt(noise.mean_square)))
         measured = measure_gain(
-            before.simulation,
-            after.hypothesis.simulation,
-            seen,
-            name,
-            "",
-            floor,
-            rate,
-            problem.thresholds.search,
+            before.simulation, after.hypothesis.simulation, seen, output, rate, problem.thresholds.search
         )
         gains += [measured] if measured is not None else []
     return gains

@@ -9,8 +9,8 @@ import numpy as np
 
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.projection import leftover, project
-from rtctl.diagnosis.residual.residual_rows import own_rows
+from rtctl.diagnosis.residual.projection import project, unexplained_residual
+from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.identification.noise.residual_noise import NoiseModel, fit_noise, group_by_period
 
@@ -43,7 +43,7 @@ def rank_hypotheses(
 
 def whitened_bic(problem: Problem, hypothesis: Hypothesis, noise: Sequence[NoiseModel]) -> float:
     """Return the BIC at the minimum of the whitened residual, one Gauss-Newton step from that of the plain one."""
-    rows = own_rows(problem, hypothesis)
+    rows = residual_rows(problem, hypothesis)
     if rows is None:
         return np.inf
     projected = project(rows, noise)
@@ -54,9 +54,9 @@ def select_likeliest(problem: Problem, fits: Sequence[Hypothesis]) -> Hypothesis
     """Return the set of the lowest BIC, each with coloured noise of its own; the first if none can be linearised."""
     scored = []
     for hypothesis in fits:
-        rows = own_rows(problem, hypothesis)
+        rows = residual_rows(problem, hypothesis)
         if rows is not None:
-            left = leftover(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
+            left = unexplained_residual(rows, [NoiseModel(np.empty(0), 1.0)] * rows[0].residual.shape[0])
             count, likelihood = sum(one.shape[1] for one in left), 0.0
             for alike in group_by_period([row.period_s for row in rows]):
                 models = [fit_noise([left[k][o] for k in alike]) for o in range(len(left[0]))]

@@ -16,7 +16,7 @@ from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
 from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.residual.noise_floor import left_over_noise
+from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import (
     drop_causes_within_allowance,
@@ -236,7 +236,10 @@ def stop_without_progress(state: SearchState) -> SearchState:
 def stall_share(state: SearchState) -> float:
     """Return the share of the smaller set's cost above which a set of the present size ends the search."""
     limits = state.limits
-    if state.size == limits.small_cause_size and left_over_noise(state.smaller) > limits.small_cause_excess:
+    if (
+        state.size == limits.small_cause_size
+        and residual_over_noise(state.smaller) > limits.small_cause_excess
+    ):
         return limits.small_cause_share
     return limits.stall_shares[min(state.size, len(limits.stall_shares)) - 1]
 

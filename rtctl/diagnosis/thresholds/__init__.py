@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from rtctl.diagnosis.thresholds.budget import BudgetThresholds
 from rtctl.diagnosis.thresholds.experiment import ExperimentThresholds
 from rtctl.diagnosis.thresholds.nominal_fit import NominalFitThresholds
+from rtctl.diagnosis.thresholds.problem import ProblemThresholds
 from rtctl.diagnosis.thresholds.report import ReportThresholds
 from rtctl.diagnosis.thresholds.residual import ResidualThresholds
 from rtctl.diagnosis.thresholds.screening import ScreeningThresholds
@@ -20,6 +21,7 @@ __all__ = [
     "BudgetThresholds",
     "ExperimentThresholds",
     "NominalFitThresholds",
+    "ProblemThresholds",
     "ReportThresholds",
     "ResidualThresholds",
     "ScreeningThresholds",
@@ -34,6 +36,7 @@ class Thresholds:
     """All thresholds of a diagnosis, by stage."""
 
     budget: BudgetThresholds = field(default_factory=BudgetThresholds)
+    problem: ProblemThresholds = field(default_factory=ProblemThresholds)
     screening: ScreeningThresholds = field(default_factory=ScreeningThresholds)
     nominal_fit: NominalFitThresholds = field(default_factory=NominalFitThresholds)
     residual: ResidualThresholds = field(default_factory=ResidualThresholds)

@@ -7,4 +7,87 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResidualThresholds:
-    """Numbers of the residual tests."""
+    """Numbers of the projection, the residual tests, and what is said of the residual."""
+
+    # Projection
+    least_visible_share: float = 1e-9
+    """Fraction of a direction's squares that must remain beyond the fitted parameters; below it the direction is a
+    combination of theirs."""
+    round_off_share: float = 1e-10
+    """Fraction of a row's squares beyond a record's own parameters that is round-off of the subtraction. Without it, a
+    sensor offset beside a mass that no spring holds became a direction, and a noise of 1e126 adequate."""
+    noise_iterations: int = 3
+    """Iterations of the restricted likelihood of the noise: the second knows the size of the noise, the third its
+    colour; its slow part takes one more."""
+
+    # Score tests
+    most_fine_step_share: float = 0.3
+    """Largest difference between the residual at the simulation's own steps and at the fit's coarser ones, over the
+    residual (RMS); beyond it the difference is not of first order, and the optimum would not move along."""
+    memory_lags: int = 6
+    """Lags of motion and drive, `Subject.lag_s` (a quarter of a period) apart."""
+    allowed_coloured: tuple[float, float] = (0.125, 0.25)
+    """Shares of an allowed misfit (squares) that may lie along one direction, and along many together, before they
+    count as a gap; in the metric of the noise, which has the colour of a static model's errors. Such a model errs in
+    many ways at once: of twelve devices of the blind generator with nothing hidden (seeds 161000 to 161011) none had
+    more than 0.082 along one direction and 0.11 along many."""
+    allowed_by_size: tuple[float, float] = (0.25, 1.0)
+    """The same shares by plain squares, where these twelve devices had 0.11 and 0.56 at most."""
+    least_noncentral_share: float = 1e-6
+    """Fraction of the noncentrality below which a statistic has p = 1 within 0.1 %; avoids an overflow in `ncx2`."""
+    robust_below_excess: float = 1.5
+    """Mean square of the whitened residual (noise: 1) below which a doubted score test is repeated with a covariance
+    that is robust to heteroscedastic noise: so small an excess may be noise that is not as large everywhere."""
+    robust_below_p: float = 0.1
+    """p-value of the smallest score test below which the robust covariance is asked."""
+    most_leverage: float = 0.9
+    """Leverage that is corrected for at most: a sample that one direction follows alone says nothing of its noise."""
+
+    # Growth of the residual with the motion
+    growth_block_periods: float = 2.0
+    """Length of a block [periods of the motion] in which variance and amplitude are compared."""
+    growth_least_block: int = 16
+    """Length of a block [samples] at least, for its variance to have a value."""
+    growth_least_blocks: int = 4
+    """Blocks of a record at least; shorter records are left out."""
+
+    # Quantization
+    quantization_harmonics: int = 2
+    """Harmonics of the mean rounding error (one period a step) that are unknowns of a record; with noise as large as a
+    step the higher ones vanish."""
+    rest_periods: float = 1.0
+    """Window [periods of the motion] in which a reading must change; where it rests, samples are left out."""
+
+    # Shapes of mechanisms
+    spectrum_peaks: int = 3
+    """Peaks of the residual's spectrum at which a frequency of a mechanism is tried: the valleys of a second mode are
+    apart, and the two highest peaks missed one."""
+    spectrum_peak_distance: float = 0.08
+    """Relative distance of two peaks at least."""
+
+    # Localization and the missing force
+    least_located_share: float = 0.01
+    """Share of the residual beyond the noise that must live along a coordinate for it to be reported."""
+    force_knots: int = 13
+    """Knots of the missing force along its coordinate."""
+    force_range: tuple[float, float] = (0.002, 0.998)
+    """Quantiles of the visited values of the coordinate between which the knots lie."""
+    force_step: float = 1e-4
+    """Finite-difference step of a hat function, over the size of the drive."""
+    force_smoothing: float = 1e-3
+    """Weight of the squared second differences of the knots beside the data."""
+
+    # What is said of the noise
+    burst_excess_kurtosis: float = 3.0
+    """Excess kurtosis of the residual above which bursts are reported: that of a Laplace distribution."""
+    tone_height: float = 60.0
+    """Power of a tone over the median power on both sides of it, in each record; noise reaches 20 once in a million
+    bins."""
+    tone_neighbours: int = 21
+    """Bins that the median is taken of; few, since noise may fall with frequency as steeply as a random walk."""
+    tone_least_samples: int = 256
+    """Samples of a record whose spectrum is looked at, at least."""
+    tone_least_share: float = 0.2
+    """RMS of a reported tone over that of the residual, at least."""
+    most_tones: int = 3
+    """Tones reported of one output at most."""

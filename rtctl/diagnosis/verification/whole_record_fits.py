@@ -12,7 +12,7 @@ from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.holdout_error import Gain, measure_gain
+from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, measure_gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.identification.fit_record import FitRecord
 
@@ -39,7 +39,7 @@ class HoldoutData(NamedTuple):
         """Return the errors of `output` before and after; None without test records."""
         before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
         unit, noise_rms = self.units.get(output, ""), noise_rms_of(self.noise, output)
-        return measure_gain(before, after, self.tests, output, unit, noise_rms, self.rate)
+        return measure_gain(before, after, self.tests, ScoredOutput(output, unit, noise_rms), self.rate)
 
 
 def fit_whole_records(first: NominalFit, problem: Problem, search: SearchResult) -> Fits | None:

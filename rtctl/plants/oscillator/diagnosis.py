@@ -15,7 +15,7 @@ from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.estimate import Estimate
-from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (
     FittedModel,
     FittedRecords,
@@ -120,7 +120,7 @@ def _pushed(
             run = hypothesis.simulation.predict(stimulus, values, start, problem.steps_per_period)
             return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
 
-        found[k] = slope(moved, problem, outputs, 0.0)
+        found[k] = differentiate(moved, problem, outputs)
     return found
 
 

@@ -19,7 +19,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
-from rtctl.diagnosis.problem.finite_differences import slope
+from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (
     FittedModel,
     FittedRecords,
@@ -150,7 +150,7 @@ def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> Float
             run = hypothesis.simulation.predict(stimulus, values, start, problem.steps_per_period)
             return np.array([(run.outputs[n] - base.outputs[n])[0, record.first :] for n in outputs])
 
-        found[k] = slope(moved, problem, outputs, 0.0)
+        found[k] = differentiate(moved, problem, outputs)
     k = len(ON_CURRENT)
     for reading in READINGS:
         for _, _, force in ON_READING:
