@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-    from rtctl.diagnosis.residual.localization import Place
+    from rtctl.diagnosis.residual.localization import Location
     from rtctl.diagnosis.result import Cause
     from rtctl.diagnosis.result import Diagnosis as Answer
     from rtctl.diagnosis.search.holdout_error import Gain
@@ -60,7 +60,7 @@ class Diagnosis:
         return self.answer.gain
 
     @property
-    def where(self) -> tuple[Place, ...]:
+    def where(self) -> tuple[Location, ...]:
         """Coordinates along which the error lives, each with its share."""
         return self.answer.where
 
