@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.border.arrays import IntArray
-from rtctl.border.compiled_clock import clock_ns
 from rtctl.border.kernels import background_kernel
+from rtctl.border.wire.compiled_clock import clock_ns
 from rtctl.recording.mapped import Keeper, MappedRecorder
 from rtctl.recording.rows import Recorder
 from rtctl.session.latency import cyclictest, latency_scenario, measure_period, served_device

@@ -27,7 +27,7 @@ from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serve import Wires, serve
 from rtctl.border.records import VO2, Driver
-from rtctl.border.registers import COMMAND, ENABLE, READING, READING_COUNT, float32_words
+from rtctl.border.wire.registers import COMMAND, ENABLE, READING, READING_COUNT, float32_words
 from rtctl.wiring import load_plant
 
 BLOCKS = 10

@@ -14,7 +14,7 @@ from pathlib import Path
 from drivers.fault_proxy import FaultPlan
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import DeviceProfile, Driver, Measurement
-from rtctl.border.wire_memory import CompiledExchange
+from rtctl.border.wire.wire_memory import CompiledExchange
 
 NOWHERE = "nowhere:0"
 """Address of a driver that is never opened."""

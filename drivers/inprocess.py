@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.records import Device, DeviceStatus, Measurement
-from rtctl.border.wire_memory import SEQUENCE, CompiledExchange
+from rtctl.border.wire.wire_memory import SEQUENCE, CompiledExchange
 
 _REFUSED = int(DeviceStatus.REFUSED)
 

@@ -20,7 +20,7 @@ from drivers.modbus_clients import RtuClient, TcpClient
 from drivers.modbus_line import ILLEGAL_FUNCTION, Client, ExceptionReply, ModbusLine
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
-from rtctl.border.registers import (
+from rtctl.border.wire.registers import (
     CLOCK,
     COMMAND,
     COUNTER,
@@ -39,7 +39,7 @@ from rtctl.border.registers import (
     uint32_words,
     words_identity,
 )
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.wire_memory import (
     OK,
     OVERFLOW,
     REGISTERS,
@@ -50,7 +50,7 @@ from rtctl.border.wire_memory import (
     WireMemory,
     wire_memory,
 )
-from rtctl.border.wire_memory import SEQUENCE as SEQUENCE_SLOT
+from rtctl.border.wire.wire_memory import SEQUENCE as SEQUENCE_SLOT
 
 _REFUSED = int(DeviceStatus.REFUSED)
 _FLOAT32, _WORD = struct.Struct(">f"), struct.Struct(">H")

@@ -13,7 +13,7 @@ import time
 from drivers.compiled.exchange import attach
 from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp
 from drivers.serial_port import FULL, SerialPort
-from rtctl.border.wire_memory import TIMEOUT_NS, TRANSACTION, WireMemory
+from rtctl.border.wire.wire_memory import TIMEOUT_NS, TRANSACTION, WireMemory
 
 _RECEIVE_BYTES = 4096
 

@@ -15,7 +15,7 @@ from drivers.modbus_frames import (
     write_then_read_request,
 )
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.wire_memory import FULL, REPLY_AT, REPLY_LENGTH, SILENT, SYSTEM, WireMemory
+from rtctl.border.wire.wire_memory import FULL, REPLY_AT, REPLY_LENGTH, SILENT, SYSTEM, WireMemory
 
 ILLEGAL_FUNCTION = 1
 

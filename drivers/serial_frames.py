@@ -25,7 +25,7 @@ from drivers.serial_port import FULL as NO_ROOM
 from drivers.serial_port import SerialPort
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceProfile, DeviceStatus, Measurement
-from rtctl.border.serial_frames import (
+from rtctl.border.wire.serial_frames import (
     ERROR,
     REPLY,
     VERSION,
@@ -40,7 +40,7 @@ from rtctl.border.serial_frames import (
     settings_of,
     settings_payload,
 )
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.wire_memory import (
     DAMAGED,
     FULL,
     OK,
@@ -54,7 +54,7 @@ from rtctl.border.wire_memory import (
     CompiledExchange,
     wire_memory,
 )
-from rtctl.border.wire_memory import REPLY as REPLY_CODE
+from rtctl.border.wire.wire_memory import REPLY as REPLY_CODE
 
 _REFUSED = int(DeviceStatus.REFUSED)
 _UINT32 = 0xFFFFFFFF

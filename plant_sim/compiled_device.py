@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from plant_sim.sensing import NoiseSource
 from rtctl.border.kernels import first_class
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.wire_memory import (
     COUNTER,
     IN_FORCE,
     LINE_SIZE,

@@ -29,7 +29,7 @@ from math import isfinite
 from plant_sim.compiled_device import CompiledDevice, CompiledPlant, DeviceMemory
 from plant_sim.plant import Plant
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.border.wire_memory import CompiledExchange
+from rtctl.border.wire.wire_memory import CompiledExchange
 
 _ENABLED = int(DeviceStatus.ENABLED)  # plain ints: an IntFlag operation costs a microsecond
 _TRIPPED = int(DeviceStatus.WATCHDOG_TRIPPED)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
-    from rtctl.api.fit import Fit
-    from rtctl.api.identification import identify
+    from rtctl.api.identifying.fit import Fit
+    from rtctl.api.identifying.identification import identify
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.recordings import Replayed, change, recover, replay
@@ -35,8 +35,8 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
-    "Fit": "rtctl.api.fit",
-    "identify": "rtctl.api.identification",
+    "Fit": "rtctl.api.identifying.fit",
+    "identify": "rtctl.api.identifying.identification",
     "read_dataset": "rtctl.api.datasets",
     "Latency": "rtctl.api.machines",
     "demonstrate": "rtctl.api.machines",

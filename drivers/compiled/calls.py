@@ -11,9 +11,9 @@ import select
 import socket
 
 from rtctl.border.arrays import IntArray
-from rtctl.border.compiled_clock import SECOND_NS, clock_ns, external, types
 from rtctl.border.kernels import background_kernel, carray
-from rtctl.border.wire_memory import CLOCK, ERRNO, FD, POLL, ByteArray
+from rtctl.border.wire.compiled_clock import SECOND_NS, clock_ns, external, types
+from rtctl.border.wire.wire_memory import CLOCK, ERRNO, FD, POLL, ByteArray
 
 _EINTR, _EAGAIN = errno.EINTR, errno.EAGAIN
 _POLLIN = int(select.POLLIN)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from rtctl.border.arrays import FloatArray, IntArray
-from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.kernels import first_class, machine_code
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.compiled_clock import AVAILABLE
+from rtctl.border.wire.wire_memory import (
     ARRIVED,
     COUNTER,
     ERRNO,
@@ -40,7 +40,7 @@ class LineExchange:
         self._levels, self._reading = memory.levels, memory.reading
 
     def run(self, levels: Sequence[float]) -> int:
-        """Command `levels`, wait for the answer; a code of `rtctl.border.wire_memory.Ended`."""
+        """Command `levels`, wait for the answer; a code of `rtctl.border.wire.wire_memory.Ended`."""
         mine = self._levels
         if len(levels) != len(mine):
             return OVERFLOW

@@ -16,9 +16,9 @@ from drivers.modbus_frames import CRC_TABLE
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.kernels import background_kernel
 from rtctl.border.records import DeviceStatus
-from rtctl.border.registers import COMMAND, READING, SEQUENCE_IN_FORCE
-from rtctl.border.registers import COUNTER as COUNTER_REGISTER
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.registers import COMMAND, READING, SEQUENCE_IN_FORCE
+from rtctl.border.wire.registers import COUNTER as COUNTER_REGISTER
+from rtctl.border.wire.wire_memory import (
     ARRIVED,
     COUNTER,
     FULL,

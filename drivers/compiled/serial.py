@@ -1,6 +1,6 @@
 """One exchange of the plain serial protocol as compiled code.
 
-The bytes are those of `rtctl.border.serial_frames`, its oracle. A message with another tag, or a damaged one, is
+The bytes are those of `rtctl.border.wire.serial_frames`, its oracle. A message with another tag, or a damaged one, is
 dropped, and reading goes on. An answer that is no reading is left in `inbox` at `REPLY_AT`, without its checksum.
 """
 
@@ -15,9 +15,9 @@ from drivers.compiled.calls import now_ns, received, sent
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.kernels import background_kernel
 from rtctl.border.records import DeviceStatus
-from rtctl.border.serial_frames import ERROR, MAX_BODY, Request
-from rtctl.border.serial_frames import REPLY as ANSWERS
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.serial_frames import ERROR, MAX_BODY, Request
+from rtctl.border.wire.serial_frames import REPLY as ANSWERS
+from rtctl.border.wire.wire_memory import (
     ARRIVED,
     COUNTER,
     DAMAGED,

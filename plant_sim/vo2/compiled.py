@@ -35,10 +35,10 @@ from plant_sim.compiled_device import (
 from plant_sim.sensing import NORMALS
 from plant_sim.vo2.plant import STATE, hold_domains, hold_limiting_loop, read
 from rtctl.border.arrays import IntArray
-from rtctl.border.compiled_clock import clock_ns
 from rtctl.border.kernels import background_kernel, carray, pointer
 from rtctl.border.records import DeviceStatus
-from rtctl.border.wire_memory import CLOCK, COUNTER, IN_FORCE, OK, PYTHON, SEQUENCE, STATUS, TIME_US
+from rtctl.border.wire.compiled_clock import clock_ns
+from rtctl.border.wire.wire_memory import CLOCK, COUNTER, IN_FORCE, OK, PYTHON, SEQUENCE, STATUS, TIME_US
 
 _ENABLED, _TRIPPED, _CLAMPED, _SENSOR_FAULT = (
     int(DeviceStatus.ENABLED),
@@ -150,7 +150,7 @@ def exchange_with_domains(  # noqa: PLR0913
     levels: Any, reading: Any, line: IntArray, p: Any, state: Any, normals: Any,
     t_up: Any, t_down: Any, by_t_down: Any, is_up: Any, counters: Any,
 ) -> int:  # fmt: skip
-    """Exchange as `SimulatedDevice` does, with a film of domains; return a code of `rtctl.border.wire_memory.Ended`."""
+    """Exchange as `SimulatedDevice` does, with a film of domains; return a code of `wire_memory.Ended`."""
     asked = np.float64(np.float32(levels[0]))
     floats, held_s = line.view(np.float64), begin_exchange(line, asked)
     if not held_s >= 0.0:

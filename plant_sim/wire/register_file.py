@@ -13,7 +13,7 @@ from math import isfinite
 
 from plant_sim.device import SimulatedDevice
 from rtctl.border.records import Measurement
-from rtctl.border.registers import (
+from rtctl.border.wire.registers import (
     CLOCK,
     COUNTER,
     ENABLE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 
 from plant_sim.device import SimulatedDevice
-from rtctl.border.serial_frames import (
+from rtctl.border.wire.serial_frames import (
     ERROR,
     REPLY,
     ErrorCode,

@@ -209,7 +209,7 @@ def _model(
         return model, model_path(loaded.scenario, loaded.folder, given), False
     if not needs_model(loaded.scenario):
         return None, None, False
-    from rtctl.api.identify_first import identify_first
+    from rtctl.api.identifying.identify_first import identify_first
 
     report.say("no --model given: identifying the device first")
     return identify_first(loaded.scenario, device, folder, stop, report.say), folder / "model.toml", True

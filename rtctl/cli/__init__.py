@@ -7,26 +7,48 @@ import importlib
 import sys
 from collections.abc import Sequence
 from types import ModuleType
+from typing import NamedTuple
 
 from rtctl.border.errors import RtctlError
 from rtctl.registry import load_plugin
 from rtctl.version import __version__
 
+
+class Verb(NamedTuple):
+    """A verb of the command line."""
+
+    module: str
+    """Below `rtctl.cli.verbs`."""
+    summary: str
+    """One line for `rtctl --help`."""
+
+
 VERBS = {
-    "run": "play a scenario in closed loop (or open loop) and score it",
-    "set": "change the set-point or a gain of a run that is under way",
-    "replay": "a recorded run through estimator and controller again: the same commands to the bit?",
-    "recover": "what a run that was killed has recorded, as Parquet with a summary",
-    "acquire": "play an open-loop excitation through a driver into a dataset",
-    "identify": "measured data -> model",
-    "simulate": "how far a model is from a dataset",
-    "diagnose": "what the simulation gets wrong, why, and the model with it",
-    "reproduce": "a paper's study on our plants, its tables and figures beside ours",
-    "sweep": "many simulations of one model, on all cores or a cluster",
-    "latency": "which period this machine and a wire hold: lateness, round trip, compute",
-    "serve": "a simulated device on a wire",
-    "list": "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included",
-    "demo": "serve, acquire, identify and all scenarios, one table (what `make run` calls)",
+    "run": Verb("device.run", "play a scenario in closed loop (or open loop) and score it"),
+    "set": Verb("device.set", "change the set-point or a gain of a run that is under way"),
+    "replay": Verb(
+        "device.replay",
+        "a recorded run through estimator and controller again: the same commands to the bit?",
+    ),
+    "recover": Verb("device.recover", "what a run that was killed has recorded, as Parquet with a summary"),
+    "acquire": Verb("device.acquire", "play an open-loop excitation through a driver into a dataset"),
+    "identify": Verb("modelling.identify", "measured data -> model"),
+    "simulate": Verb("modelling.simulate", "how far a model is from a dataset"),
+    "diagnose": Verb("modelling.diagnose", "what the simulation gets wrong, why, and the model with it"),
+    "reproduce": Verb(
+        "modelling.reproduce", "a paper's study on our plants, its tables and figures beside ours"
+    ),
+    "sweep": Verb("modelling.sweep", "many simulations of one model, on all cores or a cluster"),
+    "latency": Verb(
+        "device.latency", "which period this machine and a wire hold: lateness, round trip, compute"
+    ),
+    "serve": Verb("device.serve", "a simulated device on a wire"),
+    "list": Verb(
+        "list", "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included"
+    ),
+    "demo": Verb(
+        "device.demo", "serve, acquire, identify and all scenarios, one table (what `make run` calls)"
+    ),
 }
 
 
@@ -40,8 +62,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="rtctl", description="Feedback control of actuators that sense themselves.")
     parser.add_argument("--version", action="version", version=f"rtctl {__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    for name, summary in VERBS.items():
-        verb = verbs.add_parser(name, help=summary, description=_module(name).__doc__)
+    for name, known in VERBS.items():
+        verb = verbs.add_parser(name, help=known.summary, description=_module(name).__doc__)
         _module(name).add_arguments(verb)
         verb.add_argument(
             "--plugin", dest="plugins", action="append", default=[], metavar="FILE.py",
@@ -74,4 +96,4 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _module(verb: str) -> ModuleType:
-    return importlib.import_module(f"rtctl.cli.verbs.{verb}")
+    return importlib.import_module(f"rtctl.cli.verbs.{VERBS[verb].module}")

@@ -10,12 +10,12 @@ from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import isolability
 from rtctl.diagnosis.experiment_design.next_experiment import next_experiment
-from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
+from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
-from rtctl.diagnosis.report.causes import NamedCauses, name_causes
+from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.residual.localization import localize_residual
@@ -87,9 +87,8 @@ def diagnose(
         notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         notes += (*first.notes, *search_notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
-        if answer.verdict != "adequate" or whole is not None:
-            return answer
-        return explain_by_file_value(answer, request, data.simulation, holdout)
+        is_final = answer.verdict != "adequate" or whole is not None
+        return answer if is_final else explain_by_file_value(answer, request, data.simulation, holdout)
 
 
 def _answer(
@@ -99,9 +98,7 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = NamedCauses()
-    if verdict.names_causes:
-        named = name_causes(search, fits.after, problem.subject, problem.thresholds.report)
+    named = name_causes(search, verified, problem.subject, problem.thresholds.report)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
@@ -115,9 +112,8 @@ def _answer(
         verdict=verdict.claim, causes=named.causes, gain=verified.gain, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extend_model(problem, request.model, fits.after), units=units,
-        isolability=isolability(search.nominal),
+        isolability=isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
-        next_experiment=proposed,
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,

@@ -64,7 +64,7 @@ class Identification:
     """How a model of a kind of plant is identified from a dataset."""
 
     fit: Part
-    """`(dataset, model, options, report) -> rtctl.api.fit.Fit`; `model` is where to start, or None."""
+    """`(dataset, model, options, report) -> rtctl.api.identifying.fit.Fit`; `model` is where to start, or None."""
     options: Part
     """Class of `options`, a frozen record that checks its numbers."""
     option_names: Mapping[str, str]

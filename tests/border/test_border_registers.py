@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.border.registers import (
+from rtctl.border.wire.registers import (
     float32_words,
     identity_words,
     uint32_words,

@@ -10,7 +10,7 @@ import pytest
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Stimulus
-from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
+from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord

@@ -12,7 +12,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive, write_case
 
 from rtctl.border.errors import InputError
 from rtctl.cli import main
-from rtctl.diagnosis.nominal_fit.foreign_model import note_foreign_model
+from rtctl.diagnosis.nominal_fit.misfit.foreign_model import note_foreign_model
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.split import split_records

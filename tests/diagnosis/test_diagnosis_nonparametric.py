@@ -11,7 +11,7 @@ from diagnosis_cases import FRICTION, device, measured, noise_drive
 from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.allowed_misfit import allow_misfit
+from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis

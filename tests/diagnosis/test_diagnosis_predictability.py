@@ -10,6 +10,7 @@ import pytest
 from diagnosis_cases import PERIOD_S, device, noise_drive
 
 from rtctl.border.simulation import Simulation, Stimulus
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.predictability import (
     _before_diverging,
@@ -19,7 +20,6 @@ from rtctl.diagnosis.nominal_fit.predictability import (
     fit_followed_parts,
     period_of,
 )
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation, Stimulus
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.segmentation import cut_strokes, drifts
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis

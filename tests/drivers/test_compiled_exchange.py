@@ -23,11 +23,11 @@ from drivers.compiled.exchange import Kernel, LineExchange, attach
 from drivers.compiled.modbus import exchange_rtu, exchange_tcp
 from drivers.compiled.serial import exchange_serial
 from drivers.modbus_frames import from_rtu, from_tcp, to_rtu, to_tcp, write_then_read_request
-from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.records import ME, VO2, DeviceProfile
-from rtctl.border.registers import READING, float32_words, reading_count
-from rtctl.border.serial_frames import ERROR, FrameReader, Layout, Message, frame
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.compiled_clock import AVAILABLE
+from rtctl.border.wire.registers import READING, float32_words, reading_count
+from rtctl.border.wire.serial_frames import ERROR, FrameReader, Layout, Message, frame
+from rtctl.border.wire.wire_memory import (
     ERRNO,
     REGISTERS,
     REPLY_AT,

@@ -15,7 +15,7 @@ from serial_cases import reference_device, sessions
 from drivers.serial_frames import SerialDriver
 from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import ME, VO2, DeviceStatus
-from rtctl.border.serial_frames import frame
+from rtctl.border.wire.serial_frames import frame
 from rtctl.cli import main
 
 pytestmark = [pytest.mark.wire, pytest.mark.usefixtures("either_form")]

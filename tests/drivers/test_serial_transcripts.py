@@ -21,7 +21,7 @@ from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.serial_server import SerialDevice
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.serial_frames import FrameReader, Layout, Message, frame
+from rtctl.border.wire.serial_frames import FrameReader, Layout, Message, frame
 from rtctl.wiring import load_plant
 
 READINGS = (0x81, 0x82)

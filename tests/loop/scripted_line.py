@@ -10,7 +10,7 @@ import numpy as np
 from rtctl.border.errors import DriverError, Fault
 from rtctl.border.kernels import background_kernel, first_class
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import (
+from rtctl.border.wire.wire_memory import (
     COUNTER,
     IN_FORCE,
     LINE_SIZE,

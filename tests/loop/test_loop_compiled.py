@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from loop_cases import FIRST, SAFE, SETTLE, levels_mA
 from scripted_line import ScriptedLine
 
-from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.errors import Fault
 from rtctl.border.records import DeviceStatus, Measurement
-from rtctl.border.wire_memory import Ended
+from rtctl.border.wire.compiled_clock import AVAILABLE
+from rtctl.border.wire.wire_memory import Ended
 from rtctl.controllers.feedforward import InverseFeedforward
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
 from rtctl.controllers.playback import PlaybackController

@@ -11,10 +11,10 @@ import pytest
 from drivers.inprocess import InProcessDriver
 from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
-from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.errors import Fault
 from rtctl.border.kernels import background_kernel
-from rtctl.border.wire_memory import TIME_US
+from rtctl.border.wire.compiled_clock import AVAILABLE
+from rtctl.border.wire.wire_memory import TIME_US
 from rtctl.loop.compiled.support import BLOCKS
 from rtctl.scenario.schema import Scenario, load_scenario
 from rtctl.session.loop_setup import open_driver

@@ -236,7 +236,7 @@ def read_settings(host: str, port: int) -> dict[str, float]:
     """Registers 0-3 of the device, by a client of its own."""
     from pymodbus.client import ModbusTcpClient
 
-    from rtctl.border.registers import words_float32
+    from rtctl.border.wire.registers import words_float32
 
     with ModbusTcpClient(host, port=port, timeout=5.0) as client:
         words = client.read_holding_registers(0, count=4).registers

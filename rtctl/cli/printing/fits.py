@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.api.fit import Fit
+from rtctl.api.identifying.fit import Fit
 from rtctl.output.progress import print_table
 
 

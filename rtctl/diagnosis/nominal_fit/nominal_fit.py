@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rtctl.border.errors import RunError
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.nominal_fit.foreign_model import note_foreign_model
+from rtctl.diagnosis.nominal_fit.misfit.foreign_model import note_foreign_model
 from rtctl.diagnosis.nominal_fit.predictability import (
     cut_unpredictable,
     fit_as_far_as_followed,

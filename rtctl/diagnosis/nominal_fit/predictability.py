@@ -15,8 +15,8 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fit_segments
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.oscillator.weak_form import choose_half_width

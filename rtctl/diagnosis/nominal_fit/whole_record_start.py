@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fit_segments
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem

@@ -22,6 +22,7 @@ from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.thresholds import ReportThresholds
+from rtctl.diagnosis.verification.verify import Verified
 from rtctl.diagnosis.verification.wald_test import WrongValue
 
 HYSTERESIS_STATEMENT = (
@@ -46,17 +47,19 @@ class NamedCauses(NamedTuple):
 
 
 def name_causes(
-    search: SearchResult, estimated: TestedHypothesis, subject: Subject, thresholds: ReportThresholds
+    search: SearchResult, verified: Verified, subject: Subject, thresholds: ReportThresholds
 ) -> NamedCauses:
     """Return the causes of the chosen set with their evidence, without mere corrections of the identified model.
 
     Args:
         search: What was found.
-        estimated: Fit of the chosen set to whole records, which gives the values.
+        verified: The verdict, which may name no cause, and the fit of whole records that gives the values.
         subject: The kind of plant.
         thresholds: Thresholds of the report.
     """
-    notes = []
+    if not verified.verdict.names_causes:
+        return NamedCauses()
+    estimated, notes = verified.fits.after, []
     causes = mechanism_causes(search, estimated, thresholds)
     shape = hysteresis_cause(search, subject, thresholds)
     if shape is not None:

@@ -23,34 +23,34 @@ HEAD = """# {statement}
 """
 
 
-def write_diagnosis(folder: Path, found: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
-    """The answer last: a folder with a diagnosis.json has all of it, and nothing of an earlier one."""
+def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
+    """Write all files of an answer, `diagnosis.json` last: a folder that has it is complete and holds nothing older."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
-    found.problem.subject.write_model(folder / "model-extended.toml", found.model, provenance)
-    if found.next_experiment is not None:
-        _write_text(folder / "next-experiment.toml", scenario_text(found.next_experiment))
-    _write_text(folder / "report.html", report_page(found, dataset, provenance))
-    write_json(folder / "diagnosis.json", found.json | {"provenance": provenance})
+    diagnosis.problem.subject.write_model(folder / "model-extended.toml", diagnosis.model, provenance)
+    if diagnosis.next_experiment is not None:
+        _write_text(folder / "next-experiment.toml", scenario_text(diagnosis.next_experiment))
+    _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance))
+    write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
 
 
 def scenario_text(proposed: NextExperiment) -> str:
-    """As `rtctl acquire` takes it."""
+    """Return the scenario of the next experiment, as `rtctl acquire` takes it."""
     return HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(proposed.scenario)
 
 
-def provenance_of(found: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:
-    """What the model file and the page say of where they come from."""
+def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:
+    """Return what the model file and the page state of their origin."""
     files = sorted({record.file for record in dataset.records if record.file})
     return {
         "dataset": dataset.name,
         "sha256": {name: _sha256(dataset.path.parent / name) for name in [dataset.path.name, *files]},
         "model": model.name,
         "model_sha256": _sha256(model),
-        "verdict": found.verdict,
-        "fitted_records": [record.name for record in found.problem.records],
-        "test_records": [record.name for record in found.tests],
+        "verdict": diagnosis.verdict,
+        "fitted_records": [record.name for record in diagnosis.problem.records],
+        "test_records": [record.name for record in diagnosis.tests],
         "command": command,
         "version": __version__,
     }

@@ -1,4 +1,4 @@
-"""`report.html`: a diagnosis as one would show it at a design review, on one page that needs nothing else."""
+"""`report.html`: a diagnosis as for a design review, on one self-contained page."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from rtctl.diagnosis.report.sections import (
-    candidates,
-    causes,
-    parameters,
-    place,
-    proposal,
-    provenance_section,
-    questions,
-    readable,
-    verdict_sentence,
+    describe_place,
+    describe_proposal,
+    describe_verdict,
+    format_unit,
+    tabulate_candidates,
+    tabulate_causes,
+    tabulate_parameters,
+    tabulate_provenance,
+    tabulate_tests,
 )
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.extras import can_draw
@@ -40,76 +40,80 @@ CAPTIONS = {
     "staircases that they were identified from. A narrow peak is a domain that switches as one: cells spread over all "
     "of the range smear it.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
-    "parameters. Blue: passes all questions below.",
+    "parameters. Blue: passes all residual tests below.",
     "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
     "percent). Where it is near 1 no method tells them apart; an effect with little that is visible hides behind the "
     "nominal parameters.",
 }
 
 
-def report_page(found: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
-    """The whole page."""
-    shown = list(enumerate(_drawn_pictures(found), start=1))
+def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str, Any]) -> str:
+    """Return the whole page as HTML."""
+    shown = list(enumerate(_drawn_pictures(diagnosis), start=1))
 
     def drawn(section: str) -> str:
-        return "".join(_figure(found, one, number) for number, one in shown if one.section == section)
+        return "".join(
+            _numbered_figure(diagnosis, one, number) for number, one in shown if one.section == section
+        )
 
     parts = [
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
-        f'<h1>{verdict_sentence(found)}</h1>',
-        *(f'<p class="lead">{escape(cause.statement)}</p>' for cause in found.causes),
-        *(f'<div class="note">{escape(warning)}</div>' for warning in found.warnings),
-        _tiles(found),
-        causes(found),
+        f'<h1>{describe_verdict(diagnosis)}</h1>',
+        *(f'<p class="lead">{escape(cause.statement)}</p>' for cause in diagnosis.causes),
+        *(f'<div class="note">{escape(warning)}</div>' for warning in diagnosis.warnings),
+        _tiles(diagnosis),
+        tabulate_causes(diagnosis),
         "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
-        "<h2>Where the error lives</h2>", place(found), drawn("where"),
+        "<h2>Where the error lives</h2>", describe_place(diagnosis), drawn("where"),
         drawn("shape"), drawn("loops"),
-        "<h2>What was tried</h2>", candidates(found), drawn("candidates"), questions(found),
+        "<h2>What was tried</h2>", tabulate_candidates(diagnosis), drawn("candidates"), tabulate_tests(diagnosis),
         "<h2>What these data can tell apart</h2>", drawn("isolability"),
-        proposal(found),
-        parameters(found),
-        provenance_section(provenance),
+        describe_proposal(diagnosis),
+        tabulate_parameters(diagnosis),
+        tabulate_provenance(provenance),
     ]  # fmt: skip
     return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
 
 
-def _drawn_pictures(found: Diagnosis) -> list[Picture]:
+def _drawn_pictures(diagnosis: Diagnosis) -> list[Picture]:
     """Return the page's pictures; none where matplotlib is not installed."""
     if not can_draw():
         return []
     from rtctl.diagnosis.report.pictures import pictures
 
-    return pictures(found)
+    return pictures(diagnosis)
 
 
-def _figure(found: Diagnosis, picture: Picture, number: int) -> str:
+def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str:
     whose = (
         "a test record, which took no part in any fit"
-        if found.tests
+        if diagnosis.tests
         else "a record of the fit: none is a test"
     )
     shape = ""
-    if found.shape is not None:
-        shape = f"it would remove {found.shape.share:.0%} of the error beyond the noise"
-    start = " (two fitted numbers: a first sample is noisy)" if found.fits.before.hypothesis.states else ""
-    output = found.problem.subject.output
+    if diagnosis.shape is not None:
+        shape = f"it would remove {diagnosis.shape.share:.0%} of the error beyond the noise"
+    start = (
+        " (two fitted numbers: a first sample is noisy)" if diagnosis.fits.before.hypothesis.states else ""
+    )
+    output = diagnosis.problem.subject.output
     caption = CAPTIONS[picture.section].format(whose=whose, shape=shape, start=start, output=output)
     return figure(picture.data_uri(), picture.alternative, caption, number)
 
 
-def _tiles(found: Diagnosis) -> str:
-    gain = found.gain
+def _tiles(diagnosis: Diagnosis) -> str:
+    gain = diagnosis.gain
     made = []
     if gain is not None:
         made = [
             tile(
-                f"{gain.before:.3g} {readable(gain.unit)}",
+                f"{gain.before:.3g} {format_unit(gain.unit)}",
                 "RMS error of today's model on test records, re-fitted",
             )
         ]
-        if found.causes:
+        if diagnosis.causes:
             made += [
-                tile(f"{gain.after:.3g} {readable(gain.unit)}", "with the extended model"),
+                tile(f"{gain.after:.3g} {format_unit(gain.unit)}", "with the extended model"),
                 tile(
                     f"{gain.ratio:.3g}×",
                     f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}",
@@ -117,13 +121,17 @@ def _tiles(found: Diagnosis) -> str:
             ]
     made.append(
         tile(
-            f"{found.noise_rms:.3g} {readable(found.units[found.problem.subject.output])}",
+            f"{diagnosis.noise_rms:.3g} {format_unit(diagnosis.units[diagnosis.problem.subject.output])}",
             "noise of the reading, as estimated"
-            + (" with what is not explained" if found.verdict in ("unexplained", "partly_explained") else ""),
+            + (
+                " with what is not explained"
+                if diagnosis.verdict in ("unexplained", "partly_explained")
+                else ""
+            ),
         )
     )
-    if found.causes:
-        first = found.causes[0]
+    if diagnosis.causes:
+        first = diagnosis.causes[0]
         others = f"; {escape(', '.join(first.indistinguishable_from))} would explain it as well"
         made.append(
             tile(

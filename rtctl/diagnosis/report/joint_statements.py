@@ -1,4 +1,4 @@
-"""What two causes say together that neither says alone: dry friction beside a constant force depends on direction.
+"""Statements on two causes together: dry friction beside a constant force depends on the direction.
 
 z'' + ... = gain (u + offset) - level sign z':   level - gain offset opposes motion forwards, level + gain offset
 motion backwards.
@@ -13,7 +13,7 @@ from rtctl.border.simulation import Simulation
 
 
 class Friction(NamedTuple):
-    """Of a body that moves forwards and backwards."""
+    """Dry friction by the direction of the motion."""
 
     forwards: float
     backwards: float
@@ -21,7 +21,7 @@ class Friction(NamedTuple):
 
 
 def joint_statements(simulation: Simulation) -> dict[str, list[str]]:
-    """Sentences by the id of the cause that they belong to."""
+    """Return sentences by the id of the cause that they belong to."""
     friction = friction_by_direction(simulation)
     if friction is None:
         return {}
@@ -36,7 +36,7 @@ def joint_statements(simulation: Simulation) -> dict[str, list[str]]:
 
 
 def friction_by_direction(simulation: Simulation) -> Friction | None:
-    """Of a simulation with dry friction and an offset of the drive; else None."""
+    """Return the friction by direction of a simulation with dry friction and an offset of the drive; else None."""
     values = {parameter.name: parameter.value for parameter in simulation.parameters}
     units = {parameter.name: parameter.unit for parameter in simulation.parameters}
     level, offset = values.get("friction.coulomb.level"), values.get("drive.offset.offset")

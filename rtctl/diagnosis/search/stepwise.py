@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rtctl.diagnosis.nominal_fit.segment_misfit import segment_cost
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_cost
 from rtctl.diagnosis.nominal_fit.step_refinement import refine_steps
 from rtctl.diagnosis.nominal_fit.whole_record_start import refit_from_segments
 from rtctl.diagnosis.problem.hypothesis import Hypothesis

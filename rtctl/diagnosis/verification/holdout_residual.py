@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rtctl.diagnosis.nominal_fit.misfit.segment_misfit import segment_rms
 from rtctl.diagnosis.nominal_fit.predictability import count_unpredictable
-from rtctl.diagnosis.nominal_fit.segment_misfit import segment_rms
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
@@ -21,13 +21,13 @@ from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.identification.fit_record import FitRecord
 
 MISSED = (
-    "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fit records show nothing of it: either "
+    "on the test records {:.3g} {} are left, {:.3g} times the noise, and the fitted records show nothing of it: either "
     "the test records were measured or written otherwise (units, signs, initial), or something is missing that acts "
     'there only; mark one of the test records use = "fit" to have it looked for'
 )
 UNCERTAIN = (
-    "on the test records {:.3g} {} are left, {:.3g} times the noise: the fit records determine the parameters no "
-    'better there; mark one of the test records use = "fit"'
+    "on the test records {:.3g} {} are left, {:.3g} times the noise: the fitted records determine the parameters "
+    'no better there; mark one of the test records use = "fit"'
 )
 UNPREDICTABLE = (
     "on the test records {:.3g} {} are left, {:.3g} times the noise: in {} of {} records the free run is unpredictable "

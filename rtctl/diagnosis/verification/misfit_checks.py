@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rtctl.diagnosis.nominal_fit.relative_misfit import relative_misfit
+from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.search.holdout_error import Gain

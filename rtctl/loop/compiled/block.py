@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 from rtctl.border.arrays import FloatArray, IntArray
-from rtctl.border.compiled_clock import clock_ns, slept_until
 from rtctl.border.kernels import background_kernel
-from rtctl.border.wire_memory import COUNTER, IN_FORCE, STATUS, TIME_US, ByteArray
+from rtctl.border.wire.compiled_clock import clock_ns, slept_until
+from rtctl.border.wire.wire_memory import COUNTER, IN_FORCE, STATUS, TIME_US, ByteArray
 from rtctl.loop.compiled.state import (
     CHANGE,
     DONE,

@@ -15,7 +15,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import machine_code
 from rtctl.border.records import VO2, Measurement
-from rtctl.border.wire_memory import PYTHON, CompiledExchange, wire_memory
+from rtctl.border.wire.wire_memory import PYTHON, CompiledExchange, wire_memory
 from rtctl.loop.compiled.block import SIGNALS, TIMINGS, run_block
 from rtctl.loop.compiled.state import GUARD_FIELDS, LOOP, NOTHING, PI, BlockExit
 from rtctl.loop.compiled.step import CompiledStep

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.border.compiled_clock import AVAILABLE
 from rtctl.border.records import DeviceProfile, Driver
-from rtctl.border.wire_memory import CompiledExchange
+from rtctl.border.wire.compiled_clock import AVAILABLE
+from rtctl.border.wire.wire_memory import CompiledExchange
 from rtctl.controllers.playback import PlaybackController
 from rtctl.estimators.none import NoEstimator
 from rtctl.interfaces import Clock

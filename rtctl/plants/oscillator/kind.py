@@ -27,7 +27,7 @@ OSCILLATOR = PlantKind(
         forced="plant_sim.oscillator.forced:forced_model",
     ),
     identification=Identification(
-        fit="rtctl.api.fit_oscillator:fit_oscillator",
+        fit="rtctl.api.identifying.fit_oscillator:fit_oscillator",
         options="rtctl.identification.oscillator.identify:OscillatorFitOptions",
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,

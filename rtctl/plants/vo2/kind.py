@@ -21,7 +21,7 @@ VO2 = PlantKind(
     ),
     control=Control(support="rtctl.plants.vo2.control:Vo2Support"),
     identification=Identification(
-        fit="rtctl.api.fit_vo2:fit_vo2",
+        fit="rtctl.api.identifying.fit_vo2:fit_vo2",
         options="rtctl.identification.vo2.identify:Vo2FitOptions",
         option_names={"starts": "starts", "seed": "seed", "plays": "plays", "cells": "fine_cells"},
         excitation="acquire_vo2",

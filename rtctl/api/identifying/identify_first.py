@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from rtctl.api.fit import Fit
+from rtctl.api.identifying.fit import Fit
 from rtctl.border.errors import InputError
 from rtctl.border.records import Driver
 from rtctl.measured.reading import read_dataset

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.api.fit import Fit
+from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2

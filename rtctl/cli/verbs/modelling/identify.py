@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where the model does not follow the data."""
-    from rtctl.api.identification import identify
+    from rtctl.api.identifying.identification import identify
     from rtctl.cli.options import is_quiet, output_file, print_json
     from rtctl.cli.printing.fits import print_fit
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.api.datasets import dataset_of
-from rtctl.api.fit import Fit
+from rtctl.api.identifying.fit import Fit
 from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, model_of
 from rtctl.border.errors import InputError, nearest

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtctl.api.fit import Fit
+from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator

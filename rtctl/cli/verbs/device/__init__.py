@@ -1,0 +1,1 @@
+"""Verbs that work on a device or on the recording of a run."""
