@@ -14,7 +14,7 @@ NOTEBOOKS = sorted(path.stem for path in FOLDER.glob("*.ipynb"))
 
 
 def test_there_are_notebooks() -> None:
-    assert {"oscillator", "vo2_loop"} <= set(NOTEBOOKS)
+    assert {"oscillator", "own_parts", "vo2_loop"} <= set(NOTEBOOKS)
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
