@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.api.datasets import stored_dataset_of
 from rtctl.api.inputs import PathText, path_of
-from rtctl.api.model import Model, model_of
+from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import can_draw, require
 from rtctl.measured.dataset import Dataset
@@ -185,12 +185,8 @@ def simulate(
     report = reporter(progress)
     source = _source(model)
     stored = stored_dataset_of(dataset)
-    if not isinstance(model, Model):
-        from rtctl.models.kinds import model_kind
-
-        check_kind(model_kind(path_of("model", model)), stored, source)
+    check_kind(kind_of(model), stored, source)
     model = model_of(model)
-    check_kind(model.kind, stored, source)
     simulation = simulation_of(model.kind, model.content, stored, source)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)

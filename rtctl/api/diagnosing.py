@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from rtctl.api.datasets import dataset_of, stored_dataset_of
 from rtctl.api.diagnosis_defaults import SECONDS, WORK
 from rtctl.api.inputs import PathText, path_of
-from rtctl.api.model import Model, model_of
+from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
@@ -192,8 +192,8 @@ def diagnose(
     report = reporter(progress)
     source = str(model.source or "the model") if isinstance(model, Model) else str(path_of("model", model))
     stored = stored_dataset_of(dataset)
+    check_kind(kind_of(model), stored, source)
     model = model_of(model)
-    check_kind(model.kind, stored, source)
     simulation = simulation_of(model.kind, model.content, stored, source)
     data = dataset_of(dataset)
     ids = _chosen(mechanisms, simulation.kind)

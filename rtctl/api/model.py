@@ -120,6 +120,13 @@ def model_of(model: Model | str | PathLike[str]) -> Model:
     return model if isinstance(model, Model) else read_model(model)
 
 
+def kind_of(model: Model | str | PathLike[str]) -> str:
+    """Return the kind of `model`, of a file before anything else in it is read. Raises InputError."""
+    from rtctl.models.kinds import model_kind
+
+    return model.kind if isinstance(model, Model) else model_kind(path_of("model", model))
+
+
 def _write(kind: str, content: Any, path: Path) -> None:
     from rtctl.registry import plant_kind
 

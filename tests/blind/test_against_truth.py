@@ -11,4 +11,4 @@ def test_a_right_answer_leaves_no_more_than_the_truth(noise: str) -> None:
     found = left_over_truth(200_040, effects=("stiffness.quintic",), samples=4000, noise=noise)
     assert found.names == ("stiffness.quintic",)
     assert found.nominal > 1000.0
-    assert -3.0 * found.hypotheses < found.named < found.hypotheses
+    assert -3.0 * found.fitted < found.named < found.fitted

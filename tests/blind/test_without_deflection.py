@@ -24,7 +24,7 @@ def test_a_delay_is_named_by_the_resistance_alone(tmp_path: Path) -> None:
     assert found.gain is not None
     assert (found.gain.output, found.gain.unit) == ("log_resistance", "ln(ohm)")
     assert found.gain.ratio_low > 1.0
-    assert "no record that is fitted has a deflection: diagnosed by the resistance alone" in found.warnings[0]
+    assert "no record to fit has a deflection: the diagnosis used the resistance alone" in found.warnings[0]
 
 
 def without_deflection(folder: Path) -> None:

@@ -65,7 +65,7 @@ def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear
     assert _limit_step(parent, np.zeros(2), LIMITS) > 1.0
 
 
-def tested_nominal(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
+def nominal_with_tests(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
     """The nominal model beside two records of a device that has `mechanisms`."""
     records = tuple(
         FitRecord(
@@ -92,7 +92,7 @@ def test_two_that_no_single_one_leads_to_begin_at_once_from_the_model_without_ei
     late = {"id": "drive.lag", "parameters": {"time_constant": {"value": 1e-3, "unit": "s"}}}
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 150.0, "unit": "1/(mm^2*s^2)"}}}
     ids = ("drive.lag", "stiffness.cubic", "stiffness.quadratic", "drive.offset", "drive.deadband")
-    problem, parent = tested_nominal(ids, late, cubic)
+    problem, parent = nominal_with_tests(ids, late, cubic)
     pairs = propose_pairs(parent, LIMITS)
     assert len(pairs) == LIMITS.pairs_tried
     assert set(pairs[0].mechanisms) == {"drive.lag", "stiffness.cubic"}
@@ -118,7 +118,7 @@ def test_where_a_frequency_is_looked_for_three_are_tried_and_none_with_a_mass_be
             "damping_ratio": {"value": 0.01, "unit": "1"},
         },
     }
-    problem, parent = tested_nominal(("mode.second",), attached)
+    problem, parent = nominal_with_tests(("mode.second",), attached)
     begun = [dict(_shown(one)) for one in propose_candidates(parent, LIMITS) if one.form == "mass_ratio"]
     assert len({one["frequency"] for one in begun}) == tried
     assert all(one["mass_ratio"] > 0.0 for one in begun)

@@ -13,7 +13,7 @@ def test_a_drive_gain_of_another_sign_or_size_is_said(tmp_path: Path, factor: fl
     plant = device(drive_gain=(430.0 * factor, "mm/s^2/V"))
     records = [(noise_drive(k), measured(plant, noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))]
     found = answer_to(tmp_path, records)
-    moved = [warning for warning in found["warnings"] if "the re-fit has moved" in warning]
+    moved = [warning for warning in found["warnings"] if "the re-fit changed" in warning]
     assert bool(moved) == said
     if said:
         assert "drive_gain from 430" in moved[0]

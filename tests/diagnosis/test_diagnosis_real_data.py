@@ -43,4 +43,4 @@ def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction() 
     found = diagnosed("emps", (*FORCES, *OFFSETS))
     assert found.causes[0].id == "friction.coulomb"
     assert "depends on the direction" in found.causes[0].statement
-    assert any("never forgets its start" in warning for warning in found.warnings)
+    assert any("never forgets its initial state" in warning for warning in found.warnings)
