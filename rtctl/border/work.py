@@ -16,7 +16,7 @@ class WorkMeter:
     """Sum of the work that simulations report, in steps (lanes x samples x steps a sample); safe across threads."""
 
     def __init__(self) -> None:
-        self._steps = 0.0
+        self._steps = 0
         self._lock = threading.Lock()
 
     @property
@@ -27,7 +27,7 @@ class WorkMeter:
     def add(self, steps: float) -> None:
         """Count `steps` more."""
         with self._lock:
-            self._steps += steps
+            self._steps += round(steps)  # whole numbers: their sum does not depend on the order of threads
 
 
 _METER: ContextVar[WorkMeter | None] = ContextVar("work_meter", default=None)

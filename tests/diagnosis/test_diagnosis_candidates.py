@@ -65,7 +65,9 @@ def test_a_step_ends_where_a_parameter_of_the_set_would_leave_all_that_is_linear
     assert _limit_step(parent, np.zeros(2), LIMITS) > 1.0
 
 
-def nominal_with_tests(ids: tuple[str, ...], *mechanisms: dict[str, object]) -> tuple[Problem, TestedHypothesis]:
+def nominal_with_tests(
+    ids: tuple[str, ...], *mechanisms: dict[str, object]
+) -> tuple[Problem, TestedHypothesis]:
     """The nominal model beside two records of a device that has `mechanisms`."""
     records = tuple(
         FitRecord(

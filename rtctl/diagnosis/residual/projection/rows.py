@@ -14,10 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.work import count_work
 from rtctl.diagnosis.thresholds import ResidualThresholds
 from rtctl.identification.noise.residual_noise import NoiseModel
 
 DEFAULT_THRESHOLDS = ResidualThresholds()
+STEPS_OF_A_WHITENED_READING = 3.0
+"""Integration steps that take as long as whitening one reading of one row does (measured: 0.1 us to 0.03 us)."""
 
 
 class RecordProjection(NamedTuple):
@@ -134,6 +137,7 @@ class RecordRows:
             for o, model in enumerate(noise if len(part) else ()):
                 white[begin : begin + len(part), o] = model.for_period(self.period_s).whiten(part[:, o])
             begin += len(part)
+        count_work(STEPS_OF_A_WHITENED_READING * white.size)
         return white.reshape(count, -1)
 
 
