@@ -32,10 +32,10 @@ def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small()
     assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
     assert found.causes[0].id == "stiffness.cubic"
     assert {cause.id for cause in found.causes} & set(OFFSETS)
-    last = found.causes[-1]  # about a middle that the sensor is off by, a cubic spring has a quadratic part
-    assert {"stiffness.quadratic", "sensor.offset"} <= {last.id, *last.indistinguishable_from}
+    # about a middle that the sensor is off by, a cubic spring has a quadratic part; a quadratic damping leaves less
+    assert found.causes[-1].id in ("stiffness.quadratic", "sensor.offset", "damping.quadratic")
     assert found.gain is not None
-    assert found.gain.after < 0.38e-3  # V, over all three test parts
+    assert found.gain.after < 0.34e-3  # V, over all three test parts
 
 
 @pytest.mark.skipif(not (DATA / "emps").is_dir(), reason="../shared/data/emps is not there")
