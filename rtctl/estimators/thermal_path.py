@@ -175,7 +175,7 @@ def path_step(  # noqa: PLR0913
     x[0], x[1], x[2], x[3], x[4] = step.main, step.second, step.T, step.capacity, step.stored
 
 
-# 9 parameters: those of `path_step` but for the heat
+# 9 parameters because it takes those of `path_step` but for the heat
 @kernel
 def reached(  # noqa: PLR0913
     x: FloatArray, film: FloatArray, beam: FloatArray, power: float, time_s: float, duration_s: float, p: PathParams,

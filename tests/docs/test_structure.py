@@ -17,28 +17,9 @@ DEFENDED = {"lines": r"#.*\blong because\b", "parameters": r"#.*\bparameters bec
 
 CROWDED: set[str] = set()
 """Folders with too many files that are still being divided."""
-LONG: set[str] = {
-    "rtctl/identification/vo2/identify.py:_identify",
-    "rtctl/reproduce/bistable/steps/global_fit.py:globally",
-    "rtctl/reproduce/bistable/steps/orbits.py:orbits",
-    "rtctl/reproduce/me/steps/harmonics.py:compute",
-    "rtctl/reproduce/me/steps/hysteresis.py:_section",
-    "rtctl/reproduce/me/steps/noise.py:compute",
-    "rtctl/reproduce/me/steps/sensitivity.py:compute",
-    "rtctl/reproduce/vo2/steps/frequency.py:compute",
-}
+LONG: set[str] = set()
 """Functions that are too long without a defending comment and are still being divided."""
-WIDE: set[str] = {
-    "plant_sim/oscillator/mechanisms/dissipation/hysteresis_bouc_wen.py:hysteretic",
-    "plant_sim/oscillator/mechanisms/stiffness/mode_second.py:carried",
-    "plant_sim/oscillator/mechanisms/stiffness/viscoelastic.py:relaxing",
-    "plant_sim/oscillator/nonparametric/dissipation.py:slowed",
-    "plant_sim/oscillator/nonparametric/feedback.py:fed_back",
-    "plant_sim/oscillator/nonparametric/relaxations.py:relaxing",
-    "plant_sim/oscillator/nonparametric/spring.py:bent",
-    "plant_sim/oscillator/nonparametric/stop.py:stopped",
-    "rtctl/estimators/thermal_path.py:reached",
-}
+WIDE: set[str] = set()
 """Functions with too many parameters without a defending comment that still wait for a record."""
 BARE: set[str] = set()
 """Public names without a docstring that still wait for one."""

@@ -11,7 +11,7 @@ from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, 
 POWERS = {"quarter": 0.25, "half": 0.5, "square": 2.0, "cube": 3.0}
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: the coefficients; w: one state, which a law must have and none needs."""

@@ -14,7 +14,7 @@ from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechani
 SECTIONS = 24
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def fed_back(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rates; p: early, late [1/s^2], rate of a section [1/s]; w: x of each section."""

@@ -16,7 +16,7 @@ APART = 4.0
 STEPS = (-2, -1, 0, 1, 2)
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def relaxing(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rates; p: weight of each element [1/s^2], rate of the slowest [1/s]; w: elastic extensions."""

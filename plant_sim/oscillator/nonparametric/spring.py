@@ -10,7 +10,7 @@ from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, 
 POWERS = (2, 3, 4, 5, 6, 7)
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def bent(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: c_2 to c_7; w: one state, which a law must have and none needs."""

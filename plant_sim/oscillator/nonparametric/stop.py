@@ -9,7 +9,7 @@ from plant_sim.oscillator.integration.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def stopped(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: above, below [1/s^2], place; w: one state, which a law must have and none needs."""

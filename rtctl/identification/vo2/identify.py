@@ -5,9 +5,9 @@ The read-outs are fitted to the ends of the holds (v = current there), each base
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,8 +78,29 @@ def identify_vo2(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo
         return _identify(dataset, options, report)
 
 
-def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
-    data = _prepare_data(dataset)
+class _ReadOuts(NamedTuple):
+    """Read-outs that are fitted to the settled holds alone."""
+
+    gpi: GpiModel
+    behind_gpi: EgpiModel
+    gap_free: GapFreeModel
+    behind_gap_free: EgpiModel
+    egpi: EgpiModel
+    direct_egpi: EgpiModel
+    residuals: Mapping[str, FloatArray]
+    """By the name that `Vo2Model.quality` has, in the unit of `_QUALITY_UNITS`."""
+
+
+_QUALITY_UNITS = {
+    "resistance_gpi": "kohm", "composite": "um", "gap_free_composite": "um", "resistance_gap_free": "ln ohm",
+    "resistance_preisach": "ln ohm", "deflection_egpi": "um", "deflection_preisach": "um", "direct_preisach": "um",
+    "direct_egpi": "um",
+}  # fmt: skip
+"""Unit of each read-out's residual."""
+
+
+def _fit_read_outs(data: _Data, options: Vo2FitOptions, report: Report) -> _ReadOuts:
+    """Fit the play models: of the resistance, of the deflection behind their inverses, and without them."""
     report("resistance: GPI with an analytic inverse")
     gpi, gpi_error = _fit_gpi(data, options)
     report("deflection: EGPI behind the inverse GPI")
@@ -95,6 +116,16 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
     egpi, egpi_error = _fit_egpi(data.v, data, options)
     report("baseline: EGPI on resistance")
     direct_egpi, direct_error = _fit_egpi(data.u, data, options)
+    residuals = {
+        "resistance_gpi": gpi_error, "composite": composite_error, "gap_free_composite": gap_free_composite_error,
+        "resistance_gap_free": gap_free_error, "deflection_egpi": egpi_error, "direct_egpi": direct_error,
+    }  # fmt: skip
+    return _ReadOuts(gpi, behind_gpi, gap_free, behind_gap_free, egpi, direct_egpi, residuals)
+
+
+def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Model:
+    data = _prepare_data(dataset)
+    plays = _fit_read_outs(data, options, report)
     report("Preisach models and the time constant of the heating")
     direct_d = fit_preisach(
         data.u, data.deflection, data.deflection_scored, cells=options.paper_levels, uniform_share=1.0,
@@ -107,39 +138,38 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
             "the heating's time constant cannot be seen in these data (too few samples a hold): nominal "
             f"{1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an interval"
         )
-    resistance_span, deflection_span = (
-        _make_span(np.exp(-data.u[data.scored])),
-        _make_span(data.deflection[data.deflection_scored]),
-    )
-    u_width, d_width = float(np.ptp(data.u[data.scored])), deflection_span.width
+    resistance = _make_span(np.exp(-data.u[data.scored]))
+    deflection = _make_span(data.deflection[data.deflection_scored])
+    ranges = {
+        "kohm": 1e-3 * resistance.width,
+        "um": deflection.width,
+        "ln ohm": float(np.ptp(data.u[data.scored])),
+    }
+    residuals = {
+        **plays.residuals, "resistance_preisach": fine_r.residual, "deflection_preisach": fine_d.residual,
+        "direct_preisach": direct_d.residual,
+    }  # fmt: skip
     return Vo2Model(
         identity=dataset.identity,
         time_constant_s=tau.value_s if tau else NOMINAL_TIME_CONSTANT_S,
         time_constant_error_s=tau.standard_error_s if tau else float("inf"),
         current=_make_span(data.v[data.scored]),
-        resistance=resistance_span,
-        deflection=deflection_span,
+        resistance=resistance,
+        deflection=deflection,
         reading_error=float(np.std(fine_r.residual)),
         deflection_error=float(np.std(fine_d.residual)),
-        resistance_gpi=gpi,
-        composite_egpi=behind_gpi,
-        resistance_gap_free=gap_free,
-        gap_free_egpi=behind_gap_free,
-        deflection_egpi=egpi,
+        resistance_gpi=plays.gpi,
+        composite_egpi=plays.behind_gpi,
+        resistance_gap_free=plays.gap_free,
+        gap_free_egpi=plays.behind_gap_free,
+        deflection_egpi=plays.egpi,
         resistance_preisach=fine_r.model,
         deflection_preisach=fine_d.model,
         direct_preisach=direct_d.model,
-        direct_egpi=direct_egpi,
+        direct_egpi=plays.direct_egpi,
         quality={
-            "resistance_gpi": compute_quality(gpi_error, "kohm", 1e-3 * resistance_span.width),
-            "composite": compute_quality(composite_error, "um", d_width),
-            "gap_free_composite": compute_quality(gap_free_composite_error, "um", d_width),
-            "resistance_gap_free": compute_quality(gap_free_error, "ln ohm", u_width),
-            "resistance_preisach": compute_quality(fine_r.residual, "ln ohm", u_width),
-            "deflection_egpi": compute_quality(egpi_error, "um", d_width),
-            "deflection_preisach": compute_quality(fine_d.residual, "um", d_width),
-            "direct_preisach": compute_quality(direct_d.residual, "um", d_width),
-            "direct_egpi": compute_quality(direct_error, "um", d_width),
+            name: compute_quality(residuals[name], unit, ranges[unit])
+            for name, unit in _QUALITY_UNITS.items()
         },
     )
 

@@ -16,7 +16,7 @@ from plant_sim.oscillator.mechanism import (
 )
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: level, 1 / displacement, loop, bend; w: h, which stays within 1 / (loop + bend)."""

@@ -31,7 +31,7 @@ def beside(moved: Moved, p: Values) -> Moved:
     )
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def carried(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rates; p: mass ratio, w^2 [1/s^2], c [1/s]; w: place and velocity of the mass."""

@@ -9,7 +9,7 @@ from plant_sim.oscillator.integration.binding import law
 from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, coefficient, shape
 
 
-# 8 parameters: those of every memory law (`plant_sim.oscillator.equation.memory`)
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def relaxing(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: stiffness [1/s^2], 1 / time constant [1/s]; w: the element's elastic extension."""

@@ -33,6 +33,7 @@ def global_models(found: Collected) -> dict[str, Fit]:
     }
 
 
+# long because it writes one section of the report in the order of its page
 def globally(run: Run) -> Section:
     """Return the section on the paper's sections 3.5 and 3.6."""
     found = collected(run)

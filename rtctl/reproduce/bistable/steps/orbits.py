@@ -23,6 +23,7 @@ RARE = 0.03
 """Share of the starts below which an orbit is not compared: whether any start meets it is chance."""
 
 
+# long because it writes one section of the report in the order of its page
 def orbits(run: Run) -> Section:
     """Return the section on the sweep of section 2.3, and on what 100 s of transient leave out."""
     models: dict[str, Beam] = {name: fit.beam for name, fit in global_models(collected(run)).items()}

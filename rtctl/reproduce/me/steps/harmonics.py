@@ -31,6 +31,7 @@ SOURCE = (1.0, 0.02, 0.0147)
 SEED = 181
 
 
+# long because it writes one section of the report in the order of its page
 def compute(run: Run) -> Section:
     """Return the section."""
     fields = (0.28, 0.8) if run.short else FIELDS

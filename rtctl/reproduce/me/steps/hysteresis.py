@@ -129,6 +129,7 @@ def _named(answer: Diagnosis) -> str:
     return ", ".join(cause.id for cause in answer.causes) or "nothing"
 
 
+# long because it writes one section of the report in the order of its page
 def _section(answer: Diagnosis, loops: dict[str, Swept], duration: float, slow: float) -> Section:
     gain = answer.gain
     openings = {name: 1e3 * loop.opening for name, loop in loops.items()}

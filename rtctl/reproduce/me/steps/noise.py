@@ -37,6 +37,7 @@ class Point(NamedTuple):
     force: float
 
 
+# long because it writes one section of the report in the order of its page
 def compute(run: Run) -> Section:
     """Return the section."""
     levels = (10.0, 30.0) if run.short else LEVELS_DB

@@ -65,6 +65,7 @@ def sensitivity(output: Output, low: FloatArray, high: FloatArray, sets: FloatAr
     return Sensitivity(elasticity, bound)
 
 
+# long because it writes one section of the report in the order of its page
 def compute(run: Run) -> Section:
     """Return the section."""
     points = 60 if run.short else POINTS

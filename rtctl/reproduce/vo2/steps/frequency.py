@@ -50,6 +50,7 @@ class Sine(NamedTuple):
     seed: int
 
 
+# long because it writes one section of the report in the order of its page
 def compute(run: Run) -> Section:
     """Return the section."""
     plants = {device: device for device in devices(run)}
