@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rtctl.api.identifying.identification import identify
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
+    from rtctl.api.parts import PartInfo, PartList, list_parts
     from rtctl.api.recordings import Replayed, change, recover, replay
     from rtctl.api.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
@@ -46,6 +47,9 @@ _MODULES = {
     "Model": "rtctl.api.model",
     "Parameter": "rtctl.api.model",
     "read_model": "rtctl.api.model",
+    "PartInfo": "rtctl.api.parts",
+    "PartList": "rtctl.api.parts",
+    "list_parts": "rtctl.api.parts",
     "Replayed": "rtctl.api.recordings",
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
@@ -77,6 +81,8 @@ __all__ = [
     "Latency",
     "Model",
     "Parameter",
+    "PartInfo",
+    "PartList",
     "PlantKind",
     "Record",
     "RecordScore",
@@ -89,6 +95,7 @@ __all__ = [
     "demonstrate",
     "diagnose",
     "identify",
+    "list_parts",
     "load_plugin",
     "measure_latency",
     "read_dataset",

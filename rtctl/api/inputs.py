@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 from rtctl.border.errors import InputError
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rtctl.scenario.schema import Scenario
 
 PathText: TypeAlias = str | PathLike[str]
+PartTable: TypeAlias = Literal["driver", "estimator", "controller"]
 Settings: TypeAlias = Mapping[str, Any] | Sequence[str]
 """Keys of a scenario to override: `{"driver.kind": "modbus-tcp"}`, or texts `"driver.kind=modbus-tcp"`."""
 
@@ -42,14 +43,14 @@ class LoadedScenario(NamedTuple):
 
 
 def load_scenario(
-    scenario: PathText | Mapping[str, Any], settings: Settings, parts: Mapping[str, Any] | None = None
+    scenario: PathText | Mapping[str, Any], settings: Settings, parts: Mapping[PartTable, Any] | None = None
 ) -> LoadedScenario:
     """Return the checked scenario of a file, of a bundled name, or of tables, with overrides applied.
 
     Args:
         scenario: The file, the bundled name, or the tables.
         settings: Overrides by the user.
-        parts: Further overrides: "driver", "estimator", "controller" by kind or by a mapping of keys; None: as it is.
+        parts: Further overrides: "driver", "estimator", "controller" as `run` takes them; None: as it is.
 
     Raises:
         InputError: No such scenario (the nearest name is offered), or keys, values or units are wrong.
@@ -98,26 +99,50 @@ def _assignments(key: str, value: Any) -> list[str]:
         raise InputError(f"settings: {key} = {value!r} is nothing that a scenario can hold") from None
 
 
-def _part_settings(table: str, part: str | Mapping[str, Any]) -> dict[str, Any]:
-    """Return the overrides that put a part into a scenario: by its kind, or by a table of its keys.
+def _part_settings(table: PartTable, part: Any) -> dict[str, Any]:
+    """Return the overrides that put a part into a scenario: by its kind, a table of its keys, a class or an object.
 
     Args:
         table: "driver", "estimator" or "controller".
-        part: Its kind, such as "modbus-tcp", or keys such as `{"kind": "pi", "kp": "0.02 mA/um"}`.
+        part: Its kind, such as "modbus-tcp"; keys such as `{"kind": "pi", "kp": "0.02 mA/um"}`; a class of the
+            user's, alone or as "kind" of such keys; or an object of one.
 
     Raises:
-        InputError: `part` is neither.
+        InputError: `part` is none of these, or lacks a method of its part's protocol.
     """
-    if isinstance(part, str):
-        return {f"{table}.kind": part}
     if isinstance(part, Mapping):
-        return {f"{table}.{key}": value for key, value in part.items()}
-    raise InputError(
-        f"{table} must be a kind (a text) or a mapping of its keys, got {type(part).__name__} {part!r:.60}"
-    )
+        keys = dict(part)
+        if "kind" in keys and not isinstance(keys["kind"], str):
+            keys["kind"] = _registered_name(table, keys["kind"])
+        return {f"{table}.{key}": value for key, value in keys.items()}
+    return {f"{table}.kind": part if isinstance(part, str) else _registered_name(table, part)}
+
+
+def _registered_name(table: PartTable, part: Any) -> str:
+    """Return the name of a class, function or object of the user's, registered for this session where it has none.
+
+    Raises:
+        InputError: It lacks a method of its part's protocol.
+    """
+    from rtctl.registry import entries, register
+    from rtctl.registry.checks import check_instance
+
+    for entry in entries(table):
+        if entry.value is part:
+            return entry.name
+    if callable(part) and hasattr(part, "__qualname__"):
+        name = f"{part.__module__}.{part.__qualname__}"
+        register(table, name, part)
+        return name
+    name = f"{type(part).__module__}.{type(part).__qualname__}"
+    check_instance(table, name, part)
+    name = f"{name} at {id(part):#x}"
+    register(table, name, lambda: part, summary=f"an object of {type(part).__qualname__}")
+    return name
 
 
 def driver_of(driver: Any) -> Driver | None:
     """Return `driver` where it is an object with the methods of a driver; None where it names one."""
     methods = ("open", "exchange", "close", "profile")
-    return driver if all(hasattr(driver, name) for name in methods) else None
+    is_object = not isinstance(driver, type) and all(hasattr(driver, name) for name in methods)
+    return driver if is_object else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtctl.api.inputs import LoadedScenario, PathText, Settings, driver_of, load_scenario, path_of
+from rtctl.api.inputs import LoadedScenario, PartTable, PathText, Settings, driver_of, load_scenario, path_of
 from rtctl.api.model import Model
 from rtctl.api.watching import watched_run
 from rtctl.border.arrays import FloatArray
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from rtctl.border.records import Driver
+    from rtctl.interfaces import Controller, Estimator
     from rtctl.scenario.schema import Scenario
     from rtctl.session.run_files import RunResult
 
@@ -128,8 +129,8 @@ def run(  # noqa: PLR0913
     *,
     model: Model | PathText | None = None,
     driver: str | Mapping[str, Any] | Driver | None = None,
-    controller: str | Mapping[str, Any] | None = None,
-    estimator: str | Mapping[str, Any] | None = None,
+    controller: str | Mapping[str, Any] | Controller | type | Callable[..., Controller] | None = None,
+    estimator: str | Mapping[str, Any] | Estimator | type | Callable[..., Estimator] | None = None,
     settings: Settings = (),
     out: PathText | None = None,
     progress: Progress = False,
@@ -140,8 +141,9 @@ def run(  # noqa: PLR0913
         scenario: A scenario's file, a bundled name such as "steps", or its tables.
         model: A model or its file; None: the one that the scenario names, else a VO2 device is identified first.
         driver: A kind such as "modbus-tcp", a mapping of the keys of [driver], or a driver of your own.
-        controller: A kind, or a mapping of the keys of [controller].
-        estimator: A kind, or a mapping of the keys of [estimator].
+        controller: A kind, a mapping of the keys of [controller], or a class or object of your own; with options,
+            `{"kind": MyController, "rate": 4.0}`.
+        estimator: The same of [estimator].
         settings: Further keys of the scenario to override, such as `{"scenario.duration": "2 s"}`.
         out: Folder into which the run records while it lasts; None: into memory.
         progress: True shows a bar, a callable hears (text, share that is done or None).
@@ -157,7 +159,9 @@ def run(  # noqa: PLR0913
 
     folder, report = None if out is None else path_of("out", out), reporter(progress)
     own = driver_of(driver)
-    parts = {"driver": None if own is not None else driver, "controller": controller, "estimator": estimator}
+    parts: dict[PartTable, Any] = {
+        "driver": None if own is not None else driver, "controller": controller, "estimator": estimator,
+    }  # fmt: skip
     loaded = load_scenario(scenario, settings, parts)
     device = own or _driver(loaded)
     title = loaded.scenario.scenario.title

@@ -16,7 +16,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rtctl.border.errors import DriverError, Fault
+from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import DeviceProfile, Measurement
 from rtctl.interfaces import Column, Controller, Estimator
 from rtctl.loop.compiled.support import compiled_sampler
@@ -136,9 +136,13 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
 
 
 def signal_columns(profile: DeviceProfile, estimator: Estimator, controller: Controller) -> list[Column]:
-    """Return names and units of the recorded signals, in the order in which the loop appends them."""
+    """Return names and units of the recorded signals, in the order in which the loop appends them.
+
+    Raises:
+        InputError: the estimator's surrogate or a term of the controller has the name of another signal.
+    """
     unit = profile.reference.unit
-    return [
+    columns: list[Column] = [
         ("index", ""),
         ("setpoint", unit),
         ("estimate", unit),
@@ -153,6 +157,17 @@ def signal_columns(profile: DeviceProfile, estimator: Estimator, controller: Con
         ("device_time", "us"),
         ("device_status", ""),
     ]
+    names = [name for name, _ in columns]
+    for part, own in (
+        ("surrogate of the estimator", [estimator.surrogate]),
+        ("terms of the controller", controller.terms),
+    ):
+        if twice := sorted({name for name, _ in own if names.count(name) > 1}):
+            raise InputError(
+                f'{part}: "{twice[0]}" is the name of another recorded signal; name it differently '
+                f"(the recording has {', '.join(names)})"
+            )
+    return columns
 
 
 TIMING_COLUMNS = [("lateness", "us"), ("round_trip", "us"), ("compute", "us")]

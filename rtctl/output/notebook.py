@@ -10,18 +10,23 @@ MOST_ROWS = 12
 
 
 def html_table(
-    title: str, headers: Sequence[str], rows: Sequence[Sequence[str]], notes: Iterable[str] = ()
+    title: str,
+    headers: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    notes: Iterable[str] = (),
+    most_rows: int = MOST_ROWS,
 ) -> str:
-    """Return an HTML table with a title above and notes below; all text is escaped, long tables are cut."""
+    """Return an HTML table with a title above and notes below; all text is escaped, rows beyond `most_rows` counted."""
     head = "".join(f"<th>{escape(header)}</th>" for header in headers)
     body = "".join(
-        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows[:MOST_ROWS]
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows[:most_rows]
     )
     below = list(notes)
-    if len(rows) > MOST_ROWS:
-        below.insert(0, f"and {len(rows) - MOST_ROWS} rows more")
+    if len(rows) > most_rows:
+        below.insert(0, f"and {len(rows) - most_rows} rows more")
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>" if rows else ""
-    return f"<p><b>{escape(title)}</b></p>{table}" + "".join(f"<p>{escape(note)}</p>" for note in below)
+    heading = f"<p><b>{escape(title)}</b></p>" if title else ""
+    return heading + table + "".join(f"<p>{escape(note)}</p>" for note in below)
 
 
 def number(value: float | None, unit: str = "") -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
-from typing import Any
+from typing import Any, Literal
 
 from rtctl.border.errors import InputError
 
@@ -155,16 +155,24 @@ def say(text: str, *, quiet: bool) -> None:
 
 
 def print_table(title: str, headers: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on standard output; numbers right-aligned, first column left."""
+    """Print a table on standard output: columns of numbers right-aligned, long words folded, never cut."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(title=_plain(title), title_justify="left")
     for index, header in enumerate(headers):
-        table.add_column(_plain(header), justify="left" if index == 0 else "right", no_wrap=index == 0)
+        cells = [row[index] for row in rows]
+        justify: Literal["left", "right"] = "right" if index > 0 and _are_numbers(cells) else "left"
+        table.add_column(_plain(header), justify=justify, no_wrap=index == 0, overflow="fold")
     for row in rows:
         table.add_row(*(_plain(cell) for cell in row))
     Console(width=None if sys.stdout.isatty() else PIPE_WIDTH).print(table)
+
+
+def _are_numbers(cells: Sequence[str]) -> bool:
+    """Whether the cells that say something all begin as a number does."""
+    told = [cell.strip() for cell in cells if cell.strip() not in ("", "–", "-")]
+    return bool(told) and all(cell.lstrip("+-−±<>≤≥ ")[:1].isdigit() for cell in told)
 
 
 def _plain(text: str) -> str:

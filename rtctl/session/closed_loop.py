@@ -66,10 +66,10 @@ def track(
     first = open_driver(driver, scenario)
     try:
         _check_identity(scenario, plant.identity(model), driver.identity)
+        columns = signal_columns(driver.profile, chain.estimator, chain.controller)
     except InputError:
         driver.close(chain.safe_levels)
         raise
-    columns = signal_columns(driver.profile, chain.estimator, chain.controller)
     recording = start_recording(driver, chain.safe_levels, columns, folder)
     parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
