@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: run test setup lint types contracts unit docs coverage minimal thresholds blind figures benchmarks clean
+.PHONY: run test setup lint types contracts unit slow docs coverage minimal thresholds blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
@@ -31,6 +31,10 @@ contracts: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest
+
+# Further cases of kinds that the suite has already: minutes of diagnoses, also of the Silverbox. Weekly in the workflow.
+slow: $(STAMP)
+	$(BIN)/python -m pytest -m slow
 
 # The documentation as a site in out/site; a broken link or an undocumented argument is an error.
 docs: $(STAMP)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -185,7 +186,15 @@ def test_diagnose_names_the_hidden_spring_and_its_model_explains_the_data(
     assert rtctl.read_model(folder / "model-extended.toml").mechanisms == ("stiffness.quintic",)
 
 
-def test_ctrl_c_in_a_diagnosis_gives_what_is_known(bench: Path) -> None:
+@pytest.fixture
+def sigint() -> Iterator[Callable[..., object]]:
+    """Python's own handler of Ctrl-C, also where the tests run in the background of a shell, which ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_in_a_diagnosis_gives_what_is_known(bench: Path, sigint: Callable[..., object]) -> None:
     def interrupt(text: str, share: float | None) -> None:
         if "do not explain" in text:
             signal.raise_signal(signal.SIGINT)
@@ -196,7 +205,7 @@ def test_ctrl_c_in_a_diagnosis_gives_what_is_known(bench: Path) -> None:
     assert diagnosis.stopped
     assert diagnosis.causes == ()
     assert any("stopped by the user" in warning for warning in diagnosis.warnings)
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is sigint
 
 
 def test_a_run_gives_signals_with_units_and_what_its_checks_say(model_file: Path, tmp_path: Path) -> None:

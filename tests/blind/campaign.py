@@ -88,6 +88,9 @@ def _parser() -> argparse.ArgumentParser:
         "--next-experiment", action="store_true", help="measure what an ambiguous case proposes"
     )
     parser.add_argument(
+        "--no-baselines", action="store_true", help="do not ask what two other methods would answer"
+    )
+    parser.add_argument(
         "--kind",
         choices=("null", "single", "pair", "outside"),
         help="of all cases but the ambiguous ones; drawn by default",
@@ -131,7 +134,7 @@ def tasks(asked: argparse.Namespace) -> list[Line]:
                 overrides = overrides | {"cut": asked.cut}
             task = {"sort": sort, "plant": plant, "seed": seed, "overrides": overrides}
             further = asked.next_experiment or sort == "ambiguous"
-            task |= {"baselines": sort == "main", "next_experiment": further}
+            task |= {"baselines": sort == "main" and not asked.no_baselines, "next_experiment": further}
             made.append(((place + 0.5) / len(chosen), task))
     return [task for _, task in sorted(made, key=lambda one: one[0])]
 

@@ -1,6 +1,6 @@
 """Blind cases of oscillators: the cause that the generator hid is named, from the files alone.
 
-A dozen small ones; `make blind` runs hundreds. None of these seeds was used to develop the diagnosis.
+A few small ones; `make slow` runs more, `make blind` hundreds. None of these seeds was used to develop the diagnosis.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ HIDDEN = (
     (200_011, ("stiffness.cubic",)),
     (200_012, ("drive.delay",)),
     (200_013, ("drive.deadband",)),
-    (200_014, ("damping.quadratic",)),
-    (200_015, ("stiffness.parametric",)),
-    (200_016, ("sensor.hum",)),
-    (200_017, ("drive.offset",)),
-    (200_018, ("friction.coulomb", "stiffness.quadratic")),
+    pytest.param(200_014, ("damping.quadratic",), marks=pytest.mark.slow),
+    pytest.param(200_015, ("stiffness.parametric",), marks=pytest.mark.slow),
+    pytest.param(200_016, ("sensor.hum",), marks=pytest.mark.slow),
+    pytest.param(200_017, ("drive.offset",), marks=pytest.mark.slow),
+    pytest.param(200_018, ("friction.coulomb", "stiffness.quadratic"), marks=pytest.mark.slow),
 )
 
 

@@ -32,8 +32,8 @@ SMALL: dict[str, Any] = {
 @pytest.mark.parametrize(
     ("seed", "effect"),
     [
-        (200_600, "sensor.ageing"),
-        (200_601, "sensor.crosstalk"),
+        pytest.param(200_600, "sensor.ageing", marks=pytest.mark.slow),
+        pytest.param(200_601, "sensor.crosstalk", marks=pytest.mark.slow),
         (200_602, "hysteresis.rate_dependence"),
     ],
 )

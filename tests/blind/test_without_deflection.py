@@ -6,11 +6,13 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 import tomli_w
 from case import diagnosed, identified
 from generator import generate
 
 
+@pytest.mark.slow
 def test_a_delay_is_named_by_the_resistance_alone(tmp_path: Path) -> None:
     generate(
         200_500, tmp_path, plant="vo2", effects=("actuation.delay",), samples=3000, fit_records=2, test_records=1,

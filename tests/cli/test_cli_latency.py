@@ -69,14 +69,14 @@ def test_a_single_late_step_can_be_seen_in_the_text() -> None:
 
 
 def test_the_loop_is_measured_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    options = ["--driver", "inprocess", "--period", "20 ms", "--period", "10 ms", "--duration", "0.1 s"]
+    options = ["--driver", "inprocess", "--period", "4 ms", "--period", "2 ms", "--duration", "0.1 s"]
     code = main(["latency", *options, "--out", str(tmp_path)])
     text = capsys.readouterr().out
     assert code in (0, 1), "what a loaded machine holds is nobody's claim here"
     assert text.strip().splitlines()[-1].startswith("This machine and wire hold ")
     found = json.loads((tmp_path / "latency.json").read_text(encoding="utf-8"))
     (driver,) = found["drivers"]
-    assert [entry["period_s"] for entry in driver["periods"]] == [0.02, 0.01]
+    assert [entry["period_s"] for entry in driver["periods"]] == [0.004, 0.002]
     for entry in driver["periods"]:
         counted = entry["steps"] + entry["overruns"]
         assert counted == 200 or (counted < 200 and entry["fault"]), "a stalled machine trips the watchdog"

@@ -107,6 +107,7 @@ def test_the_page_shows_where_relays_switch(found):
     assert "loops" in [picture.section for picture in pictures(found)]
 
 
+@pytest.mark.slow
 def test_a_delay_beside_them_is_named_as_well(stepped):
     problem, model = stepped
     found = answer(late(problem), model)
@@ -147,6 +148,7 @@ def test_loops_between_the_levels_of_few_are_put_right_behind_a_delay(few_levels
     assert not np.array_equal(found.model.deflection_preisach.grid, given.grid)
 
 
+@pytest.mark.slow
 def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_levels):
     """It would matter beside loops that are learned behind it, whose errors are smaller than what it is taken for."""
     problem, model = few_levels
@@ -178,6 +180,7 @@ def beyond(problem: Dataset, zone_mA: float) -> Dataset:
     return dataclasses.replace(problem, records=tuple(records))
 
 
+@pytest.mark.slow
 def test_loops_are_learned_behind_the_gains_that_they_were_identified_with():
     """Else the current's makes up for loops that are off, and what heats is off for ever after."""
     problem = beyond(dataset(share=0.0, steps=FEW_LEVELS), ZONE_MA)
@@ -204,6 +207,7 @@ def test_loops_that_are_off_by_no_more_than_a_model_may_be_are_put_right_too():
     assert found.gain.after < 0.6 * as_they_are.gain.after
 
 
+@pytest.mark.slow
 def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too():
     problem = dataset(share=0.0, steps=MORE_LEVELS)
     case = late(problem), identified(problem)

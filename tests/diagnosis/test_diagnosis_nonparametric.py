@@ -122,7 +122,8 @@ def of(made: Simulation) -> Problem:
 
 
 @pytest.mark.parametrize(
-    ("hidden", "said"), [("root", "The damping force grows with another power"), ("dry", "")]
+    ("hidden", "said"),
+    [pytest.param("root", "The damping force grows with another power", marks=pytest.mark.slow), ("dry", "")],
 )
 def test_nor_is_a_damping_of_another_power_called_dry_friction(hidden: str, said: str) -> None:
     found = find_better_alternative(*braked(hidden), WorkBudget.of())
@@ -144,7 +145,10 @@ RELAXING = {"level": 900.0, "order": 0.5, "time": 8e-3}
 
 @pytest.mark.parametrize(
     ("hidden", "said"),
-    [("many", "A part of the stiffness relaxes with many time constants"), ("one", "")],
+    [
+        ("many", "A part of the stiffness relaxes with many time constants"),
+        pytest.param("one", "", marks=pytest.mark.slow),
+    ],
 )
 def test_nor_are_many_relaxations_called_one_that_leaves_little_beyond_the_noise(
     hidden: str, said: str
