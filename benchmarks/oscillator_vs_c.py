@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import CUBIC, DAMPING, GAIN, STIFFNESS
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.sweep import sweep
 from rtctl.border.mechanisms import Scales

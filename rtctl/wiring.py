@@ -38,7 +38,7 @@ from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
     from plant_sim.plant import Plant
-    from rtctl.plants.support import Control, PlantSupport
+    from rtctl.plant_control.support import Control, PlantSupport
 
 
 def build_driver(scenario: Scenario, folder: Path) -> Driver:
@@ -194,7 +194,7 @@ def load_plant(path: Path, seed: int | None = None) -> Plant:
 
 def _support_of(plant: str) -> PlantSupport[Any]:
     """Return how a kind of plant is controlled; imported here: it is heavy, and who only simulates needs none of it."""
-    from rtctl.plants.support import support_of
+    from rtctl.plant_control.lookup import support_of
 
     return support_of(plant)
 
@@ -258,7 +258,7 @@ def build_control(scenario: Scenario, model: Any) -> Control:
     if isinstance(table, OwnController):
         _check_fits(table.entry, scenario.scenario.plant)
         made = build(table.entry, table.options, setup=setup_of(scenario, model))
-        from rtctl.plants.support import Control
+        from rtctl.plant_control.support import Control
 
         return Control(guarded_controller(table.kind, made, len(scenario.profile.commands)), None)
     return _support_of(scenario.scenario.plant).control(scenario, model, scenario.reading_delay)

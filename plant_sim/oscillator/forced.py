@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import (
     CUBIC,
     DAMPING,
@@ -28,6 +27,7 @@ from plant_sim.oscillator.equation.terms import (
 )
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
 from plant_sim.oscillator.sweep import BLOCK_STEPS, Trajectories, harmonic_nodes
 from rtctl.border.arrays import FloatArray

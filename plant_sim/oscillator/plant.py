@@ -1,6 +1,6 @@
 """An oscillator as a device: a model file's equation and mechanisms, driven by one held command after the other.
 
-The same equation and mechanisms as in a simulation of a record; `plant_sim.resonator.streaming` has what lies before
+The same equation and mechanisms as in a simulation of a record; `plant_sim.oscillator.streaming` has what lies before
 and behind the equation. The step is that of the fastest pole at the sensor's range, so the integrator is not the
 error; a device that nobody has looked at for long has forgotten what was longest ago, and is moved through the last
 `LONGEST_HOLD_S` alone.
@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.device_table import DeviceTable, read_device_table
 from plant_sim.oscillator.equation.terms import CUBIC, DRIFT, QUADRATIC, QUINTIC, STIFFNESS
 from plant_sim.oscillator.mechanism import Driven, OscillatorMechanism, Values
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
-from plant_sim.resonator.device_table import DeviceTable, read_device_table
-from plant_sim.resonator.streaming import Path as SignalPath
-from plant_sim.resonator.streaming import cannot_stream
+from plant_sim.oscillator.streaming import Path as SignalPath
+from plant_sim.oscillator.streaming import cannot_stream
 from plant_sim.sensing import NoiseSource
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError

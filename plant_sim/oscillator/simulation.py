@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
 from plant_sim.oscillator.mechanisms import MECHANISMS
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.nonparametric import UNNAMED
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus

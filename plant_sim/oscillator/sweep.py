@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.mechanism import Driven
+from plant_sim.oscillator.motion import Equation
 from rtctl.border.arrays import FloatArray
 
 STEPS_PER_PERIOD = 128

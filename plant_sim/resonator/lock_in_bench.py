@@ -22,15 +22,15 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.device_table import read_device_table
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.plant import acting
 from plant_sim.oscillator.simulation import OscillatorSimulation
+from plant_sim.oscillator.streaming import Path as SignalPath
 from plant_sim.resonator.device_file import CoilDriver, LockIn
-from plant_sim.resonator.device_table import read_device_table
 from plant_sim.resonator.plant import converted
-from plant_sim.resonator.streaming import Path as SignalPath
 from plant_sim.sensing import NoiseSource
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError

@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from plant_sim.kernels import direct
-from plant_sim.plant import Plant
-from plant_sim.resonator.device_file import LockIn, MeDeviceFile, read_me_device
+from plant_sim.resonator.device_file import LockIn, MeDeviceFile
 from plant_sim.resonator.kernel import PARAMETERS, STATE, Array, demodulated, half_grid, hold
 from plant_sim.sensing import NoiseSource
-from rtctl.border.quantities import read_toml
 from rtctl.border.records import ME
 
 MU_0 = 4e-7 * math.pi
@@ -136,16 +133,3 @@ def converted(lock_in: LockIn, value_um: float) -> float:
     half = 2.0 ** (lock_in.converter_bits - 1)
     step = lock_in.converter_range / half
     return step * min(max(round(value_um / step), -half), half - 1.0)
-
-
-def load_plant(path: Path, seed: int | None = None) -> Plant:
-    """Return the device in the file, or the beam of a model that it names, on a bench with a lock-in.
-
-    `seed` replaces that of its noise. Raises InputError with file and key.
-    """
-    plant = read_toml(path).get("plant")
-    if isinstance(plant, dict) and "model" in plant:
-        from plant_sim.resonator.lock_in_bench import load_bench
-
-        return load_bench(path, seed)
-    return MeResonator(read_me_device(path), seed)

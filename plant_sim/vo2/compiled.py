@@ -33,7 +33,7 @@ from plant_sim.compiled_device import (
     WATCHDOG_US,
 )
 from plant_sim.sensing import NORMALS
-from plant_sim.vo2.plant import STATE, hold_domains, hold_limiting_loop, read
+from plant_sim.vo2.holds import STATE, hold_domains, hold_limiting_loop, read
 from rtctl.border.arrays import IntArray
 from rtctl.border.kernels import background_kernel, carray, pointer
 from rtctl.border.records import DeviceStatus

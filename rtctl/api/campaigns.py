@@ -60,7 +60,7 @@ def sweep(
             plan, folder, workers=workers or cores(), scheduler=scheduler, stop=stop, advance=advance
         )  # fmt: skip
     if plan.campaign.picture is not None and plot and can_draw():
-        from rtctl.plots.campaign import draw_campaign
+        from rtctl.campaign.figures import draw_campaign
 
         draw_campaign(plan, folder)
     return summary

@@ -14,6 +14,7 @@ from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
@@ -36,7 +37,6 @@ from rtctl.diagnosis.verification.whole_record_fits import (
 )
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured.dataset import Dataset
-from rtctl.plants.subjects import subject_for, subject_of
 
 
 @metered()

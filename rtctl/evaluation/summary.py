@@ -14,7 +14,7 @@ from rtctl.border.records import DeviceStatus
 from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.loop.supervisor import LoopOutcome
-from rtctl.plants.support import PlantSupport
+from rtctl.plant_control.support import PlantSupport
 from rtctl.scenario.schema import Scenario
 from rtctl.timing.realtime import Request
 from rtctl.timing.step_timing import StepTiming

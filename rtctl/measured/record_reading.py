@@ -19,11 +19,11 @@ from rtctl.measured.columns.time_axis import (
     resampling_grid,
     uniform_period,
 )
-from rtctl.measured.columns.units import convert_column
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import Manifest, RecordTable
 from rtctl.measured.manifest.signal_kinds import held_unit
+from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
 
 _TIME = "[time]"  # no signal's name: those come from the kinds of plants

@@ -56,7 +56,7 @@ class Control:
     """How a kind of plant is controlled by the parts that come with the program."""
 
     support: Part
-    """`rtctl.plants.support.PlantSupport`, or a class of one without arguments."""
+    """`rtctl.plant_control.support.PlantSupport`, or a class of one without arguments."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

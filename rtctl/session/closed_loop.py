@@ -17,7 +17,8 @@ from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.step import ReadableStep, Step
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.models.span import Span
-from rtctl.plants.support import Control, Tuning, support_of
+from rtctl.plant_control.lookup import support_of
+from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.schema import Scenario
 from rtctl.session.loop_setup import (

@@ -12,7 +12,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.evaluation.summary import summarise
 from rtctl.loop.supervisor import LoopOutcome
-from rtctl.plants.support import support_of
+from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import checked_scenario
 from rtctl.session.run_files import RunResult, write_run
 from rtctl.session.run_folder import MODEL, SIGNALS, rows_left_by, scenario_tables

@@ -20,7 +20,7 @@ from rtctl.border.errors import DriverError, InputError
 from rtctl.loop.events import Event, read_events
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
-from rtctl.plants.support import support_of
+from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.closed_loop import planned_step
 from rtctl.session.run_folder import EVENTS, MODEL, is_interrupted, rows_left_by, scenario_tables

@@ -11,7 +11,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.evaluation.metrics import write_json
 from rtctl.evaluation.summary import range_of
 from rtctl.extras import can_draw
-from rtctl.plants.support import Tuning
+from rtctl.plant_control.support import Tuning
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_folder import run_metadata, write_tables
 

@@ -23,11 +23,11 @@ from rtctl.diagnosis.nominal_fit.step_refinement import refine_nominal
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 

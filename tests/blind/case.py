@@ -18,13 +18,13 @@ from least_bic import least_bic
 from sindy import sindy
 
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.vo2 import write_model
-from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.wiring import mechanism_ids
 

@@ -12,11 +12,11 @@ from vo2_model_cases import PERIOD_S, predict, simulation, telegraph
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 

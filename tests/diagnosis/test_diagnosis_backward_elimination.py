@@ -8,11 +8,11 @@ from diagnosis_cases import device, friction_case
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.backward_elimination import _compensate, eliminate_negligible, refit_without_each
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import subject_of
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from rtctl.diagnosis.nominal_fit.basin_search import search_basins
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 LEVEL = 450.0
 

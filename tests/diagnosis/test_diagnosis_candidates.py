@@ -12,6 +12,7 @@ from diagnosis_cases import PERIOD_S, device, measured, noise_drive
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.projection import RecordRows, project
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import (
@@ -26,7 +27,6 @@ from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 SAMPLES = 500
 LIMITS = SearchThresholds()

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from diagnosis_cases import PERIOD_S, measured, noise_drive
 
-from plant_sim.oscillator.equation.motion import Equation
+from plant_sim.oscillator.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.directions import catalogue_directions, mechanism_sensitivities
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 from rtctl.wiring import build_simulation
 
 

@@ -11,12 +11,12 @@ from diagnosis_cases import device, measured, noise_drive, write_case
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis, polish
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import open_dataset, read_dataset
-from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 
 

@@ -9,10 +9,10 @@ from diagnosis_cases import NOISE_MM, PERIOD_S, device, measured, noise_drive
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 SAMPLES, DRIVEN = 4000, 600
 

@@ -10,11 +10,11 @@ from diagnosis_cases import FRICTION, PERIOD_S, device, noise_drive
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.thresholds import ResidualThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 DEFAULT = ResidualThresholds()
 IDS = ("stiffness.quadratic", "damping.quadratic", "friction.coulomb", "sensor.offset", "drive.harmonics")

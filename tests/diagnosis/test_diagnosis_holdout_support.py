@@ -12,6 +12,7 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import drop_inactive_causes, refit_without_each
@@ -20,7 +21,6 @@ from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 IDS = ("friction.coulomb", "sensor.offset", "stiffness.cubic")
 OFFSET_MM = 0.004

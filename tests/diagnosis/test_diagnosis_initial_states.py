@@ -12,9 +12,9 @@ from rtctl.diagnosis.nominal_fit.initial_states import improve_initial_states
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 SILENT = 300
 """Samples before the drive sets in: the device rests where friction holds it."""

@@ -16,6 +16,7 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
@@ -30,7 +31,6 @@ from rtctl.diagnosis.verification.holdout_gain import judge_search
 from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 from rtctl.simulations.vo2 import Vo2Simulation
 
 DEADBAND = "actuation.deadband"

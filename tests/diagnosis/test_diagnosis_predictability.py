@@ -24,13 +24,13 @@ from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.identification.fit_record import CONTINUATION_SAMPLES, FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 LIMITS = NominalFitThresholds()
 

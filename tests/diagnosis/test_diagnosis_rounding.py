@@ -12,13 +12,13 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.quantization import quantization_step
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.projection.quantization import changing_samples, rounding_error_directions
 from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.thresholds import ProblemThresholds, ResidualThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 
 STEP_MM = 0.01
 LEVELS = ProblemThresholds()

@@ -16,12 +16,12 @@ from rtctl.diagnosis.nominal_fit.segmentation import cut_strokes, drifts
 from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.screening.split import split_records
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import subject_of
 from rtctl.wiring import build_simulation
 
 FloatArray = NDArray[np.float64]

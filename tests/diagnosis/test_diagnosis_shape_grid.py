@@ -12,10 +12,10 @@ from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.bounds import parameter_bounds
 from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.shape_grid import shape_grid
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
-from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 from rtctl.simulations.vo2.mechanisms import MECHANISMS as OF_VO2
 from rtctl.wiring import build_simulation

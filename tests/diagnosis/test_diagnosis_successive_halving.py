@@ -16,6 +16,7 @@ from rtctl.diagnosis.nominal_fit.whole_record_start import fit_from_starts
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.screening.split import split_records
@@ -35,7 +36,6 @@ from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
-from rtctl.plants.subjects import subject_of
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 DRIFT = "thermal.ambient_drift"

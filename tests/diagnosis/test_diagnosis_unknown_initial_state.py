@@ -18,6 +18,7 @@ from rtctl.cli import main
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.screening.screened import Screened
 from rtctl.diagnosis.screening.unknown_initial_state import (
     has_two_wells,
@@ -27,7 +28,6 @@ from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset
-from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 from rtctl.simulations.vo2 import vo2_simulation
 

@@ -15,6 +15,7 @@ from rtctl.border.work import metered
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.diagnosis.thresholds import BudgetThresholds
@@ -23,7 +24,6 @@ from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.output_error import open_thread_pool
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
-from rtctl.plants.subjects import subject_of
 from rtctl.session.model_validation import simulation_for
 
 VALUES = np.array([one.value for one in device().parameters])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.measured.columns.units import check_unit, convert_column
+from rtctl.measured.units import check_unit, convert_column
 
 FRAGMENTS = [
     "m",

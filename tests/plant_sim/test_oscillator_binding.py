@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from plant_sim.oscillator.integration.binding import bind
+from plant_sim.oscillator.equation.binding import bind
 
 TEMPLATES = """
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 
 @law
 def inner(x):
@@ -27,7 +27,7 @@ def twice(x):
     return 2.0 * inner(x)
 """
 LAW = """
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 
 @law
 def inner(x):

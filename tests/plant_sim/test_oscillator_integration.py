@@ -9,12 +9,12 @@ import pytest
 from duffing_cases import CUBIC, GAIN, PERIOD_S, STIFFNESS, FloatArray, lane, multisine, simulation
 
 from plant_sim.oscillator.equation.memory import combined
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import TERMS, nominal
 from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.steps import Plan
 from plant_sim.oscillator.mechanism import Driven
 from plant_sim.oscillator.mechanisms import MECHANISMS
+from plant_sim.oscillator.motion import Equation
 from rtctl.border.simulation import Stimulus
 
 

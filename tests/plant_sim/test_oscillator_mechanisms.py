@@ -33,13 +33,13 @@ from duffing_cases import (
 from mechanism_oracles import EXACT, ORACLES, cut, dead, oracle_motion
 from scipy.integrate import solve_ivp
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import NOMINAL, TERMS, law_for
 from plant_sim.oscillator.integration.holds import nodes
 from plant_sim.oscillator.integration.steps import Plan
 from plant_sim.oscillator.mechanism import Driven, Moved, Values
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Parameter, Scales

@@ -10,12 +10,12 @@ import pytest
 
 from plant_sim.catalogue import bundled_plant
 from plant_sim.device import SimulatedDevice
+from plant_sim.oscillator.device_table import read_device_table
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.plant import OscillatorPlant
-from plant_sim.resonator.device_table import read_device_table
-from plant_sim.resonator.streaming import cannot_stream
+from plant_sim.oscillator.streaming import cannot_stream
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import ModelFile, read_model_file
 from rtctl.border.records import DeviceStatus

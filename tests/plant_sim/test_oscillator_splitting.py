@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.equation.terms import NOMINAL, TERMS
 from plant_sim.oscillator.integration.holds import nodes
 from plant_sim.oscillator.integration.steps import Plan, plan, splitting_steps
 from plant_sim.oscillator.mechanism import Driven
+from plant_sim.oscillator.motion import Equation
 
 FloatArray = NDArray[np.float64]
 W = 40.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.sweep import follow, sweep
 from rtctl.border.model_file import ModelFile
 

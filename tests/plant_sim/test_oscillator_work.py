@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant_sim.oscillator.equation.motion import Equation
 from plant_sim.oscillator.model import oscillator_simulation
+from plant_sim.oscillator.motion import Equation
 from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Stimulus
 

@@ -12,8 +12,8 @@ import pytest
 from rtctl.border.simulation import Stimulus
 from rtctl.cli import main
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
-from rtctl.identification.oscillator.weak_form import regress
+from rtctl.identification.regression.streaming_gram import compute_filtered_gram, compute_weak_gram
+from rtctl.identification.regression.weak_form import regress
 from rtctl.reproduce.bistable.models import HM, RM5, TRUTH, heuristic
 from rtctl.reproduce.bistable.protocol import DEVELOPMENT_SEED, RATE_HZ, Recorded, record, shaker
 from rtctl.reproduce.bistable.regression import QUINTIC, constrained, least_squares

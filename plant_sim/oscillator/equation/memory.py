@@ -12,8 +12,8 @@ from typing import Any
 
 from numba.cpython.unsafe import tuple as numba_tuple
 
+from plant_sim.oscillator.equation.binding import bind, law
 from plant_sim.oscillator.equation.terms import nominal
-from plant_sim.oscillator.integration.binding import bind, law
 
 tuple_setitem: Any = numba_tuple.tuple_setitem  # an intrinsic: mypy sees its wrong side
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Set
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 
 TERMS = (
     "gain", "damping", "stiffness", "cubic",

@@ -14,8 +14,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.terms import FRICTION
-from plant_sim.oscillator.integration.binding import law
 
 NOTED = 5
 """Number of values noted for a step and lane: displacement, velocity, acceleration at its start and end, friction."""

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from plant_sim.oscillator.equation.binding import bind, law
 from plant_sim.oscillator.equation.memory import loaded, moved, store
 from plant_sim.oscillator.equation.terms import nominal
-from plant_sim.oscillator.integration.binding import bind, law
 from plant_sim.oscillator.integration.friction import NOTED, as_it_is, no_resistance, not_noted
 
 acceleration: Any = nominal  # replaced by `bind`, as all of these

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.terms import CUBIC, DAMPING, GAIN, QUADRATIC, QUINTIC, STIFFNESS
-from plant_sim.oscillator.integration.binding import law
 from rtctl.border.arrays import FloatArray
 
 KICKS = frozenset({"gain", "damping", "stiffness", "cubic", "quadratic", "quintic"})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient
 
 POWERS = {"quarter": 0.25, "half": 0.5, "square": 2.0, "cube": 3.0}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, Values, coefficient, shape
 
 APART = 4.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient
 
 POWERS = (2, 3, 4, 5, 6, 7)

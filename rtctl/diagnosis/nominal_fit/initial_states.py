@@ -12,8 +12,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.initial_state import estimate_initial_state
-from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.regression.initial_state import estimate_initial_state
+from rtctl.identification.regression.weak_form import choose_half_width
 
 
 def improve_initial_states(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:

@@ -18,7 +18,7 @@ from rtctl.diagnosis.problem.fit import sensitivity_of
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.least_squares.levenberg_marquardt import Unknowns, minimise
-from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.regression.weak_form import choose_half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut_segments as cut
 from rtctl.identification.simulation_error.multiple_shooting import fit_segment_states
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost

@@ -14,7 +14,7 @@ import numpy as np
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.regression.weak_form import choose_half_width
 from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 

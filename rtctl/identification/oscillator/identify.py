@@ -18,7 +18,7 @@ from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.oscillator.start_values import generate_starts
-from rtctl.identification.oscillator.weak_form import WeakFit
+from rtctl.identification.regression.weak_form import WeakFit
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import FitOptions, ReportProgress, fit_output_error
 from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence

@@ -10,7 +10,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.weak_form import TERMS, WeakFit, choose_half_width, regress
+from rtctl.identification.regression.weak_form import TERMS, WeakFit, choose_half_width, regress
 from rtctl.identification.scales import compute_parameter_scales, estimate_scales
 
 WIDTHS = (1.0, 1.6)

@@ -19,11 +19,11 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.least_squares.inference import infer
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, Unknowns, minimise
-from rtctl.identification.oscillator.initial_state import estimate_initial_state
-from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.regression.initial_state import estimate_initial_state
+from rtctl.identification.regression.weak_form import choose_half_width
 from rtctl.identification.scales import estimate_scales
+from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.output_error import (
     FitOptions,
     ReportProgress,

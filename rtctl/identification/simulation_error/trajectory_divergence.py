@@ -10,8 +10,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.initial_state import estimate_initial_state
-from rtctl.identification.oscillator.weak_form import choose_half_width
+from rtctl.identification.regression.initial_state import estimate_initial_state
+from rtctl.identification.regression.weak_form import choose_half_width
 from rtctl.identification.scales import estimate_scales
 
 PERTURBATION = 1e-8

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
-from rtctl.measured.columns.units import same_unit
 from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.table import length
+from rtctl.measured.units import same_unit
 
 _TEXT = "OUS"  # NumPy's kinds of it
 KEPT_BYTES = 128 << 20

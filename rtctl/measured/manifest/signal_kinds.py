@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.border.errors import nearest
-from rtctl.measured.columns.units import check_unit
+from rtctl.measured.units import check_unit
 from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 

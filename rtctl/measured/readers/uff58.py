@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pyuff
 
-from rtctl.measured.columns.units import convert_column
 from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.units import convert_column
 
 Fields = Mapping[str, Any]
 

@@ -13,8 +13,8 @@ from rtctl.estimators.lock_in import LockInEstimator
 from rtctl.interfaces import Estimator
 from rtctl.models.resonator import ResonatorModel, read_resonator
 from rtctl.models.span import Span
+from rtctl.plant_control.support import Control
 from rtctl.plants.me.tables import AgcPllTable
-from rtctl.plants.support import Control
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario
 

@@ -8,6 +8,6 @@ ME = PlantKind(
     summary="magnetoelectric resonator, read by a lock-in amplifier",
     profile=records.ME,
     control=Control(support="rtctl.plants.me.control:MeSupport"),
-    device_file="plant_sim.resonator.plant:load_plant",
+    device_file="plant_sim.resonator.load:load_plant",
     defaults=Defaults(estimator="lock_in", controller="agc_pll"),
 )

@@ -19,7 +19,7 @@ from rtctl.interfaces import Estimator
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model, read_model
 from rtctl.models.working_range import WorkingRange, working_range
-from rtctl.plants.support import Control
+from rtctl.plant_control.support import Control
 from rtctl.plants.vo2.tables import PiTable
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario

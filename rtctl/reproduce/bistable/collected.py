@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray, IntArray
-from rtctl.identification.oscillator.mean_filter import apply_mean_filter
-from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
+from rtctl.identification.regression.mean_filter import apply_mean_filter
+from rtctl.identification.regression.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.orbits.classes import Kind, rule
 from rtctl.orbits.settling import repeats
 from rtctl.orbits.turning_points import turning_points

@@ -17,10 +17,10 @@ from scipy.signal import savgol_filter
 from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.diagnosis.diagnose import diagnose
+from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
-from rtctl.plants.subjects import subject_of
 from rtctl.recording import write_parquet
 from rtctl.reproduce.bistable.protocol import RATE_HZ, Recorded
 from rtctl.wiring import build_simulation, mechanism_ids

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.oscillator.streaming_gram import COLUMNS
+from rtctl.identification.regression.streaming_gram import COLUMNS
 from rtctl.reproduce.bistable.models import Beam
 
 CUBIC = ("v", "z", "z^3")

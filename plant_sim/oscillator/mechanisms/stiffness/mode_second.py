@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.integration.linear import mode_response
 from plant_sim.oscillator.mechanism import Memory, Moved, OscillatorMechanism, Values, coefficient, shape
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from plant_sim.oscillator.integration.binding import law
+from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, coefficient, shape
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from matplotlib.axes import Axes
 
-from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
+from rtctl.identification.regression.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.plots.elements.style import BLACK, BLUE, VERMILION
 from rtctl.plots.reproduce_bistable import draw
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, collected

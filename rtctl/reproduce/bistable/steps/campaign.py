@@ -84,7 +84,7 @@ def _kinds_table(found: Collected) -> Table:
 
 
 def _figure_3(run: Run, found: Collected) -> None:
-    from rtctl.identification.oscillator.mean_filter import apply_mean_filter
+    from rtctl.identification.regression.mean_filter import apply_mean_filter
 
     settings = found.campaign.settings
     chosen = next(k for k, one in enumerate(settings) if one.frequency_hz == 10.25 and found.interwell[k])

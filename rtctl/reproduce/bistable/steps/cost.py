@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.identification.oscillator.streaming_gram import compute_filtered_gram, compute_weak_gram
+from rtctl.identification.regression.streaming_gram import compute_filtered_gram, compute_weak_gram
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, collected
 from rtctl.reproduce.bistable.protocol import RATE_HZ, record, shaker
 from rtctl.reproduce.study import Comparison, Row, Run, Section

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.oscillator.streaming_gram import COLUMNS
-from rtctl.identification.oscillator.weak_form import BUMPS_PER_HALF_WIDTH
+from rtctl.identification.regression.streaming_gram import COLUMNS
+from rtctl.identification.regression.weak_form import BUMPS_PER_HALF_WIDTH
 from rtctl.reproduce.bistable.collected import HALF_WIDTH_S, Collected, collected
 from rtctl.reproduce.bistable.regression import CUBIC, QUINTIC, least_squares, squared_error
 from rtctl.reproduce.bistable.steps.local_fit import kept

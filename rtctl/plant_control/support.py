@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 from rtctl.interfaces import Controller, Estimator
 from rtctl.models.span import Span
-from rtctl.registry import plant_kind
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario
 
@@ -66,19 +65,3 @@ class PlantSupport(Protocol[ModelT]):
     def predict(self, model: ModelT, level: Mapping[str, float]) -> dict[str, float]:
         """Return what the model predicts for a settled level of a run; the keys are names with units."""
         ...
-
-
-def support_of(kind: str) -> PlantSupport[Any]:
-    """Return how a kind of plant is controlled: its own support, or the one of plants without a model.
-
-    Raises:
-        InputError: there is no such kind of plant.
-    """
-    record = plant_kind(kind)
-    if record.control is None:
-        from rtctl.plants.without_model import WithoutModel
-
-        return WithoutModel(record)
-    support = record.part(record.control.support)
-    made: PlantSupport[Any] = support() if isinstance(support, type) else support
-    return made

@@ -8,7 +8,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.models.span import Span
-from rtctl.plants.support import Control
+from rtctl.plant_control.support import Control
 from rtctl.registry import PlantKind
 from rtctl.safety.limits import CommandLimits
 from rtctl.scenario.schema import Scenario

@@ -14,8 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
+from plant_sim.oscillator.equation.binding import bind
 from plant_sim.oscillator.equation.terms import DAMPING, GAIN, STIFFNESS, TERMS
-from plant_sim.oscillator.integration.binding import bind
 from plant_sim.oscillator.integration.holds import compiled
 from plant_sim.oscillator.integration.splitting import no_kick, propagator, splitting
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Values

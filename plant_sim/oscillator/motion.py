@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from plant_sim.oscillator.equation.binding import bind
 from plant_sim.oscillator.equation.memory import combined
 from plant_sim.oscillator.equation.terms import (
     CUBIC,
@@ -26,7 +27,6 @@ from plant_sim.oscillator.equation.terms import (
     TERMS,
     law_for,
 )
-from plant_sim.oscillator.integration.binding import bind
 from plant_sim.oscillator.integration.friction import note, resistance, settle
 from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting

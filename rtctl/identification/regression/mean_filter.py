@@ -16,7 +16,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.oscillator.weak_form import TERMS, Sampled
+from rtctl.identification.regression.weak_form import TERMS, Sampled
 
 NEIGHBOURS = 10
 

@@ -21,8 +21,8 @@ import numba
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.identification.oscillator.mean_filter import NEIGHBOURS
-from rtctl.identification.oscillator.weak_form import BUMPS_PER_HALF_WIDTH, sample_bump
+from rtctl.identification.regression.mean_filter import NEIGHBOURS
+from rtctl.identification.regression.weak_form import BUMPS_PER_HALF_WIDTH, sample_bump
 
 KernelT = TypeVar("KernelT", bound=Callable[..., Any])
 COLUMNS = ("y", "v", "z", "z^3", "z^5", "z^7", "z^2", "z^2 v", "abs(v) v", "sign v", "1")

@@ -1,0 +1,1 @@
+"""Identification by linear regression: the weak form and what it needs."""
