@@ -65,7 +65,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
-    data = screen_dataset(dataset, simulation, subject, usual.signal, options.thresholds)
+    data = screen_dataset(dataset, simulation, subject, usual.required_signal, options.thresholds)
     fit, tests, notes = data.records
     with open_thread_pool(options.threads) as executor:
         problem = Problem(
@@ -74,7 +74,7 @@ def diagnose(
             cancellation=options.cancellation,
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
-        problem = allow_misfit(first.problem, subject.promised(model, dataset))
+        problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         request = SearchRequest(problem, first.nominal, model, dataset, tests, ids, options, budget, report)
         search, search_notes, stopped = find_causes(request, whole=first.uncut)
         request = request._replace(problem=search.refined_problem or problem)

@@ -73,7 +73,7 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
         path=Path("dataset.toml"), name="s", plant="vo2", units={}, holds={}, records=(record,)
     )
     model = replace(simulation().model, reading_error=left, deflection_error=left)
-    found = SUBJECT.promised(model, staircase)
+    found = SUBJECT.stated_misfit(model, staircase)
     assert found == pytest.approx({LOG_RESISTANCE: promised, "deflection": promised}, rel=0.05)
 
 

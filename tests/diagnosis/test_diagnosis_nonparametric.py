@@ -71,7 +71,7 @@ def searched(device: str) -> tuple[Problem, Hypothesis, Hypothesis]:
         deflection = deflection + np.random.default_rng(seed).normal(scale=0.05, size=deflection.size)
         measured = {"resistance": resistance, "deflection": deflection}
         records.append(FitRecord(name=f"r{seed}", stimulus=stimulus, measured=measured, first=0))
-    comparable, readings = subject.comparable(simulation(), tuple(records))
+    comparable, readings = subject.to_comparable(simulation(), tuple(records))
     compared = tuple(replace(record, measured=readings(record.measured)) for record in records)
     problem = allow_misfit(
         Problem(

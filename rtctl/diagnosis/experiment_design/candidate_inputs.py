@@ -135,7 +135,7 @@ def _list_settings(problem: Problem, period_s: float, largest: str) -> list[_Set
     pairs = [(level, 1) for level in limits.drive_levels]
     pairs += [
         (limits.drive_levels[-1], slower)
-        for slower in problem.subject.slower
+        for slower in problem.subject.slower_sampling
         if frequency * slower * period_s * limits.min_samples_per_period <= 1.0
     ]
     settings = []

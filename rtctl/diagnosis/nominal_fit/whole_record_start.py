@@ -62,13 +62,13 @@ def refit_from_segments(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
 
 def _with_levelled_offsets(problem: Problem, simulation: Simulation) -> list[Simulation]:
     """Return the simulation with offsets that put the outputs' means right, if one is off by more than all motion."""
-    if not problem.subject.offsets:
+    if not problem.subject.output_offsets:
         return []
     values = np.array([one.value for one in simulation.parameters])
     names = [one.name for one in simulation.parameters]
     runs = [simulation.predict(record.stimulus, values) for record in problem.records]
     moved = values.copy()
-    for output, offset in problem.subject.offsets.items():
+    for output, offset in problem.subject.output_offsets.items():
         readings = [record.measured.get(output) for record in problem.records]
         if (
             offset not in names
@@ -102,7 +102,7 @@ def _fit_beside_constant(
     Returns:
         None where the readings have no such mean, or the misfit beside the constant is not far below `remaining`.
     """
-    constant, limits = problem.subject.shifted_by, problem.thresholds.nominal_fit
+    constant, limits = problem.subject.offset_mechanism, problem.thresholds.nominal_fit
     if not constant or constant in mechanisms or not _mean_hides_motion(problem, limits.offset_ratio):
         return None
     readings = [record.measured[problem.subject.output] for record in problem.records]

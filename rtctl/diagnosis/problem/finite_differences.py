@@ -35,7 +35,7 @@ def check_differences(
     with np.errstate(invalid="ignore", over="ignore"):
         largest = np.abs(differences).max(axis=2) / sizes
         return DifferenceChecks(
-            (largest < problem.subject.steps.small).all(axis=1),
+            (largest < problem.subject.difference_steps.small).all(axis=1),
             (largest < problem.thresholds.problem.largest_move).all(axis=1),
         )
 
@@ -51,7 +51,7 @@ def differentiate(
         outputs: Names of the outputs.
     """
     derivative: FloatArray | float = 0.0
-    for step in problem.subject.steps.sizes:
+    for step in problem.subject.difference_steps.sizes:
         change = difference(step)
         checks = check_differences(change[None], problem, outputs)
         if checks.usable[0]:

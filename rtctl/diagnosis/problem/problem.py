@@ -58,7 +58,7 @@ class Problem:
     @property
     def glance(self) -> Problem:
         """This problem with only the first samples of its records, as many as a first look at a hypothesis needs."""
-        most = self.subject.glance_samples
+        most = self.subject.screening_samples
         if most is None or self.samples <= most:
             return self
         each = max(1, most // len(self.records))
@@ -74,7 +74,7 @@ class Problem:
         It is taken about the mean where the subject's `about_mean` is set.
         """
         values = np.concatenate([record.measured[output][record.first :] for record in self.records])
-        return float(values.std() if self.subject.about_mean else np.sqrt(np.mean(values**2))) or 1.0
+        return float(values.std() if self.subject.size_is_variation else np.sqrt(np.mean(values**2))) or 1.0
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""What the diagnosis has to know of a kind of plant beyond its `Simulation`: its signals, forces of no name, files."""
+"""What the diagnosis has to know of a kind of plant beyond its `Simulation`: signals, forces to test for, files."""
 
 from __future__ import annotations
 
@@ -83,137 +83,147 @@ class FittedRecords(Protocol):
         ...
 
 
-class Placed(Protocol):
-    """What was identified of a model, learned anew: puts it into any simulation of that model."""
+class RefittedParts(Protocol):
+    """Identified parts of a model that were fitted anew, such as static loops; puts them into a simulation of it."""
 
     @property
     def loops(self) -> Mapping[str, Any]:
-        """By output."""
+        """Fitted part by output."""
         ...
 
     def __call__(self, simulation: Simulation, /) -> Simulation:
-        """Return `simulation` with it."""
+        """Return `simulation` with the fitted parts."""
         ...
 
 
 class Force(NamedTuple):
-    """One that has no name in the catalogue, and the coordinate along which it lives."""
+    """A force that is in no catalogue, as a direction in which the residual is tested."""
 
     name: str
     coordinate: str
+    """Coordinate of the state space along which the force varies."""
 
 
-class Past(NamedTuple):
-    """Forces that are linear in the past of the motion, and the laws of no name that act so."""
+class MemoryForces(NamedTuple):
+    """Forces that are linear in the past of the motion."""
 
     forces: tuple[Force, ...]
-    slopes: Callable[[FittedModel, FittedRecords, int], FloatArray]
-    """(forces, outputs, n) of a record."""
+    force_sensitivities: Callable[[FittedModel, FittedRecords, int], FloatArray]
+    """Return what each force does to the outputs of a record, (forces, outputs, n)."""
     laws: tuple[str, ...]
+    """Nonparametric alternatives that act in this way."""
 
 
-class Steps(NamedTuple):
-    """Of a parameter's scale: friction and deadbands have no derivative at 0, only a slope over a small step."""
+class DifferenceSteps(NamedTuple):
+    """Steps of finite differences, as shares of a parameter's scale.
+
+    Friction and dead bands have no derivative at zero, only a slope over a small step.
+    """
 
     sizes: tuple[float, ...]
-    """One after the other, until one moves the outputs little."""
+    """Steps that are tried one after the other until one changes the outputs by less than `small`."""
     small: float
-    """Of the outputs' RMS: beyond it a slope is bent, and the bend looks like a direction of its own."""
+    """Largest change of the outputs, as a share of their RMS: beyond it the response is curved, and the curvature
+    looks like a direction of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """A kind of plant as the diagnosis sees it."""
+    """What the diagnosis knows of a kind of plant."""
 
     kind: str
+    """Name of the kind of plant."""
     drive: str
     """Name of the input."""
     output: str
-    """Of the output that the gain is measured in."""
-    signal: str
-    """Of a dataset, that a record must have: what `output` is read from."""
-    clipping_of: tuple[str, ...]
-    """Outputs that a clipped sensor would be seen in."""
-    spikes_of: tuple[str, ...]
+    """Name of the output in which the gain is measured."""
+    required_signal: str
+    """Signal that a record of a dataset must have; `output` is computed from it."""
+    clippable_outputs: tuple[str, ...]
+    """Outputs in which a clipped sensor is looked for."""
+    spike_outputs: tuple[str, ...]
     """Outputs in which single readings may be spikes."""
-    about_mean: bool
-    """Whether an output's size is that of its variation; else that of its distance from zero."""
+    size_is_variation: bool
+    """Whether the size of an output is its standard deviation; otherwise its RMS."""
     forces: tuple[Force, ...]
-    slopes: Callable[[FittedModel, FittedRecords, int], FloatArray]
-    """(forces, outputs, n) of a record: what each force does to the outputs."""
-    steps: Steps
-    """Of finite differences along directions."""
-    past: Past | None
-    """What a set that passes the gate is asked as well; None: nothing."""
-    unnamed: tuple[str, ...]
-    """Mechanisms in no catalogue: a set of causes that leaves something is not told if one of these leaves less. Those
-    that take least time first."""
-    sensed: Callable[[Records], float]
-    """RMS of what is read in place of the motion; see `Scales`."""
+    """Forces whose effect on the residual is tested."""
+    force_sensitivities: Callable[[FittedModel, FittedRecords, int], FloatArray]
+    """Return what each of `forces` does to the outputs of a record, (forces, outputs, n)."""
+    difference_steps: DifferenceSteps
+    """Steps of finite differences along directions."""
+    memory_forces: MemoryForces | None
+    """Forces that a set of causes which passes the residual tests is also tested for; None: there are none."""
+    nonparametric_alternatives: tuple[str, ...]
+    """Mechanisms in no catalogue, the fastest first: a set of causes that leaves a misfit is not named if one of these
+    leaves less."""
+    sensed_rms: Callable[[Records], float]
+    """Return the RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]
-    """Between two looks at the past of motion and drive."""
-    slower: tuple[int, ...]
-    """Times the period of the records so far, at which a next experiment may be sampled: what holds the drive between
-    samples goes with the period, a delay or a lag does not. Empty where the hold is known.
-    """
+    """Return the interval [s] at which the past of motion and drive is sampled in tests."""
+    slower_sampling: tuple[int, ...]
+    """Multiples of the sample period that a next experiment may use: the effect of the drive's hold scales with the
+    period, that of a delay or a lag does not. Empty where the hold is known."""
     is_at_rest_undriven: bool
-    """Whether a record without any input says nothing; else it may ring down."""
-    grows_with_motion: bool
+    """Whether a record without any input tells nothing; otherwise it may ring down."""
+    growth_is_misfit: bool
     """Whether a residual that grows with the motion cannot be noise."""
     allowed_share: float
-    """Of an output's size, the most RMS misfit of the nominal models of this kind that is no gap; 0: none."""
-    promised: Callable[[Any, Dataset], Mapping[str, float]]
-    """RMS misfit, by output, that a model's identification promises not to exceed; empty where nothing says."""
-    least_removed: float
-    """Of the squared misfit of the re-fitted nominal model: causes that remove less, and leave some, are not named."""
+    """Largest RMS misfit of a nominal model of this kind that counts as no gap, as a share of an output's size;
+    0: none."""
+    stated_misfit: Callable[[Any, Dataset], Mapping[str, float]]
+    """Return the RMS misfit by output that a model's identification states as its limit; empty where it states none."""
+    least_share_removed: float
+    """Causes are named only if they remove at least this share of the squared misfit, or leave nothing."""
     steps_per_period: float
-    """Of the fits, as `Simulation.predict` has it: their errors cancel in the differences that are tested; the gain is
-    measured at the full number."""
-    glance_samples: int | None
-    """Of all records together, that a first look at each hypothesis takes; None: all."""
-    comparable: Callable[[Simulation, Records], tuple[Simulation, Reader]]
-    """The simulation with outputs whose errors are of one size over the whole range, and what puts measured outputs
-    in the same form; by the records that are fitted."""
-    inner: Callable[[Simulation], Simulation]
-    """Back from `comparable`."""
-    coarse: Callable[[Any, Dataset], Mapping[str, Any]]
-    """Identified parts of a model, by output, that the records they were identified from show to be too coarse; empty
-    where they show no such thing."""
-    identified: Callable[[Any, Dataset], Mapping[str, Any]]
-    """The same parts whatever those records show; empty where the dataset has none of them."""
-    relearned: Callable[[Mapping[str, Any], FittedModel, FittedRecords, Callable[[str], None]], Placed] | None
-    """These parts from the fitted records too, behind the hypothesis's causes; the last argument hears
-    each. None where there are none."""
-    corrections: Mapping[str, float]
-    """Nominal parameters by which a session may differ from the identification's, and their values there."""
-    offsets: Mapping[str, str]
-    """Of outputs, the nominal parameter that is added to it."""
-    shifted_by: str
-    """Mechanism that adds a constant to the reading; "": none, or the nominal model has one."""
+    """Integration steps of the fits in a period of the motion, as in `Simulation.predict`: their errors cancel in
+    differences; the gain is measured at full accuracy."""
+    screening_samples: int | None
+    """Samples of all records together by which a hypothesis is screened; None: all."""
+    to_comparable: Callable[[Simulation, Records], tuple[Simulation, Reader]]
+    """Return the simulation with outputs whose errors have one size over the whole range, and the function that brings
+    measured outputs into the same form, for the records to fit."""
+    from_comparable: Callable[[Simulation], Simulation]
+    """Undo `to_comparable`."""
+    find_coarse_parts: Callable[[Any, Dataset], Mapping[str, Any]]
+    """Return, by output, identified parts of a model that are too coarse for the records of the identification."""
+    find_identified_parts: Callable[[Any, Dataset], Mapping[str, Any]]
+    """Return, by output, all such parts; empty where the dataset lacks the records of the identification."""
+    refit_parts: (
+        Callable[[Mapping[str, Any], FittedModel, FittedRecords, Callable[[str], None]], RefittedParts] | None
+    )
+    """Fit these parts anew, also to the fitted records, with the causes of a hypothesis acting; the last argument is
+    called with the output under way. None: the kind has no such parts."""
+    session_corrections: Mapping[str, float]
+    """Nominal parameters in which a session may differ from the identification, and their values there."""
+    output_offsets: Mapping[str, str]
+    """Nominal parameter that is added to an output, by output."""
+    offset_mechanism: str
+    """Mechanism that adds a constant to the reading; "": none is needed."""
     output_units: Mapping[str, str] = field(default_factory=dict)
-    """Units of the outputs that `comparable` makes, by name."""
-    coarse_units: Mapping[str, str] = field(default_factory=dict)
-    """Units of the misfits of `coarse` parts, by output."""
-    describe_coarse: Callable[[Mapping[str, Any]], str] | None = None
-    """Sentence part that says what `coarse` parts leave; None where there are none."""
-    coarse_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None
-    """Matplotlib figure of `coarse` parts beside the `relearned` ones, by the units of the dataset."""
+    """Units of the outputs that `to_comparable` makes, by name."""
+    coarse_part_units: Mapping[str, str] = field(default_factory=dict)
+    """Units of the misfits of coarse parts, by output."""
+    describe_coarse_parts: Callable[[Mapping[str, Any]], str] | None = None
+    """Return the part of a sentence that says what coarse parts leave; None where there are none."""
+    coarse_part_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None
+    """Draw coarse parts beside those fitted anew, in the units of the dataset; a Matplotlib figure."""
     read_model: Callable[[Path], Any]
-    spreads: Callable[[Any], Mapping[str, float]]
-    """Standard errors over values, by name, of a model's parameters whose file has an interval."""
+    """Read a model file. Raises InputError."""
+    relative_errors: Callable[[Any], Mapping[str, float]]
+    """Return standard error over value of each model parameter whose file states an interval."""
     extended_model: Callable[[Any, Simulation, Mapping[str, Mapping[str, Estimate]]], Any]
-    """Return the model of a file with the values and mechanisms of a fitted simulation, and the estimates (with their
-    intervals) of its parameters by mechanism ("": the nominal model) and name."""
+    """Return a file's model with values and mechanisms of a fitted simulation, and the estimates (with intervals) of
+    its parameters by mechanism ("": the nominal model) and name."""
     write_model: Callable[[Path, Any, dict[str, Any]], None]
-    """To a file, with its provenance."""
+    """Write a model to a file, with its provenance."""
 
     def scales(self, records: Records) -> Scales:
-        """Sizes of what these records show."""
-        return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed(records))
+        """Return the sizes of what these records show."""
+        return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed_rms(records))
 
     @property
     def rest(self) -> str:
-        """What a model that is adequate leaves, in words."""
+        """Describe what an adequate model leaves."""
         if not self.allowed_share:
             return "noise"
         share = f"at most {self.allowed_share:.1%} of an output's variation"
@@ -221,5 +231,5 @@ class Subject:
 
     @property
     def coordinates(self) -> Sequence[str]:
-        """Along which its forces live, each once."""
+        """Return the coordinates of its forces, each once."""
         return tuple(dict.fromkeys(force.coordinate for force in self.forces))

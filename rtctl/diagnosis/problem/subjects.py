@@ -27,4 +27,6 @@ def subject_for(kind: str, dataset: Dataset) -> Subject:
     """Return the first subject of a kind of plant whose signal a fitted record of `dataset` has."""
     subjects = subjects_of(kind)
     fitted = [record for record in dataset.records if record.use == "fit"] or dataset.records
-    return next((one for one in subjects if any(record.has(one.signal) for record in fitted)), subjects[0])
+    return next(
+        (one for one in subjects if any(record.has(one.required_signal) for record in fitted)), subjects[0]
+    )

@@ -101,7 +101,7 @@ def mechanism_causes(
 
 def hysteresis_cause(search: SearchResult, subject: Subject, thresholds: ReportThresholds) -> Cause | None:
     """Return the static hysteresis as a cause; None where it was not refitted, or only corrected."""
-    refit, describe = search.hysteresis_refit, subject.describe_coarse
+    refit, describe = search.hysteresis_refit, subject.describe_coarse_parts
     if describe is None or refit is None or not refit.is_cause:
         return None
     removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
@@ -109,7 +109,7 @@ def hysteresis_cause(search: SearchResult, subject: Subject, thresholds: ReportT
     parameters = {}
     for output, one in refit.coarse.items():
         value, low, high = one.misfit
-        parameters[f"{output}_misfit"] = Estimate(value, low, high, subject.coarse_units[output])
+        parameters[f"{output}_misfit"] = Estimate(value, low, high, subject.coarse_part_units[output])
     return Cause(
         id=HYSTERESIS_SHAPE,
         statement=HYSTERESIS_STATEMENT.format(describe(refit.coarse)),

@@ -17,7 +17,7 @@ def explain_by_file_value(
 ) -> Diagnosis:
     """Return an adequate answer as it is, or explained by the one value of the model file that is wrong."""
     problem, model = answer.problem, request.model
-    rate, spreads = request.options.false_claim_rate, problem.subject.spreads(model)
+    rate, spreads = request.options.false_claim_rate, problem.subject.relative_errors(model)
     wrong = find_wrong_value(problem, given, spreads, answer.search.nominal, rate)
     if wrong is None:
         return answer

@@ -144,7 +144,7 @@ def noise_density(diagnosis: Diagnosis, period_s: float) -> tuple[FloatArray, Fl
 
 def _loops(diagnosis: Diagnosis) -> Figure:
     """Return the figure of the identified loops beside the refitted ones."""
-    refit, draw = diagnosis.search.hysteresis_refit, diagnosis.problem.subject.coarse_figure
+    refit, draw = diagnosis.search.hysteresis_refit, diagnosis.problem.subject.coarse_part_figure
     assert refit is not None
     assert draw is not None
     figure: Figure = draw(refit.coarse, refit.loops, diagnosis.units)

@@ -135,7 +135,7 @@ def mechanism_sensitivities(
     record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     slopes = np.zeros((len(directions), len(outputs), record.samples - record.first))
     left = [k for k, direction in enumerate(directions) if direction.record in (ALL, index)]
-    for step in problem.subject.steps.sizes if left else ():
+    for step in problem.subject.difference_steps.sizes if left else ():
         lanes = _lanes(hypothesis, simulation, [directions[k] for k in left], index, step)
         start = np.tile(hypothesis.start(index), (len(lanes), 1))
         try:

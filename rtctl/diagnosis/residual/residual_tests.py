@@ -70,7 +70,7 @@ def run_residual_tests(
     """
     analysis = analyse_residual(hypothesis, problem, ids, noise)
     tests = run_score_tests(analysis)
-    if noise is None and problem.subject.grows_with_motion and not analysis.is_quantized:
+    if noise is None and problem.subject.growth_is_misfit and not analysis.is_quantized:
         tests.append(run_growth_test(analysis))
     if not problem.allowed and not analysis.is_quantized and (repeats := run_repeats_test(analysis)):
         tests.append(repeats)

@@ -54,7 +54,11 @@ def screen_dataset(
     limits = thresholds.screening
 
     def note_missing_signal(records: Screened) -> Screened:
-        missing = [] if subject.signal == usual_signal else [NO_SIGNAL.format(usual_signal, subject.signal)]
+        missing = (
+            []
+            if subject.required_signal == usual_signal
+            else [NO_SIGNAL.format(usual_signal, subject.required_signal)]
+        )
         return records._replace(notes=tuple(missing))
 
     def skip_what_history_decides(records: Screened) -> Screened:
@@ -70,7 +74,7 @@ def screen_dataset(
     records = split_records(dataset, subject, limits)
     records = apply_steps(records, (note_missing_signal, limit_samples))
     check_speed(simulation, records.fit, str(dataset.path), thresholds.budget.one_run)
-    comparable, read = subject.comparable(simulation, records.fit)
+    comparable, read = subject.to_comparable(simulation, records.fit)
     records = _read_comparably(records, read)
     scales = subject.scales(records.fit)
     records = apply_steps(records, (skip_what_history_decides,))

@@ -40,8 +40,8 @@ def split_records(
     thresholds = thresholds or ScreeningThresholds()
     checks: tuple[RecordCheck, ...] = (
         lambda records: drop_short_records(records, thresholds),
-        lambda records: replace_spikes(records, subject.spikes_of, dataset.units, thresholds),
-        lambda records: drop_constant_records(records, subject.signal),
+        lambda records: replace_spikes(records, subject.spike_outputs, dataset.units, thresholds),
+        lambda records: drop_constant_records(records, subject.required_signal),
         lambda records: unmark_false_repeats(records, subject.drive, thresholds),
         lambda records: note_impossible_readings(records, dataset.units),
         lambda records: note_inconsistent_velocities(records, thresholds),
@@ -57,7 +57,7 @@ def split_records(
         said.append(NO_TESTS.format(tests[0].name))
     elif not tests:
         said.append(ONE_RECORD)
-    for name in subject.clipping_of:
+    for name in subject.clippable_outputs:
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
     said += note_constant_drive(fit, subject.drive)
     said += note_single_tone(fit, subject.drive, thresholds)
@@ -72,7 +72,7 @@ def _require_excited_record(
     if not fit:
         reason = (
             f'{dataset.path}: no record with use = "fit" can be diagnosed; {min_samples} samples of a '
-            f"moving {subject.signal} are needed"
+            f"moving {subject.required_signal} are needed"
         )
         raise InputError("\n".join([reason, *notes]))
     if subject.is_at_rest_undriven and not any(record.signals[subject.drive].any() for record in fit):

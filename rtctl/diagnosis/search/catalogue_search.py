@@ -157,11 +157,11 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
 
 def _find_coarse_loops(request: SearchRequest) -> LoopRefitter | None:
     subject = request.problem.subject
-    if subject.relearned is None:
+    if subject.refit_parts is None:
         return None
     request.report("whether the static loops are too coarse")
     request.problem.cancellation.raise_if_cancelled()
-    coarse = subject.coarse(request.model, request.dataset)
+    coarse = subject.find_coarse_parts(request.model, request.dataset)
     return request.loop_refitter(coarse) if coarse else None
 
 
@@ -182,10 +182,10 @@ def correct_loops(request: SearchRequest, result: SearchResult) -> SearchResult 
     Where a nonparametric alternative explains more, the causes are wrong, and refitted loops would hide that.
     """
     subject, limits = request.problem.subject, request.problem.thresholds.search
-    partly = classify_outcome(result, subject.least_removed, limits) == "partly_explained"
-    if not partly or subject.relearned is None or not request.tests or request.budget.spent:
+    partly = classify_outcome(result, subject.least_share_removed, limits) == "partly_explained"
+    if not partly or subject.refit_parts is None or not request.tests or request.budget.spent:
         return None
-    loops = subject.identified(request.model, request.dataset)
+    loops = subject.find_identified_parts(request.model, request.dataset)
     if not loops:
         return None
     nominal, chosen = result.nominal.hypothesis, result.chosen.hypothesis
@@ -220,11 +220,11 @@ def _correct_passing_set(request: SearchRequest, result: SearchResult) -> Search
     """
     problem, subject = request.problem, request.problem.subject
     named = result.chosen.hypothesis is not result.nominal.hypothesis and not result.equivalent
-    if not (named and problem.allowed) or subject.relearned is None or request.budget.spent:
+    if not (named and problem.allowed) or subject.refit_parts is None or request.budget.spent:
         return result
     if compute_error_over_noise(result.chosen, request.tests) < problem.thresholds.search.worth_correcting:
         return result
-    loops = subject.identified(request.model, request.dataset)
+    loops = subject.find_identified_parts(request.model, request.dataset)
     if not loops:
         return result
     corrected = request.loop_refitter(loops).refit_behind(result)

@@ -18,7 +18,7 @@ import numpy as np
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subject import Placed
+from rtctl.diagnosis.problem.subject import RefittedParts
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
@@ -133,8 +133,8 @@ class LoopRefitter:
     def _refit_once(self, behind: Hypothesis, still: frozenset[str]) -> _RefittedLoops:
         """Refit the loops behind a hypothesis and fit that with them; it stays as it was where that diverges."""
         problem = self.problem
-        assert problem.subject.relearned is not None
-        placed = problem.subject.relearned(self.coarse, behind, problem, self.report)
+        assert problem.subject.refit_parts is not None
+        placed = problem.subject.refit_parts(self.coarse, behind, problem, self.report)
         fit = fit_hypothesis(
             problem, placed(behind.simulation), behind.mechanisms, behind.starts, still=still
         )
@@ -144,7 +144,7 @@ class LoopRefitter:
 class _RefittedLoops(NamedTuple):
     """Refitted loops, and the hypothesis fitted with them."""
 
-    placed: Placed
+    placed: RefittedParts
     fit: Hypothesis
 
 
@@ -153,7 +153,7 @@ def _fit_as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None
 
     Free gains compensate for the error of the loops, and then the causes are off behind which these are refitted.
     """
-    identified = problem.subject.corrections
+    identified = problem.subject.session_corrections
     values = np.array([identified.get(one.name, one.value) for one in known.simulation.parameters])
     simulation, still = known.simulation.with_values(values), known.still | frozenset(identified)
     fit = fit_hypothesis(problem, simulation, known.mechanisms, known.starts, still=still)

@@ -53,7 +53,7 @@ def find_better_alternative(
     )
     if causes is None:
         return ""
-    law = _fit_best_alternative(few, first, problem.subject.unnamed, budget, report)
+    law = _fit_best_alternative(few, first, problem.subject.nonparametric_alternatives, budget, report)
     if law is None or law.cost >= causes.cost:
         return ""
     if law.cost < limits.alternative_cost * causes.cost:
@@ -91,7 +91,7 @@ def find_memory_alternative(
     Raises:
         CancelledError: Between two fits, once the problem's cancellation token is set.
     """
-    past = problem.subject.past
+    past = problem.subject.memory_forces
     if past is None or not compute_memory_p_value(named, problem) < problem.thresholds.search.memory_p:
         return ""
     few = _take_first_records(problem)
@@ -137,10 +137,13 @@ def _take_first_records(problem: Problem) -> Problem:
 
 def compute_memory_p_value(named: TestedHypothesis, problem: Problem) -> float:
     """Return the p-value of forces along the past motion in the residual; 1 for a subject that has none."""
-    past = problem.subject.past
+    past = problem.subject.memory_forces
     if past is None:
         return 1.0
-    with_past = replace(problem, subject=replace(problem.subject, forces=past.forces, slopes=past.slopes))
+    with_past = replace(
+        problem,
+        subject=replace(problem.subject, forces=past.forces, force_sensitivities=past.force_sensitivities),
+    )
     tests = run_residual_tests(named.hypothesis, with_past, (), named.noise).tests
     return min(test.p_value for test in tests if test.name == "generic forces")
 

@@ -31,7 +31,9 @@ def judge_search(search: SearchResult, problem: Problem) -> Verdict:
     """Return the verdict that the search alone supports."""
     if search.hysteresis_refit is not None:  # a refit is only kept where it reduces the error on test records
         return Verdict(claim="explained" if search.passes else "partly_explained")
-    return Verdict(claim=classify_outcome(search, problem.subject.least_removed, problem.thresholds.search))
+    return Verdict(
+        claim=classify_outcome(search, problem.subject.least_share_removed, problem.thresholds.search)
+    )
 
 
 def require_holdout_gain(

@@ -17,13 +17,13 @@ from rtctl.border.statistics import NORMAL_95
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (
+    DifferenceSteps,
     FittedModel,
     FittedRecords,
     Force,
-    Past,
+    MemoryForces,
     Reader,
     Records,
-    Steps,
     Subject,
 )
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
@@ -64,7 +64,7 @@ PAST = (
 )
 
 
-def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
+def force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """Return (forces, outputs, n) of record `index`, each as strong as the drive's own force."""
 
     def forces(z: FloatArray, v: FloatArray, u: FloatArray) -> list[FloatArray]:
@@ -74,7 +74,7 @@ def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> Float
     return _pushed(hypothesis, problem, index, forces)
 
 
-def past_slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
+def memory_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """(len(PAST), outputs, n) of record `index`: forces linear in the past of the displacement."""
     radians = problem.scales.rate * problem.records[index].period_s
 
@@ -158,7 +158,7 @@ def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
     write_oscillator_model(path, model.model_copy(update={"provenance": provenance}))
 
 
-def _spreads(model: ModelFile) -> dict[str, float]:
+def _relative_errors(model: ModelFile) -> dict[str, float]:
     """Of the intervals, taken as 95 %."""
     found = {}
     for name, one in model.model.parameters.items():
@@ -167,11 +167,11 @@ def _spreads(model: ModelFile) -> dict[str, float]:
     return found
 
 
-def _as_it_is(simulation: Simulation) -> Simulation:
+def _from_comparable(simulation: Simulation) -> Simulation:
     return simulation
 
 
-def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
+def _to_comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
     return simulation, dict
 
 
@@ -183,45 +183,45 @@ OSCILLATOR = Subject(
     kind="oscillator",
     drive="drive",
     output="displacement",
-    signal="displacement",
-    clipping_of=("displacement",),
-    spikes_of=("displacement", "velocity"),
-    about_mean=False,
+    required_signal="displacement",
+    clippable_outputs=("displacement",),
+    spike_outputs=("displacement", "velocity"),
+    size_is_variation=False,
     forces=tuple(Force(name, coordinate) for name, coordinate, _ in GENERIC),
-    slopes=slopes,
-    steps=Steps((1e-5, 1e-7, 1e-9), small=1e-3),
-    past=Past(
+    force_sensitivities=force_sensitivities,
+    difference_steps=DifferenceSteps((1e-5, 1e-7, 1e-9), small=1e-3),
+    memory_forces=MemoryForces(
         tuple(Force(name, "past") for name in PAST),
-        past_slopes,
+        memory_force_sensitivities,
         ("nonparametric.relaxations", "nonparametric.feedback"),
     ),
-    unnamed=(
+    nonparametric_alternatives=(
         "nonparametric.spring",
         "nonparametric.stop",
         "nonparametric.dissipation",
         "nonparametric.relaxations",
         "nonparametric.feedback",
     ),
-    sensed=lambda records: 1.0,
+    sensed_rms=lambda records: 1.0,
     lag_s=_quarter_period,
-    slower=(2,),
+    slower_sampling=(2,),
     is_at_rest_undriven=False,
-    grows_with_motion=True,
+    growth_is_misfit=True,
     allowed_share=0.0,
-    promised=lambda model, dataset: {},
-    least_removed=0.9,
+    stated_misfit=lambda model, dataset: {},
+    least_share_removed=0.9,
     steps_per_period=64.0,
-    glance_samples=None,
-    comparable=_comparable,
-    inner=_as_it_is,
-    coarse=lambda model, dataset: {},
-    identified=lambda model, dataset: {},
-    relearned=None,
-    corrections={},
-    offsets={},
-    shifted_by="sensor.offset",
+    screening_samples=None,
+    to_comparable=_to_comparable,
+    from_comparable=_from_comparable,
+    find_coarse_parts=lambda model, dataset: {},
+    find_identified_parts=lambda model, dataset: {},
+    refit_parts=None,
+    session_corrections={},
+    output_offsets={},
+    offset_mechanism="sensor.offset",
     read_model=read_oscillator_model,
-    spreads=_spreads,
+    relative_errors=_relative_errors,
     extended_model=extended_model,
     write_model=_write,
 )

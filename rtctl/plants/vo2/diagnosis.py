@@ -21,14 +21,14 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.finite_differences import differentiate
 from rtctl.diagnosis.problem.subject import (
+    DifferenceSteps,
     FittedModel,
     FittedRecords,
     Force,
-    Placed,
     Reader,
     Records,
+    RefittedParts,
     Signals,
-    Steps,
     Subject,
 )
 from rtctl.hysteresis.preisach.model import PreisachModel
@@ -133,7 +133,7 @@ def low_pass(x: FloatArray, samples: float) -> FloatArray:
     return smooth
 
 
-def slopes(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
+def force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
     """Return (forces, outputs, n) of record `index`, in parts of the RMS variation of the current or reading."""
     record, outputs = problem.records[index], hypothesis.sensitivity.outputs
     values, start = hypothesis.values_of(index), np.atleast_2d(hypothesis.start(index))
@@ -202,7 +202,7 @@ def extended_model(
         for mechanism, by_name in estimates.items()
         for name, estimate in by_name.items()
     }
-    return with_extensions(VO2.inner(simulation), intervals)  # type: ignore[arg-type]
+    return with_extensions(VO2.from_comparable(simulation), intervals)  # type: ignore[arg-type]
 
 
 def _write(path: Path, model: Vo2Model, provenance: dict[str, Any]) -> None:
@@ -215,7 +215,7 @@ def _text(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
+def _to_comparable(simulation: Simulation, records: Records) -> tuple[Simulation, Reader]:
     floor = floor_of([record.measured["resistance"] for record in records])
 
     def readings(signals: Signals) -> dict[str, FloatArray]:
@@ -225,11 +225,11 @@ def _comparable(simulation: Simulation, records: Records) -> tuple[Simulation, R
     return LogReading(plain=simulation, floor=floor), readings
 
 
-def _inner(simulation: Simulation) -> Simulation:
+def _from_comparable(simulation: Simulation) -> Simulation:
     return simulation.plain if isinstance(simulation, LogReading) else simulation
 
 
-def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
+def _stated_misfit(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
     """Return the RMS misfit, by output, that the identification left on its staircases.
 
     It is at most the noise of one reading there, as far as the dataset has staircases: a larger residual means that
@@ -241,7 +241,7 @@ def _promised(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
     return {names.get(name, name): min(ON_OTHER_LOOPS * left[name], noise.get(name, np.inf)) for name in left}
 
 
-class _Placed(NamedTuple):
+class _RefittedLoops(NamedTuple):
     """Read-outs learned anew, and what showed that it was needed."""
 
     coarse: Mapping[str, LoopResolution]
@@ -255,14 +255,14 @@ class _Placed(NamedTuple):
         return replace(simulation, model=_with_loops(simulation.model, self.coarse, self.loops))
 
 
-def _relearned(
+def _refit_parts(
     coarse: Mapping[str, LoopResolution],
     hypothesis: FittedModel,
     problem: FittedRecords,
     report: Callable[[str], None],
-) -> Placed:
+) -> RefittedParts:
     """Refit the loops to the fitted records too: the loops along their temperatures, less the fit's residual."""
-    plain = VO2.inner(hypothesis.simulation)
+    plain = VO2.from_comparable(hypothesis.simulation)
     assert isinstance(plain, Vo2Simulation)
     samples: dict[str, list[Samples]] = {output: [] for output in coarse}
     names = {"resistance": LOG_RESISTANCE}
@@ -285,7 +285,7 @@ def _relearned(
         report(f"the static loops, learned anew: {output}")
         problem.cancellation.raise_if_cancelled()
         loops[output] = refit_loop(coarse[output], found)
-    return _Placed(coarse, loops)
+    return _RefittedLoops(coarse, loops)
 
 
 def _with_loops(
@@ -326,44 +326,44 @@ VO2 = Subject(
     kind="vo2",
     drive="current",
     output="deflection",
-    signal="deflection",
-    clipping_of=(),
-    spikes_of=("resistance", "deflection"),
-    about_mean=True,
+    required_signal="deflection",
+    clippable_outputs=(),
+    spike_outputs=("resistance", "deflection"),
+    size_is_variation=True,
     forces=FORCES,
-    slopes=slopes,
-    past=None,
-    steps=Steps((1e-4, 1e-7), small=0.3),
-    unnamed=tuple(UNNAMED),
-    sensed=_resistance_rms,
+    force_sensitivities=force_sensitivities,
+    memory_forces=None,
+    difference_steps=DifferenceSteps((1e-4, 1e-7), small=0.3),
+    nonparametric_alternatives=tuple(UNNAMED),
+    sensed_rms=_resistance_rms,
     lag_s=_heating_time,
-    slower=(),
+    slower_sampling=(),
     is_at_rest_undriven=True,
-    grows_with_motion=False,
+    growth_is_misfit=False,
     allowed_share=0.005,
-    promised=_promised,
-    least_removed=0.6,
+    stated_misfit=_stated_misfit,
+    least_share_removed=0.6,
     steps_per_period=8.0,
-    glance_samples=12_000,
-    comparable=_comparable,
-    inner=_inner,
-    coarse=find_coarse_loops,
-    identified=collect_loops,
-    relearned=_relearned,
-    corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
-    offsets={"deflection": "deflection_offset"},
-    shifted_by="",
+    screening_samples=12_000,
+    to_comparable=_to_comparable,
+    from_comparable=_from_comparable,
+    find_coarse_parts=find_coarse_loops,
+    find_identified_parts=collect_loops,
+    refit_parts=_refit_parts,
+    session_corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
+    output_offsets={"deflection": "deflection_offset"},
+    offset_mechanism="",
     output_units={LOG_RESISTANCE: "ln(ohm)"},
-    coarse_units=UNITS,
-    describe_coarse=describe_improvement,
-    coarse_figure=draw_coarse_loops,
+    coarse_part_units=UNITS,
+    describe_coarse_parts=describe_improvement,
+    coarse_part_figure=draw_coarse_loops,
     read_model=read_model,
-    spreads=lambda model: {},
+    relative_errors=lambda model: {},
     extended_model=extended_model,
     write_model=_write,
 )
 
-BY_RESISTANCE = replace(VO2, output=LOG_RESISTANCE, signal="resistance")
+BY_RESISTANCE = replace(VO2, output=LOG_RESISTANCE, required_signal="resistance")
 """Of records without an instrument for the deflection: the film senses itself, and what ails it shows there."""
 
 SUBJECTS = (VO2, BY_RESISTANCE)

@@ -89,7 +89,7 @@ def _rows_of(
     slopes = []
     for _, group in groupby(named, key=lambda direction: (direction.mechanism, direction.form)):
         slopes.append(mechanism_sensitivities(hypothesis, list(group), problem, index))
-    slopes.append(problem.subject.slopes(hypothesis, problem, index))
+    slopes.append(problem.subject.force_sensitivities(hypothesis, problem, index))
     slopes.append(lagged_series(record.residual + _measured(problem, hypothesis, index), problem, index))
     rows = RecordRows(
         residual=fine_step_residual(hypothesis, problem, index, record.residual),

@@ -21,7 +21,7 @@ def lagged_series(simulated: FloatArray, problem: Problem, index: int) -> FloatA
         Series (5 lags, outputs, n), each y and u over its size; zero before the record began.
     """
     record = problem.records[index]
-    y = simulated - simulated.mean(axis=1, keepdims=True) if problem.subject.about_mean else simulated
+    y = simulated - simulated.mean(axis=1, keepdims=True) if problem.subject.size_is_variation else simulated
     y = y / np.sqrt(np.mean(y**2, axis=1, keepdims=True) + 1e-300)
     u = record.stimulus.inputs[problem.subject.drive][record.first :] / (problem.scales.drive or 1.0)
     lag = max(1, round(problem.subject.lag_s(problem.scales) / record.period_s))
