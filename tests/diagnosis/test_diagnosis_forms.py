@@ -86,8 +86,8 @@ def test_a_fit_of_one_form_begins_and_stays_without_the_other(tmp_path: Path) ->
         (other,) = {"gain", "mass_ratio"} - {candidate.form}
         values = {one.name: one.value for one in candidate.simulation.parameters}
         assert values[f"mode.second.{other}"] == 0.0
-        assert f"mode.second.{other}" in candidate.still
-        assert f"mode.second.{candidate.form}" not in candidate.still
+        assert f"mode.second.{other}" in candidate.fixed_parameters
+        assert f"mode.second.{candidate.form}" not in candidate.fixed_parameters
 
 
 def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> None:
@@ -107,15 +107,19 @@ def test_a_shape_is_freed_where_others_cannot_be_told_apart(tmp_path: Path) -> N
         scales=estimate_scales(records),
         steps_per_period=64.0,
     )
-    still = frozenset({"sensor.hum.frequency"})
+    fixed_parameters = frozenset({"sensor.hum.frequency"})
     cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 1.0, "unit": "1/(mm^2*s^2)"}}}
     twice = device(cubic, hum, stiffness_cubic=(1.0, "1/(mm^2*s^2)"))
-    near = twice.with_values(np.array([50.3 if one.name in still else one.value for one in twice.parameters]))
-    begun = fit_hypothesis(problem, near, ("stiffness.cubic", "sensor.hum"), still=still)
+    near = twice.with_values(
+        np.array([50.3 if one.name in fixed_parameters else one.value for one in twice.parameters])
+    )
+    begun = fit_hypothesis(
+        problem, near, ("stiffness.cubic", "sensor.hum"), fixed_parameters=fixed_parameters
+    )
     assert begun is not None
     end = polish(problem, begun)
     assert end is not None
-    assert end.still == frozenset()
+    assert end.fixed_parameters == frozenset()
     found = {one.name: one.value for one in end.simulation.parameters}
     assert found["sensor.hum.frequency"] == pytest.approx(50.4, abs=0.02)
 
@@ -139,13 +143,15 @@ def test_a_shape_that_only_names_the_others_unit_stays(tmp_path: Path) -> None:
     )
     names = [f"hysteresis.bouc_wen.{name}" for name in ("loop", "bend")]
     near = device(hysteresis)
-    begun = fit_hypothesis(problem, near, ("hysteresis.bouc_wen",), still=frozenset(names), iterations=2)
+    begun = fit_hypothesis(
+        problem, near, ("hysteresis.bouc_wen",), fixed_parameters=frozenset(names), iterations=2
+    )
     assert begun is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("rtctl.diagnosis.problem.fit._is_identifiable", lambda *of: True)
         end = polish(problem, begun)
     assert end is not None
-    assert end.still == {"hysteresis.bouc_wen.loop"}
+    assert end.fixed_parameters == {"hysteresis.bouc_wen.loop"}
     found = {one.name: one.value for one in end.simulation.parameters}
     assert found["hysteresis.bouc_wen.loop"] == 0.5
     assert found["hysteresis.bouc_wen.bend"] != 0.2

@@ -247,7 +247,9 @@ def test_a_rival_that_each_record_has_its_own_numbers_of_is_separated_too() -> N
     """A hum has a phase in every record; in the next one it is taken to be as large as in the first."""
     problem, (true, _), _ = ambiguous()
     humming = device().extended(("sensor.hum",))
-    hum = fit_hypothesis(problem, humming, ("sensor.hum",), still=frozenset({"sensor.hum.frequency"}))
+    hum = fit_hypothesis(
+        problem, humming, ("sensor.hum",), fixed_parameters=frozenset({"sensor.hum.frequency"})
+    )
     assert hum is not None
     proposed = propose_experiment([hum, true], nominal(problem), problem, NOISE, UNITS)
     assert proposed is not None

@@ -64,7 +64,7 @@ def candidate(nominal: Hypothesis, coefficient: float) -> Candidate:
     values[-1] = coefficient
     return Candidate(
         mechanisms=("stiffness.cubic",), simulation=neutral.with_values(values), starts=nominal.starts,
-        still=frozenset(), neutral=neutral, parent=nominal,
+        fixed_parameters=frozenset(), neutral=neutral, parent=nominal,
     )  # fmt: skip
 
 
@@ -95,8 +95,8 @@ def test_a_promise_is_the_cost_that_a_linear_step_leads_to(fitted_case: tuple[Pr
     )
     assert whole is not None
     assert begun is not None
-    assert whole.promised == pytest.approx(whole.cost, rel=1e-3)
-    assert begun.promised < begun.cost - 0.9 * (begun.cost - whole.cost)
+    assert whole.predicted_cost == pytest.approx(whole.cost, rel=1e-3)
+    assert begun.predicted_cost < begun.cost - 0.9 * (begun.cost - whole.cost)
 
 
 def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
@@ -105,7 +105,7 @@ def test_a_rival_that_a_step_takes_to_the_front_goes_on_to_its_end(
     _, nominal = fitted_case
 
     def goes_on(cost: float, promised: float) -> bool:
-        return is_in_contention(replace(nominal, cost=cost, promised=promised), 1.0, LIMITS)
+        return is_in_contention(replace(nominal, cost=cost, predicted_cost=promised), 1.0, LIMITS)
 
     assert goes_on(1.4, 1.3)
     assert not goes_on(1.6, 1.1)
@@ -138,7 +138,7 @@ def test_a_lag_of_the_drive_is_found_on_a_bench_that_was_off_before() -> None:
     values = {one.name: one.value for one in found.simulation.parameters}
     assert values["drive.lag.time_constant"] == pytest.approx(3e-3, rel=0.02)
     assert values["drive.lag.settled"] == 0.0
-    assert "drive.lag.settled" in found.still
+    assert "drive.lag.settled" in found.fixed_parameters
     assert run_residual_tests(found, problem, ()).p_value > 0.01
 
 
@@ -147,11 +147,11 @@ def test_those_that_promise_more_than_the_leaders_go_on_too(fitted_case: tuple[P
     _, nominal = fitted_case
     promises = {"a": (0.8,), "b": (0.95,), "c": (0.7, 0.6), "d": (0.5,)}
     begun = {
-        (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), promised=one) for one in those]
+        (frozenset({name}), ""): [replace(nominal, mechanisms=(name,), predicted_cost=one) for one in those]
         for name, those in promises.items()
     }
     going = select_promising(begun, 0.9, LIMITS)
-    assert [(one.mechanisms, one.promised) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
+    assert [(one.mechanisms, one.predicted_cost) for one in going.values()] == [(("d",), 0.5), (("c",), 0.6)]
     assert len(going) == LIMITS.promising
     assert not select_promising(begun, 0.4, LIMITS)
 

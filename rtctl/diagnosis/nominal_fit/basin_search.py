@@ -42,5 +42,5 @@ def _fit_from(problem: Problem, hypothesis: Hypothesis, factor: float) -> Hypoth
     start = hypothesis.simulation.with_values(within)
     iterations = problem.thresholds.nominal_fit.basin_iterations
     return fit_hypothesis(
-        problem, start, hypothesis.mechanisms, hypothesis.starts, iterations, hypothesis.still
+        problem, start, hypothesis.mechanisms, hypothesis.starts, iterations, hypothesis.fixed_parameters
     )

@@ -30,7 +30,7 @@ def improve_initial_states(problem: Problem, hypothesis: Hypothesis) -> Hypothes
     if not gained > problem.thresholds.nominal_fit.start_improvement * hypothesis.cost:
         return hypothesis
     better = fit_hypothesis(
-        problem, hypothesis.simulation, hypothesis.mechanisms, starts, 0, hypothesis.still
+        problem, hypothesis.simulation, hypothesis.mechanisms, starts, 0, hypothesis.fixed_parameters
     )
     return better if better is not None and better.cost < hypothesis.cost else hypothesis
 

@@ -25,14 +25,18 @@ from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 
 
 def fit_segments(
-    problem: Problem, simulation: Simulation, still: frozenset[str] = frozenset(), *, settle: bool = True
+    problem: Problem,
+    simulation: Simulation,
+    fixed_parameters: frozenset[str] = frozenset(),
+    *,
+    settle: bool = True,
 ) -> list[Simulation]:
     """Fit segments of increasing length, each fit from the values of the one before.
 
     Args:
         problem: Records to fit.
         simulation: Model at its start values.
-        still: Names of parameters that are not fitted.
+        fixed_parameters: Names of parameters that are not fitted.
         settle: Whether the segments' states are fitted before any parameter, and stray segments are left out; else the
             shortest length is skipped and more segments are used.
 
@@ -45,7 +49,7 @@ def fit_segments(
         return fitted
     for periods in limits.segment_periods if settle else limits.segment_periods[1:]:
         most = limits.max_segments if settle else limits.max_judged_segments
-        cost = _cost_of_segments(problem, simulation, still, periods, most)
+        cost = _cost_of_segments(problem, simulation, fixed_parameters, periods, most)
         sensitivity = cost.sensitivity
         shared = sensitivity.current_values[sensitivity.free] / sensitivity.scale
         cost = _without_diverging(cost, shared)
@@ -86,10 +90,10 @@ def cut_segments(
 
 
 def _cost_of_segments(
-    problem: Problem, simulation: Simulation, still: frozenset[str], periods: float, most: int
+    problem: Problem, simulation: Simulation, fixed_parameters: frozenset[str], periods: float, most: int
 ) -> SegmentCost:
     """Return the cost over segments of so many periods."""
-    sensitivity = sensitivity_of(problem, simulation, still)
+    sensitivity = sensitivity_of(problem, simulation, fixed_parameters)
     own = [simulation.parameters[k].value for k in sensitivity.record_parameters]
     return SegmentCost(
         sensitivity=sensitivity,

@@ -61,7 +61,9 @@ def _fit_outlier(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypo
         part = 0.5 * (reached + part)
     if fit is None or not reached:
         return None
-    return fit_hypothesis(problem, fit.simulation, fit.mechanisms, fit.starts, still=fit.still)
+    return fit_hypothesis(
+        problem, fit.simulation, fit.mechanisms, fit.starts, fixed_parameters=fit.fixed_parameters
+    )
 
 
 def _with_part(problem: Problem, outlier: int, part: float) -> Problem:
@@ -80,7 +82,11 @@ def _fit_others(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypot
     kept = [k for k in range(len(problem.records)) if k != outlier]
     others = replace(problem, records=tuple(problem.records[k] for k in kept))
     fit = fit_hypothesis(
-        others, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts[kept], still=hypothesis.still
+        others,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts[kept],
+        fixed_parameters=hypothesis.fixed_parameters,
     )
     if fit is None:
         return None
@@ -91,8 +97,10 @@ def _fit_others(problem: Problem, hypothesis: Hypothesis, outlier: int) -> Hypot
 
 def _fit_from(problem: Problem, fit: Hypothesis, iterations: int) -> Hypothesis | None:
     """Fit from the parameters of `fit`, and its initial states or better ones."""
-    there = fit_hypothesis(problem, fit.simulation, fit.mechanisms, fit.starts, 0, fit.still)
+    there = fit_hypothesis(problem, fit.simulation, fit.mechanisms, fit.starts, 0, fit.fixed_parameters)
     if there is None:
         return None
     there = improve_initial_states(problem, there)
-    return fit_hypothesis(problem, there.simulation, there.mechanisms, there.starts, iterations, there.still)
+    return fit_hypothesis(
+        problem, there.simulation, there.mechanisms, there.starts, iterations, there.fixed_parameters
+    )

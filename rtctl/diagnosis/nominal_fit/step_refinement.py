@@ -49,7 +49,7 @@ def refine_steps(
             hypothesis.simulation,
             hypothesis.mechanisms,
             hypothesis.starts,
-            still=hypothesis.still,
+            fixed_parameters=hypothesis.fixed_parameters,
         )
         hypothesis = improve(problem, refitted) if refitted is not None else hypothesis
     return problem, hypothesis

@@ -48,13 +48,17 @@ def refit_from_segments(problem: Problem, hypothesis: Hypothesis) -> Hypothesis:
     limits = problem.thresholds.nominal_fit
     if relative_misfit(problem, hypothesis) < limits.close_misfit:
         return hypothesis
-    mechanisms, starts, still = hypothesis.mechanisms, hypothesis.starts, hypothesis.still
+    mechanisms, starts, fixed_parameters = (
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        hypothesis.fixed_parameters,
+    )
     trials = [
-        fit_hypothesis(problem, start, mechanisms, starts, limits.trial_iterations, still)
-        for start in fit_segments(problem, hypothesis.simulation, still)
+        fit_hypothesis(problem, start, mechanisms, starts, limits.trial_iterations, fixed_parameters)
+        for start in fit_segments(problem, hypothesis.simulation, fixed_parameters)
     ]
     fits = [
-        fit_hypothesis(problem, one.simulation, mechanisms, one.starts, still=still)
+        fit_hypothesis(problem, one.simulation, mechanisms, one.starts, fixed_parameters=fixed_parameters)
         for one in _by_cost(trials)[: limits.fitted_starts]
     ]
     return _by_cost([hypothesis, *fits])[0]

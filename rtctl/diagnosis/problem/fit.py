@@ -22,7 +22,7 @@ def fit_hypothesis(
     mechanisms: Sequence[str],
     starts: FloatArray | None = None,
     iterations: int | None = None,
-    still: frozenset[str] = frozenset(),
+    fixed_parameters: frozenset[str] = frozenset(),
 ) -> Hypothesis | None:
     """Fit a model to all records of a problem, from the values of `simulation`, by output error.
 
@@ -33,12 +33,12 @@ def fit_hypothesis(
         starts: Initial states and record parameters to start from (records, states + record parameters), in units;
             None: what the readings and `simulation` tell.
         iterations: Iterations at most; None: `thresholds.problem.most_iterations`; 0 evaluates without a step.
-        still: Names of parameters that are not fitted.
+        fixed_parameters: Names of parameters that are not fitted.
 
     Returns:
         The hypothesis at its optimum; None where the model diverges at the start values.
     """
-    sensitivity = sensitivity_of(problem, simulation, still)
+    sensitivity = sensitivity_of(problem, simulation, fixed_parameters)
     cost = _segment_cost(problem, sensitivity, starts)
     low, high = parameter_bounds(problem, sensitivity)
     minimum = minimise(
@@ -54,7 +54,7 @@ def fit_hypothesis(
     if minimum is None:
         return None
     gain = predict_gain(minimum, low, high)
-    return _hypothesis(cost, tuple(mechanisms), minimum, gain, still)
+    return _hypothesis(cost, tuple(mechanisms), minimum, gain, fixed_parameters)
 
 
 def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray | None) -> SegmentCost:
@@ -77,13 +77,13 @@ def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray
     )
 
 
-def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[str]) -> Sensitivity:
-    """Return the sensitivity by all parameters but the fixed ones and those in `still`.
+def sensitivity_of(problem: Problem, simulation: Simulation, fixed_parameters: frozenset[str]) -> Sensitivity:
+    """Return the sensitivity by all parameters but the fixed ones and those in `fixed_parameters`.
 
     Parameters that each record has for itself are fitted with its initial state.
     """
     parameters = simulation.parameters
-    free = [k for k, one in enumerate(parameters) if not one.fixed and one.name not in still]
+    free = [k for k, one in enumerate(parameters) if not one.fixed and one.name not in fixed_parameters]
     of_record = [k for k in free if parameters[k].declared.per_record]
     return Sensitivity.of(
         simulation, problem.records, free, scales=problem.scales, record_parameters=of_record
@@ -92,13 +92,20 @@ def sensitivity_of(problem: Problem, simulation: Simulation, still: frozenset[st
 
 def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = None) -> Hypothesis | None:
     """Fit a hypothesis to its optimum, with every shape free that the records identify beside the other parameters."""
-    still = set(hypothesis.still)
+    fixed_parameters = set(hypothesis.fixed_parameters)
     redundant = {one.name for one in hypothesis.simulation.parameters if one.declared.redundant}
     for name in _defaulted_shapes(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
-        if name in still - redundant and _is_identifiable(problem, hypothesis, still - {name}, name):
-            still.discard(name)
+        if name in fixed_parameters - redundant and _is_identifiable(
+            problem, hypothesis, fixed_parameters - {name}, name
+        ):
+            fixed_parameters.discard(name)
     return fit_hypothesis(
-        problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, iterations, frozenset(still)
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        iterations,
+        frozenset(fixed_parameters),
     )
 
 
@@ -115,10 +122,15 @@ def _defaulted_shapes(simulation: Simulation, mechanisms: Sequence[str]) -> list
     ]
 
 
-def _is_identifiable(problem: Problem, hypothesis: Hypothesis, still: set[str], name: str) -> bool:
+def _is_identifiable(problem: Problem, hypothesis: Hypothesis, fixed_parameters: set[str], name: str) -> bool:
     """Return whether the records tell a parameter from all other free ones, by its squared sensitivity."""
     start = fit_hypothesis(
-        problem, hypothesis.simulation, hypothesis.mechanisms, hypothesis.starts, 0, frozenset(still)
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        hypothesis.starts,
+        0,
+        frozenset(fixed_parameters),
     )
     if start is None:
         return False
@@ -146,7 +158,7 @@ def _hypothesis(
     mechanisms: tuple[str, ...],
     minimum: Minimum,
     gain: float,
-    still: frozenset[str],
+    fixed_parameters: frozenset[str],
 ) -> Hypothesis:
     unknowns = minimum.unknowns
     values = cost.sensitivity.values(unknowns.shared)
@@ -159,6 +171,6 @@ def _hypothesis(
         cost=minimum.equations.cost,
         sensitivity=cost.sensitivity,
         shared=unknowns.shared,
-        still=still,
-        promised=minimum.equations.cost - gain,
+        fixed_parameters=fixed_parameters,
+        predicted_cost=minimum.equations.cost - gain,
     )

@@ -28,9 +28,9 @@ class Hypothesis:
     """Derivatives of the outputs by the fitted parameters."""
     shared: FloatArray
     """Fitted values (p,) of the parameters that all records share, over their scales."""
-    still: frozenset[str] = frozenset()
+    fixed_parameters: frozenset[str] = frozenset()
     """Names of parameters that were not fitted: they stay at their defaults, or have no effect on these records."""
-    promised: float = np.inf
+    predicted_cost: float = np.inf
     """Cost that one more step would reach if the model were linear: far below `cost` where the fit has not ended."""
 
     @property

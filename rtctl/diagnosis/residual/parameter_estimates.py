@@ -37,7 +37,7 @@ def estimates_of(tested: TestedHypothesis, mechanism: str) -> dict[str, Estimate
         if k in of_record:
             spread = NORMAL_95 * _amplitude_error(tested)
             estimates[parameter.declared.name] = _estimate(parameter, spread)
-        elif mechanism and parameter.name in hypothesis.still and _acts(tested, parameter):
+        elif mechanism and parameter.name in hypothesis.fixed_parameters and _acts(tested, parameter):
             estimates[parameter.declared.name] = _estimate(parameter, 0.0)
     return estimates
 

@@ -53,8 +53,8 @@ class _InitialMotion(NamedTuple):
 
     def rests(self, thresholds: ScreeningThresholds) -> bool:
         """Return whether the record begins at rest, as far as can be seen."""
-        still = self.velocity < thresholds.resting_start * max(1.0, self.displacement)
-        return still and (self.declared or self.displacement < thresholds.resting_start)
+        is_still = self.velocity < thresholds.resting_start * max(1.0, self.displacement)
+        return is_still and (self.declared or self.displacement < thresholds.resting_start)
 
 
 class _History(NamedTuple):

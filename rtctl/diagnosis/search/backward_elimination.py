@@ -86,18 +86,18 @@ def refit_without(
     values = {parameter.name: parameter.value for parameter in chosen.simulation.parameters}
     simulation = simulation.with_values(_values_of(simulation, values))
     names = {one.name for one in simulation.parameters}
-    still = frozenset(name for name in chosen.still if name in names)
+    fixed_parameters = frozenset(name for name in chosen.fixed_parameters if name in names)
     initial = _remaining_starts(chosen, simulation)
     if iterations:
         values |= _compensate(problem, chosen, rest)
         candidates = [simulation, clip_to_bounds(simulation, _values_of(simulation, values))]
-        fits = [(fit_hypothesis(problem, one, rest, initial, 0, still), one) for one in candidates]
+        fits = [(fit_hypothesis(problem, one, rest, initial, 0, fixed_parameters), one) for one in candidates]
         least, simulation = min(
             ((fit.cost if fit else np.inf, one) for fit, one in fits), key=lambda pair: pair[0]
         )
         if not least < below:
             return None
-    return fit_hypothesis(problem, simulation, rest, initial, iterations, still)
+    return fit_hypothesis(problem, simulation, rest, initial, iterations, fixed_parameters)
 
 
 def _values_of(simulation: Simulation, values: dict[str, float]) -> FloatArray:

@@ -152,7 +152,9 @@ def _start_candidate(
     index = {
         (p.mechanism, p.declared.name): k for k, p in enumerate(simulation.parameters) if p.mechanism in forms
     }
-    still = set(hypothesis.still) | _list_fixed(hypothesis.simulation, simulation, forms)
+    fixed_parameters = set(hypothesis.fixed_parameters) | _list_fixed(
+        hypothesis.simulation, simulation, forms
+    )
     steps = _solve_joint_step(parent.projected, len(hypothesis.shared), group)
     room = _make_room(parent, group, steps, limits)
     factor = min(factor, _limit_step(parent, room, limits))
@@ -171,10 +173,10 @@ def _start_candidate(
         elif parent.projected.usable[k]:
             values[index[key]] += factor * step * direction.scale
         else:
-            still.add(simulation.parameters[index[key]].name)
+            fixed_parameters.add(simulation.parameters[index[key]].name)
     return Candidate(
         mechanisms=(*hypothesis.mechanisms, *forms), simulation=clip_to_bounds(simulation, values),
-        starts=np.column_stack((hypothesis.starts, *of_record.values())), still=frozenset(still),
+        starts=np.column_stack((hypothesis.starts, *of_record.values())), fixed_parameters=frozenset(fixed_parameters),
         neutral=clip_to_bounds(neutral, shaped), parent=hypothesis, form="".join(forms.values()),
     )  # fmt: skip
 

@@ -77,7 +77,7 @@ class LoopRefitter:
             refitted.placed(nominal.simulation),
             nominal.mechanisms,
             nominal.starts,
-            still=nominal.still,
+            fixed_parameters=nominal.fixed_parameters,
         )
         if bare is None:
             return result
@@ -122,21 +122,27 @@ class LoopRefitter:
         They are refitted twice if the budget allows: with the first loops the causes are nearer to the truth.
         """
         starts = [one for one in (_fit_as_identified(self.problem, known), known) if one is not None]
-        first = min((self._refit_once(one, known.still) for one in starts), key=lambda one: one.fit.cost)
+        first = min(
+            (self._refit_once(one, known.fixed_parameters) for one in starts), key=lambda one: one.fit.cost
+        )
         if not first.fit.cost < known.cost:
             return None
         if not self._has_left(0.0):
             return first
-        second = self._refit_once(first.fit, known.still)
+        second = self._refit_once(first.fit, known.fixed_parameters)
         return second if second.fit.cost < first.fit.cost else first
 
-    def _refit_once(self, behind: Hypothesis, still: frozenset[str]) -> _RefittedLoops:
+    def _refit_once(self, behind: Hypothesis, fixed_parameters: frozenset[str]) -> _RefittedLoops:
         """Refit the loops behind a hypothesis and fit that with them; it stays as it was where that diverges."""
         problem = self.problem
         assert problem.subject.refit_parts is not None
         placed = problem.subject.refit_parts(self.coarse, behind, problem, self.report)
         fit = fit_hypothesis(
-            problem, placed(behind.simulation), behind.mechanisms, behind.starts, still=still
+            problem,
+            placed(behind.simulation),
+            behind.mechanisms,
+            behind.starts,
+            fixed_parameters=fixed_parameters,
         )
         return _RefittedLoops(placed, fit or behind)
 
@@ -155,8 +161,13 @@ def _fit_as_identified(problem: Problem, known: Hypothesis) -> Hypothesis | None
     """
     identified = problem.subject.session_corrections
     values = np.array([identified.get(one.name, one.value) for one in known.simulation.parameters])
-    simulation, still = known.simulation.with_values(values), known.still | frozenset(identified)
-    fit = fit_hypothesis(problem, simulation, known.mechanisms, known.starts, still=still)
+    simulation, fixed_parameters = (
+        known.simulation.with_values(values),
+        known.fixed_parameters | frozenset(identified),
+    )
+    fit = fit_hypothesis(
+        problem, simulation, known.mechanisms, known.starts, fixed_parameters=fixed_parameters
+    )
     most = problem.thresholds.search.as_identified_cost * known.cost
     return fit if fit is not None and fit.cost < most else None
 

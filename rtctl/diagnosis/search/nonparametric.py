@@ -49,7 +49,7 @@ def find_better_alternative(
         other.mechanisms,
         other.starts,
         limits.first_iterations,
-        still=other.still,
+        fixed_parameters=other.fixed_parameters,
     )
     if causes is None:
         return ""
@@ -123,7 +123,9 @@ def _fit_all_records(problem: Problem, nominal: Hypothesis, law: Hypothesis) -> 
         return law
     starts = np.concatenate((law.starts, nominal.starts[len(law.starts) :]))
     iterations = problem.thresholds.search.first_iterations
-    return fit_hypothesis(problem, law.simulation, law.mechanisms, starts, iterations, still=law.still)
+    return fit_hypothesis(
+        problem, law.simulation, law.mechanisms, starts, iterations, fixed_parameters=law.fixed_parameters
+    )
 
 
 def _take_first_records(problem: Problem) -> Problem:

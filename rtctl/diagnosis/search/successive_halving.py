@@ -33,7 +33,7 @@ class Candidate(NamedTuple):
     """Model at the values where the fit starts."""
     starts: FloatArray
     """Initial states and parameters of each record (records, ...), in units."""
-    still: frozenset[str]
+    fixed_parameters: frozenset[str]
     """Names of parameters that are not fitted."""
     neutral: Simulation
     """The same model where the added mechanism does not act."""
@@ -128,7 +128,7 @@ def _fit_second_round(
     leaders = {key: min(ones, key=_cost) for key, ones in fits.items()}
     ahead = _select_in_reach(_sort_by_cost(leaders.values()), limits.second_round, limits)
     going = {key: one for key, one in leaders.items() if _is_among(one, ahead)}
-    least = min((one.promised for one in ahead), default=np.inf)
+    least = min((one.predicted_cost for one in ahead), default=np.inf)
     going |= select_promising({key: ones for key, ones in fits.items() if key not in going}, least, limits)
     for key, one in sorted(going.items(), key=lambda item: item[1].cost):
         if not budget.spent:
@@ -143,7 +143,8 @@ def _finish(problem: Problem, finalists: Sequence[Hypothesis], budget: WorkBudge
     for _ in range(limits.further_rounds):
         least = min((one.cost for one in fits), default=0.0)
         descending = [
-            is_in_contention(one, least, limits) and one.promised < (1.0 - limits.converged_share) * one.cost
+            is_in_contention(one, least, limits)
+            and one.predicted_cost < (1.0 - limits.converged_share) * one.cost
             for one in fits
         ]
         if not any(descending):
@@ -174,7 +175,7 @@ def _fit_start(problem: Problem, candidate: Candidate) -> Hypothesis | None:
         candidate.mechanisms,
         candidate.starts,
         iterations,
-        still=candidate.still,
+        fixed_parameters=candidate.fixed_parameters,
     )
 
 
@@ -191,7 +192,7 @@ def _refit(problem: Problem, hypothesis: Hypothesis, iterations: int) -> Hypothe
         hypothesis.mechanisms,
         hypothesis.starts,
         iterations,
-        still=hypothesis.still,
+        fixed_parameters=hypothesis.fixed_parameters,
     )
 
 
@@ -246,7 +247,7 @@ def _fit_slow_mechanisms(
 
 def is_in_contention(hypothesis: Hypothesis, least: float, limits: SearchThresholds) -> bool:
     """Return whether a finalist may still end near the lowest cost `least`."""
-    promising = hypothesis.promised < least
+    promising = hypothesis.predicted_cost < least
     most = limits.contending_cost_if_promising if promising else limits.contending_cost
     return hypothesis.cost < most * least
 
@@ -278,10 +279,11 @@ def select_promising(
         least: Predicted cost that they have to promise less than.
         limits: Thresholds of the search.
     """
-    best = {key: min(ones, key=lambda one: one.promised) for key, ones in fits.items()}
-    promising = [key for key, one in best.items() if one.promised < least]
+    best = {key: min(ones, key=lambda one: one.predicted_cost) for key, ones in fits.items()}
+    promising = [key for key, one in best.items() if one.predicted_cost < least]
     return {
-        key: best[key] for key in sorted(promising, key=lambda key: best[key].promised)[: limits.promising]
+        key: best[key]
+        for key in sorted(promising, key=lambda key: best[key].predicted_cost)[: limits.promising]
     }
 
 

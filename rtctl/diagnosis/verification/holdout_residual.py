@@ -86,7 +86,11 @@ def explain_holdout_residual(
 def _moved_to(problem: Problem, hypothesis: Hypothesis) -> Hypothesis | None:
     """Return the hypothesis on other records, with its values; None where it diverges there."""
     return fit_hypothesis(
-        problem, hypothesis.simulation, hypothesis.mechanisms, iterations=0, still=hypothesis.still
+        problem,
+        hypothesis.simulation,
+        hypothesis.mechanisms,
+        iterations=0,
+        fixed_parameters=hypothesis.fixed_parameters,
     )
 
 
@@ -98,7 +102,9 @@ def _fit_jointly(problem: Problem, tests: tuple[FitRecord, ...], hypothesis: Hyp
     both = replace(problem, records=(*problem.records, *tests))
     starts = np.concatenate((hypothesis.starts, alone.starts))
     iterations = problem.thresholds.verification.joint_fit_iterations
-    return fit_hypothesis(both, alone.simulation, alone.mechanisms, starts, iterations, still=alone.still)
+    return fit_hypothesis(
+        both, alone.simulation, alone.mechanisms, starts, iterations, fixed_parameters=alone.fixed_parameters
+    )
 
 
 def _divided(joint: Hypothesis, count: int) -> tuple[Hypothesis, Hypothesis]:

@@ -163,6 +163,6 @@ def _revise_value(
         given.with_values(values),
         hypothesis.mechanisms,
         hypothesis.starts,
-        still=hypothesis.still | others,
+        fixed_parameters=hypothesis.fixed_parameters | others,
     )
     return None if refitted is None else run_residual_tests(refitted, problem, (), nominal.noise)

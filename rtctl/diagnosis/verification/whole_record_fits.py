@@ -58,7 +58,9 @@ def fit_whole_records(first: NominalFit, problem: Problem, search: SearchResult)
         return None
     whole, nominal = first.whole
     chosen = search.chosen.hypothesis
-    refitted = fit_hypothesis(whole, chosen.simulation, chosen.mechanisms, still=chosen.still)
+    refitted = fit_hypothesis(
+        whole, chosen.simulation, chosen.mechanisms, fixed_parameters=chosen.fixed_parameters
+    )
     if refitted is None or refitted.cost > nominal.cost:
         return None
     most = problem.thresholds.verification.whole_cost_ratio * chosen.cost / problem.samples
