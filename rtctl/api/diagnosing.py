@@ -75,8 +75,10 @@ class Diagnosis:
         return self.answer.next_experiment
 
     @property
-    def model(self) -> Model:
-        """The model with re-fitted parameters and the causes."""
+    def model(self) -> Model | None:
+        """The model with re-fitted parameters and the causes; None where none is claimed or the gain is not certain."""
+        if self.answer.withheld:
+            return None
         return Model(kind=self.nominal.kind, content=self.answer.model)
 
     @property
@@ -124,7 +126,8 @@ class Diagnosis:
     def save(self, folder: PathText) -> Path:
         """Write `diagnosis.json`, `report.html`, `model-extended.toml` and `next-experiment.toml` into a folder.
 
-        Files of an earlier answer are removed; the JSON file is written last, so that a folder that has it is whole.
+        The model is written only where `model` is not None, the next experiment only where something is open. Files of
+        an earlier answer are removed; the JSON file is written last, so that a folder that has it is whole.
         """
         from rtctl.diagnosis.report.files import write_diagnosis
 
@@ -140,12 +143,12 @@ class Diagnosis:
             return provenance_of(self.answer, self.dataset, file, shlex.join([*words, *self.words]))
 
     def __repr__(self) -> str:
-        names = ", ".join(f"{cause.id} ({cause.probability:.1%})" for cause in self.causes)
+        names = ", ".join(f"{cause.id} ({cause.certainty})" for cause in self.causes)
         return f"<Diagnosis of {self.dataset.name}: {self.verdict}{': ' if names else ''}{names}>"
 
     def _repr_html_(self) -> str:
         rows = [
-            [f"{cause.probability:.1%}", cause.id, cause.statement, ", ".join(cause.indistinguishable_from)]
+            [cause.certainty, cause.id, cause.statement, ", ".join(cause.indistinguishable_from)]
             for cause in self.causes
         ]
         notes = list(self.warnings)

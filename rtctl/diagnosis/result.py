@@ -19,6 +19,9 @@ from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
 from rtctl.identification.fit_record import FitRecord
 
+EXTENDED_MODEL = "model-extended.toml"
+"""File of the extended model, beside `diagnosis.json`."""
+
 
 class Cause(NamedTuple):
     """A named effect that the model lacks, or a value that is off, with its evidence."""
@@ -29,13 +32,21 @@ class Cause(NamedTuple):
     """One sentence with the fitted values."""
     kind: str
     """"mechanism" or "parameter"."""
-    probability: float
-    """From the BIC weights of all sets of causes of the same size."""
+    probability: float | None
+    """From the BIC weights of all sets of causes of the same size; None where something else is left too: those weights
+    compare sets of the catalogue only, and are no measure of certainty then."""
     parameters: Mapping[str, Estimate]
     share_removed: float
     """Fraction of the removable squared error that comes back without this cause."""
     indistinguishable_from: tuple[str, ...]
     """Ids that would explain the data as well in its place."""
+
+    @property
+    def certainty(self) -> str:
+        """Return the probability as text; where it is None, the share of the error that the cause removes."""
+        if self.probability is None:
+            return f"removes {min(self.share_removed, 0.999):.0%}"
+        return f"{self.probability:.1%}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of `causes` in `diagnosis.json`."""
@@ -88,6 +99,19 @@ class Diagnosis:
         return self.verdict == "unexplained" and (self.stopped or self.search.out_of_time)
 
     @property
+    def withheld(self) -> str:
+        """Why the extended model is not handed out; "": it is."""
+        if not self.causes:
+            return "no cause is claimed, so there is no extended model"
+        if self.gain is not None and not self.gain.ratio_low > 1.0:
+            return (
+                "there is no extended model, because a gain on the test records is not certain: with the causes the "
+                f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "
+                f"{self.gain.ratio_high:.3g}"
+            )
+        return ""
+
+    @property
     def json(self) -> dict[str, Any]:
         """Content of `diagnosis.json`, without provenance."""
         chosen = self.search.chosen
@@ -100,6 +124,8 @@ class Diagnosis:
         if self.next_experiment is not None:
             content["next_experiment"] = dict(self.next_experiment.json)
         return content | {
+            "model": None if self.withheld else EXTENDED_MODEL,
+            "model_withheld": self.withheld,
             "warnings": list(self.warnings),
             "stopped": self.stopped,
             "cut_by_clock": self.cut_by_clock,

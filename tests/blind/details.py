@@ -141,10 +141,11 @@ def _sets(lines: Sequence[Line]) -> str:
 
 
 def calibration(lines: Sequence[Line]) -> list[tuple[float, Rate]]:
-    """(mean stated probability, rate of true ones) of the named causes, by bins of the stated probability."""
+    """(mean stated probability, rate of true ones) of the causes that have one, by bins of the stated probability."""
     claims = [
         (float(one["probability"]), one["id"] in line["truth"] or one["id"] in line["equivalent"])
-        for line in lines for one in line["causes"] if not one["id"].startswith("parameter.")
+        for line in lines for one in line["causes"]
+        if not one["id"].startswith("parameter.") and one["probability"] is not None
     ]  # fmt: skip
     found = []
     for low, high in zip(PROBABILITIES[:-1], PROBABILITIES[1:], strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 
 VERDICTS = {
     "adequate": "Nothing is wrong: what is left is {rest}.",
@@ -23,7 +23,7 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
     for cause in found.causes:
         others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
         print(
-            f"  {cause.probability:5.1%}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
+            f"  {cause.certainty:>5}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
         )
     if found.gain is not None:
         gain = found.gain
@@ -48,4 +48,5 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         if written and not found.next_experiment.in_vain:
             print(f"  rtctl acquire {folder}/next-experiment.toml --out DIR")
     if written:
-        print(f"results in {folder}: report.html, diagnosis.json, model-extended.toml")
+        model = f" ({found.withheld})" if found.withheld else f", {EXTENDED_MODEL}"
+        print(f"results in {folder}: report.html, diagnosis.json{model}")

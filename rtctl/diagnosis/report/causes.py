@@ -68,6 +68,8 @@ def name_causes(
         notes.append(REFITTED_LOOPS)
     simulations = [one.simulation for one in (estimated.hypothesis, *search.equivalent)]
     causes, corrections = separate_corrections(causes, simulations, thresholds)
+    if verified.verdict.claim == "partly_explained":
+        causes = [cause._replace(probability=None) for cause in causes]
     if corrections:
         notes.append(CORRECTED.format(" and ".join(corrections)))
     return NamedCauses(tuple(causes), tuple(notes))
@@ -96,7 +98,9 @@ def mechanism_causes(
         )
         causes.append(cause)
     qualifiers = {"drive.offset"} if joint else set()  # says how the friction depends on direction
-    return sorted(causes, key=lambda one: (-one.probability, one.id in qualifiers, -one.share_removed))
+    return sorted(
+        causes, key=lambda one: (-(one.probability or 0.0), one.id in qualifiers, -one.share_removed)
+    )
 
 
 def hysteresis_cause(search: SearchResult, subject: Subject, thresholds: ReportThresholds) -> Cause | None:

@@ -10,34 +10,42 @@ import tomli_w
 
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.report.html_report import report_page
-from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset
 from rtctl.output.atomic_write import replacing
 from rtctl.version import __version__
 
-NAMES = ("diagnosis.json", "report.html", "model-extended.toml", "next-experiment.toml")
+REHEARSED_MODEL = "next-experiment-model.toml"
+"""The re-fitted model on which a next experiment is rehearsed where there is no extended one."""
+NAMES = ("diagnosis.json", "report.html", EXTENDED_MODEL, "next-experiment.toml", REHEARSED_MODEL)
 HEAD = """# {statement}
-# Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on the extended model
-# beside it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
+# Written by rtctl diagnose; `rtctl acquire next-experiment.toml --out DIR` plays it as it stands on {device} beside
+# it, as a rehearsal. On the device: --set driver.kind=modbus-tcp --set driver.address=HOST:PORT
 """
 
 
 def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, provenance: dict[str, Any]) -> None:
-    """Write all files of an answer, `diagnosis.json` last: a folder that has it is complete and holds nothing older."""
+    """Write all files of an answer, `diagnosis.json` last: a folder that has it is complete and holds nothing older.
+
+    The extended model is written only where causes are claimed and reduce the error on test records with certainty.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for name in NAMES:
         (folder / name).unlink(missing_ok=True)
-    diagnosis.problem.subject.write_model(folder / "model-extended.toml", diagnosis.model, provenance)
+    model = REHEARSED_MODEL if diagnosis.withheld else EXTENDED_MODEL
+    if not diagnosis.withheld or diagnosis.next_experiment is not None:
+        diagnosis.problem.subject.write_model(folder / model, diagnosis.model, provenance)
     if diagnosis.next_experiment is not None:
-        _write_text(folder / "next-experiment.toml", scenario_text(diagnosis.next_experiment))
+        _write_text(folder / "next-experiment.toml", scenario_text(diagnosis.next_experiment, model))
     _write_text(folder / "report.html", report_page(diagnosis, dataset, provenance))
     write_json(folder / "diagnosis.json", diagnosis.json | {"provenance": provenance})
 
 
-def scenario_text(proposed: NextExperiment) -> str:
-    """Return the scenario of the next experiment, as `rtctl acquire` takes it."""
-    return HEAD.format(statement=proposed.statement) + "\n" + tomli_w.dumps(proposed.scenario)
+def scenario_text(proposed: NextExperiment, device: str = EXTENDED_MODEL) -> str:
+    """Return the scenario of the next experiment, as `rtctl acquire` takes it, rehearsed on the model file `device`."""
+    scenario = {**proposed.scenario, "driver": {**proposed.scenario["driver"], "device": device}}
+    return HEAD.format(statement=proposed.statement, device=device) + "\n" + tomli_w.dumps(scenario)
 
 
 def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: str) -> dict[str, Any]:

@@ -60,7 +60,7 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
         f'<h1>{describe_verdict(diagnosis)}</h1>',
         *(f'<p class="lead">{escape(cause.statement)}</p>' for cause in diagnosis.causes),
-        *(f'<div class="note">{escape(warning)}</div>' for warning in diagnosis.warnings),
+        *(f'<div class="note">{escape(warning)}</div>' for warning in _notes(diagnosis)),
         _tiles(diagnosis),
         tabulate_causes(diagnosis),
         "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
@@ -73,6 +73,11 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
         tabulate_provenance(provenance),
     ]  # fmt: skip
     return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
+
+
+def _notes(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Return the warnings, and why causes that are named give no extended model."""
+    return diagnosis.warnings + ((diagnosis.withheld,) if diagnosis.causes and diagnosis.withheld else ())
 
 
 def _drawn_pictures(diagnosis: Diagnosis) -> list[Picture]:
@@ -135,8 +140,9 @@ def _tiles(diagnosis: Diagnosis) -> str:
         others = f"; {escape(', '.join(first.indistinguishable_from))} would explain it as well"
         made.append(
             tile(
-                f"{first.probability:.1%}",
-                f"probability of {escape(first.id)}{others if first.indistinguishable_from else ''}",
+                f"{first.share_removed:.0%}" if first.probability is None else f"{first.probability:.1%}",
+                f"{'of the error removed by' if first.probability is None else 'probability of'} "
+                f"{escape(first.id)}{others if first.indistinguishable_from else ''}",
             )
         )
     return '<div class="tiles">' + "".join(made) + "</div>"

@@ -63,8 +63,9 @@ def tabulate_causes(diagnosis: Diagnosis) -> str:
     for cause in diagnosis.causes:
         values = "<br>".join(_estimate(name, one) for name, one in cause.parameters.items())
         others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
+        probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
         rows.append(
-            [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", f"{cause.probability:.1%}", values,
+            [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", probability, values,
              f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
         )  # fmt: skip
     headers = [

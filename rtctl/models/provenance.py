@@ -1,0 +1,30 @@
+"""What a model file says of its origin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rtctl.border.quantities import read_toml
+
+DOUBT = (
+    'the diagnosis that wrote {} did not explain its data ("{}"): something is left that this model does not have, so '
+    "compare the tracking errors of a run with it and of one with the model before it"
+)
+
+
+def doubt_of_diagnosed_model(path: Path) -> str:
+    """Return a sentence where a diagnosis wrote the model file without having explained its data; "" otherwise.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    content: Mapping[str, Any] = read_toml(path)
+    tables = [content, content.get("model", {})]
+    for table in tables:
+        provenance = table.get("provenance", {}) if isinstance(table, Mapping) else {}
+        verdict = str(provenance.get("verdict", "")) if isinstance(provenance, Mapping) else ""
+        if verdict in ("partly_explained", "unexplained"):
+            return DOUBT.format(path.name, verdict)
+    return ""

@@ -1,0 +1,107 @@
+"""An extended model is handed out only where causes are claimed and help on test records; its doubts go with it."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from diagnosis_cases import answer_to, device, friction_case, measured, noise_drive
+
+import rtctl
+from rtctl.cli import main
+from rtctl.models.provenance import doubt_of_diagnosed_model
+
+FEW = "friction.coulomb,damping.quadratic"
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory) -> rtctl.Diagnosis:
+    """Diagnosis of a beam with dry friction."""
+    folder = tmp_path_factory.mktemp("withheld")
+    friction_case(folder)
+    return rtctl.diagnose(folder / "dataset.toml", folder / "model.toml", mechanisms="friction.coulomb")
+
+
+def test_a_device_without_a_gap_gives_no_extended_model(
+    tmp_path: Path,
+) -> None:
+    records = [
+        (noise_drive(seed), measured(device(), noise_drive(seed)), use)
+        for seed, use in ((1, "fit"), (2, "fit"), (3, "test"))
+    ]
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "model-extended.toml").write_text("# of an earlier answer")
+    found = answer_to(tmp_path, records, FEW)
+    assert (found["verdict"], found["model"]) == ("adequate", None)
+    assert found["model_withheld"] == "no cause is claimed, so there is no extended model"
+    assert not list(tmp_path.rglob("model-extended.toml"))
+
+
+def test_an_uncertain_gain_withholds_the_model_and_keeps_the_name(
+    friction: rtctl.Diagnosis, tmp_path: Path
+) -> None:
+    assert friction.model is not None
+    gain = friction.answer.gain
+    assert gain is not None
+    unsure = replace(friction.answer, gain=gain._replace(ratio=1.1, ratio_low=0.9, ratio_high=1.3))
+    shown = replace(friction, answer=unsure)
+    assert shown.model is None
+    assert [cause.id for cause in shown.causes] == ["friction.coulomb"]
+    shown.save(tmp_path)
+    assert not (tmp_path / "model-extended.toml").exists()
+    said = json.loads((tmp_path / "diagnosis.json").read_text())["model_withheld"]
+    assert said.endswith("1.1 times less, 95 % between 0.9 and 1.3")
+    assert said in (tmp_path / "report.html").read_text()
+
+
+def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(tmp_path: Path) -> None:
+    friction_case(tmp_path)
+    wrong = ["damping.quadratic", "stiffness.cubic"]
+    found = rtctl.diagnose(tmp_path / "dataset.toml", tmp_path / "model.toml", mechanisms=wrong)
+    assert (found.verdict, found.model) == ("unexplained", None)
+    found.save(tmp_path / "out")
+    assert not (tmp_path / "out" / "model-extended.toml").exists()
+    scenario = tomllib.loads((tmp_path / "out" / "next-experiment.toml").read_text())
+    assert scenario["driver"]["device"] == "next-experiment-model.toml"
+    command = [
+        "acquire",
+        str(tmp_path / "out" / "next-experiment.toml"),
+        "--out",
+        str(tmp_path / "data"),
+        "--quiet",
+    ]
+    assert main(command) == 0
+
+
+def test_what_is_left_beside_a_cause_takes_its_probability(
+    friction: rtctl.Diagnosis, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    from rtctl.cli.printing.diagnosis import print_diagnosis
+
+    (cause,) = friction.causes
+    assert cause.probability is not None
+    partly = replace(
+        friction.answer, verdict="partly_explained",
+        causes=(cause._replace(probability=None, share_removed=0.72),),
+    )  # fmt: skip
+    print_diagnosis(partly, tmp_path)
+    assert "removes 72%  friction.coulomb:" in capsys.readouterr().out
+    assert partly.json["causes"][0]["probability"] is None
+    assert "removes 72%" in replace(friction, answer=partly)._repr_html_()
+    partial = replace(friction, answer=partly)
+    partial.save(tmp_path)
+    assert "72%" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("place", ["provenance", "model.provenance"])
+@pytest.mark.parametrize(
+    ("verdict", "doubtful"), [("partly_explained", True), ("unexplained", True), ("explained", False)]
+)
+def test_a_model_of_an_unfinished_explanation_is_doubted(
+    tmp_path: Path, place: str, verdict: str, doubtful: bool
+) -> None:
+    (tmp_path / "m.toml").write_text(f'[{place}]\nverdict = "{verdict}"\n')
+    assert bool(doubt_of_diagnosed_model(tmp_path / "m.toml")) is doubtful
