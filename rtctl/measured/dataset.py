@@ -100,6 +100,8 @@ class Dataset:
     holds: Mapping[str, str]
     """Hold of each input between its samples: "linear" | "zero" | "band-limited"."""
     records: tuple[Record, ...]
+    incomplete: str = ""
+    """Why records are missing that were to be taken; "": none is."""
 
     @property
     def signals(self) -> dict[str, Signal]:

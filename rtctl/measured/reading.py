@@ -31,6 +31,7 @@ def read_dataset(path: Path) -> Dataset:
         units=units,
         holds=holds,
         records=tuple(record for record in records if record is not None),
+        incomplete=reading.manifest.dataset.incomplete,
     )
 
 

@@ -27,6 +27,7 @@ def write_dataset(  # noqa: PLR0913
     units: Mapping[str, str] | None = None,
     holds: Mapping[str, str] | None = None,
     metadata: Mapping[str, str] | None = None,
+    incomplete: str = "",
 ) -> Path:
     """Write records and `dataset.toml`; return the manifest's path.
 
@@ -39,6 +40,7 @@ def write_dataset(  # noqa: PLR0913
         units: Units by signal; needed where the plant does not fix them.
         holds: Holds by input; "zero" by default, as drivers hold.
         metadata: Texts for each file's schema.
+        incomplete: Why records are missing that were to be taken; "": none is.
 
     Raises:
         RunError: A reader would refuse the dataset; raised before any file is written.
@@ -49,8 +51,9 @@ def write_dataset(  # noqa: PLR0913
     _check_writable(records, contents, units)
     present = [signal for signal in kinds if any(signal in content for content in contents)]
     holds = {signal: "zero" for signal, kind in kinds.items() if kind.role == "input"} | dict(holds or {})
+    known = {"identity": identity, "incomplete": incomplete}
     manifest = {
-        "dataset": {"name": name, "plant": plant, **({"identity": identity} if identity else {})},
+        "dataset": {"name": name, "plant": plant, **{key: text for key, text in known.items() if text}},
         "signals": {
             signal: _signal_table(kinds[signal].role, units[signal], holds.get(signal)) for signal in present
         },

@@ -66,6 +66,7 @@ def acquire(
         identity=driver.identity,
         records=records,
         units={channel.name: channel.unit for channel in _channels(scenario)},
+        incomplete=failure,
         metadata={"program": "rtctl", "driver": scenario.driver.kind, "clock": scenario.clock.mode},
     )
     if failure:

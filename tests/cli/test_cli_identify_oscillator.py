@@ -134,7 +134,7 @@ def test_columns_that_do_not_belong_together_give_no_model_to_trust(
     )  # fmt: skip
     out = tmp_path / "model.toml"
     assert identify(manifest, out, "--no-plot") == 1
-    assert "do not use it" in capsys.readouterr().out
+    assert "do not use this model" in capsys.readouterr().out
     file = tomllib.loads(out.read_text())
     assert file["provenance"]["trusted"] is False
     assert not any("low" in value for value in file["model"]["parameters"].values())

@@ -38,6 +38,7 @@ def test_a_clamped_excitation_is_refused_and_the_records_before_it_are_kept(
     dataset = read_dataset(tmp_path / "data" / "dataset.toml")
     assert len(dataset.records) == 1
     assert "INCOMPLETE" in dataset.name
+    assert "clamped" in dataset.incomplete
 
 
 def test_a_check_on_an_infinite_error_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

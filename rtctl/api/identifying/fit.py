@@ -44,6 +44,11 @@ class Fit:
         """Parameters of the model with units and standard errors."""
         return self.model.parameters
 
+    def warn(self, text: str) -> Fit:
+        """Return the fit with one more warning, before the others."""
+        warnings = (text, *self.warnings)
+        return replace(self, warnings=warnings, _summary={**self._summary, "warnings": list(warnings)})
+
     def to_dict(self) -> dict[str, Any]:
         """Return the figures of the fit as the command line's `--json` prints them."""
         from rtctl.evaluation.metrics import finite

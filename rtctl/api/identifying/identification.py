@@ -14,6 +14,11 @@ from rtctl.measured.dataset import Dataset
 from rtctl.output.progress import Progress, reporter
 from rtctl.registry import Identification, PlantKind, plant_kinds
 
+INCOMPLETE = (
+    "the dataset is incomplete, because its acquisition ended early ({}): this model knows nothing of what the missing "
+    "records would have shown; acquire it again before you use the model"
+)
+
 
 # 8 parameters because each is an option of the command line
 def identify(  # noqa: PLR0913
@@ -62,7 +67,7 @@ def identify(  # noqa: PLR0913
             f'{start.source or "model"}: a model of a "{start.kind}", the data are of a "{data.plant}"'
         )
     fit: Fit = record.part(how.fit)(data, start, options, report)
-    return fit
+    return fit.warn(INCOMPLETE.format(data.incomplete)) if data.incomplete else fit
 
 
 def _identification(kind: str) -> tuple[PlantKind, Identification]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
 from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.border.statistics import NORMAL_95
-from rtctl.identification.fit import Fit
+from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.regression.weak_form import WeakFit
@@ -33,11 +33,22 @@ A free run in the wrong well or out of step is off by more.
 """
 CONSTANT_RESIDUAL_RATIO = 0.7
 """Mean over RMS of a residual above which it is called constant: half of its power."""
+LEAST_SAMPLES_PER_UNKNOWN = 10
+"""Scored samples for each unknown (parameters, and two numbers of each record's start) below which nothing is fitted.
+
+Fewer leave no residual from which noise and standard errors could be estimated.
+"""
 NOT_TRUSTED = (
-    f"this fit leaves more than {100.0 * MAX_RESIDUAL_SHARE:.0f} % of the motion: do not use it. Check that drive and "
-    "displacement are not swapped and belong together, the sample rate, and the units; give a start model (--model) "
-    "with better values or with what the equation lacks"
+    "do not use this model, because {left}. Check that drive and displacement are not swapped and belong together, the "
+    "sample rate, and the units; give a start model (--model) with better values or with what the equation lacks, and "
+    "run rtctl diagnose, which names what is missing"
 )
+UNDRIVEN = (
+    "the drive is constant in all fitted records, so nothing shows the gain from it to the motion: drive_gain is left "
+    "out of the model; add a record with a drive that varies"
+)
+TRENDING_DRIVE = 0.5
+"""Variation of a drive about a straight line over its whole variation, below which its record is a slow ramp."""
 Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
 
@@ -96,23 +107,65 @@ def identify_oscillator(
     """
     options = options or OscillatorFitOptions()
     records = _select_usable_records(dataset)
-    start = model or _make_nominal_model(build, dataset.units)
+    undriven = model is None and _is_undriven(records)
+    start = model or _make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
     simulation = build(start, dataset.units, source)
     if all(parameter.fixed for parameter in simulation.parameters):
         raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
+    _check_number_of_samples(dataset, records, simulation)
     report("start values", 0.0)
     starts = generate_starts(simulation, records, options.starts, options.seed, trust_own=model is not None)
-    fit, reason = _fit_by_suitable_method(simulation, records, starts.values, options, report)
-    trusted = _compute_residual_share(fit, records, without_mean=True) <= MAX_RESIDUAL_SHARE
+    fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts.values, options, report)
+    doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
     return OscillatorFit(
-        model=_write_model(start, fit, with_errors=trusted),
-        trusted=trusted,
+        model=_write_model(start, fit, with_errors=not doubt),
+        trusted=not doubt,
         fit=fit,
         weak=starts.weak,
         reason=reason,
-        warnings=(*(() if trusted else (NOT_TRUSTED,)), *_collect_warnings(fit)),
+        warnings=(
+            *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
+            *((UNDRIVEN,) if undriven else ()),
+            *_collect_warnings(fit),
+        ),
         records=records,
     )
+
+
+def _describe_doubt(left: float, free_share: float) -> str:
+    """Return why a fit is not trusted; "": it is.
+
+    Args:
+        left: RMS residual of the fit relative to the motion.
+        free_share: The same of free runs with the fitted values; NaN where a free run is not predictable.
+    """
+    if left > MAX_RESIDUAL_SHARE:
+        return f"it leaves {100.0 * left:.3g} % of the motion"
+    if free_share > MAX_RESIDUAL_SHARE:
+        return (
+            f"it follows short segments only: free runs over whole records leave {100.0 * free_share:.3g} % of the "
+            "motion, though the motion is predictable"
+        )
+    return ""
+
+
+def _check_number_of_samples(
+    dataset: Dataset, records: tuple[FitRecord, ...], simulation: Simulation
+) -> None:
+    """Raise InputError where the records have too few samples for the unknowns of the fit."""
+    free = sum(not one.fixed for one in simulation.parameters)
+    unknowns = free + 2 * len(records)
+    samples = sum(record.samples - record.first for record in records)
+    if samples < LEAST_SAMPLES_PER_UNKNOWN * unknowns:
+        raise InputError(
+            f"{dataset.path}: the records to fit have {samples} scored samples for {unknowns} unknowns ({free} "
+            f"parameters, and the start of each record); at least {LEAST_SAMPLES_PER_UNKNOWN * unknowns} are needed"
+        )
+
+
+def _is_undriven(records: tuple[FitRecord, ...]) -> bool:
+    """Whether no input varies in any record."""
+    return all(not np.ptp(values) for record in records for values in record.stimulus.inputs.values())
 
 
 def _fit_by_suitable_method(
@@ -121,41 +174,89 @@ def _fit_by_suitable_method(
     starts: list[FloatArray],
     options: OscillatorFitOptions,
     report: ReportProgress,
-) -> tuple[Fit, str]:
-    """Fit by the method that the data allow, and return why it was chosen."""
+) -> tuple[Fit, str, float]:
+    """Fit by the method that the data allow.
+
+    Returns:
+        The fit, why its method was chosen, and, of a fit by segments, what free runs with its values leave of the
+        motion (RMS share; NaN where the motion is not predictable, and of other fits).
+    """
     shooting = ShootingOptions(fit=options.fit)
     parts = measure_divergence(simulation, records, starts[0])
     if parts.is_chaotic:
         fit = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
-        return fit, (
+        reason = (
             f"two runs of record {parts.record} from nearly the same start part {parts.growth:.0e} times "
             f"(exponent {parts.rate:.2g} 1/s): a long free run says nothing"
         )
+        return fit, reason, _compute_free_share(fit, records, options)
     free_run = fit_output_error(simulation, records, options.fit, starts=starts, report=report)
     left = _compute_residual_share(free_run, records)
     if left <= MAX_RESIDUAL_SHARE:
-        return free_run, f"free runs follow the data to {100.0 * left:.2g} %"
+        return free_run, f"free runs follow the data to {100.0 * left:.2g} %", np.nan
     short = fit_multiple_shooting(simulation, records, shooting, starts=starts, report=report)
     follows = _compute_residual_share(short, records)
     if follows < 0.5 * left:
-        return short, (
+        reason = (
             f"free runs leave {100.0 * left:.2g} % of the motion unexplained (another well, or a start too far off), "
             f"segments of a period follow it to {100.0 * follows:.2g} %"
         )
-    return free_run, f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)"
+        return short, reason, _compute_free_share(short, records, options)
+    return (
+        free_run,
+        f"neither free runs nor segments follow the data ({100.0 * left:.2g} % unexplained)",
+        np.nan,
+    )
+
+
+def _compute_free_share(fit: Fit, records: tuple[FitRecord, ...], options: OscillatorFitOptions) -> float:
+    """Return what free runs with the values of a fit by segments leave of the motion, each start fitted.
+
+    NaN where neighbouring trajectories diverge exponentially at these values: then a free run says nothing.
+    """
+    values = np.array([one.value for one in fit.simulation.parameters])
+    if measure_divergence(fit.simulation, records, values).is_chaotic:
+        return float("nan")
+    try:
+        free = fit_output_error(fit.simulation, records, options.fit, starts=[values], free=())
+    except FitError:
+        return float("inf")
+    return _compute_residual_share(free, records, without_mean=True)
 
 
 def _compute_residual_share(fit: Fit, records: tuple[FitRecord, ...], *, without_mean: bool = False) -> float:
-    """Return the RMS residual of the displacement relative to its motion about the mean.
+    """Return the RMS residual of the displacement relative to its motion: about its drift, else about its mean.
 
     `without_mean` removes each record's mean residual first: a constant has a simple cause, which is reported apart.
     """
     output = next(iter(fit.rms))
-    motion = float(np.std(np.concatenate([one.measured[output][one.first :] for one in records])))
+    whole = np.concatenate([one.measured[output][one.first :] for one in records])
+    about_drift = np.concatenate([_remove_drift(one, output) for one in records])
+    motion = float(min(np.std(whole), np.sqrt(np.mean(about_drift**2)))) or float(np.std(whole))
     if not without_mean:
         return fit.rms[output] / motion
     left = [outputs[output] - np.mean(outputs[output]) for outputs in fit.residuals.values()]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2))) / motion
+
+
+def _remove_drift(record: FitRecord, output: str) -> FloatArray:
+    """Return an output from the first scored sample on, about a straight line if the drive follows none, else its mean.
+
+    A drift of the sensor is no motion, and a model that follows only that follows nothing.
+    """
+    values = record.measured[output][record.first :]
+    time = np.linspace(-1.0, 1.0, len(values))
+
+    def about_line(x: FloatArray) -> FloatArray:
+        about_mean = x - x.mean()
+        line: FloatArray = about_mean - time * (time @ about_mean) / (time @ time)
+        return line
+
+    for drive in record.stimulus.inputs.values():
+        shown = drive[record.first :]
+        if np.std(about_line(shown)) < TRENDING_DRIVE * np.std(shown):
+            return np.asarray(values - values.mean())
+    return about_line(values)
 
 
 def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
@@ -172,8 +273,8 @@ def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
     return records
 
 
-def _make_nominal_model(build: Build, units: Mapping[str, str]) -> ModelFile:
-    """Return the nominal model with all parameters free, in the data's units."""
+def _make_nominal_model(build: Build, units: Mapping[str, str], without: Sequence[str] = ()) -> ModelFile:
+    """Return the nominal model with all parameters free but those left out, in the data's units."""
     empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
     return ModelFile(
         model=ModelTable(
@@ -181,7 +282,7 @@ def _make_nominal_model(build: Build, units: Mapping[str, str]) -> ModelFile:
             parameters={
                 one.name: Value(value=0.0, unit=_simplify_unit(one.unit))
                 for one in empty.parameters
-                if one.name in NOMINAL
+                if one.name in NOMINAL and one.name not in without
             },
         )
     )

@@ -16,6 +16,7 @@ from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.table import length
 from rtctl.measured.units import same_unit
 
+OVERFLOW_CODE = 9.9e37
 _TEXT = "OUS"  # NumPy's kinds of it
 KEPT_BYTES = 128 << 20
 """Bytes of numbers that are kept for the next record of the same file."""
@@ -114,13 +115,24 @@ def numbers(raw: NDArray[Any], name: str, first_row: int = 0) -> FloatArray:
 
 
 def check_finite(values: FloatArray, name: str, first_row: int) -> None:
-    """Raise ValueError with the rows (of the file, from 0) where `values` are NaN or infinite."""
+    """Raise ValueError with the rows (of the file, from 0) where `values` are no readings.
+
+    They are NaN, infinite, or the code of an instrument for such: SCPI-1999 (7.2.1.4 and 7.2.1.5) has 9.9e37 for an
+    infinite reading and 9.91e37 for one that is not a number.
+    """
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
         kinds = "NaN" if np.isnan(values[bad]).all() else "NaN or infinite"
         raise ValueError(
             f'column "{name}" is {kinds} in {len(bad)} of {len(values)} rows: {rows_text(bad + first_row)}; '
             "correct the file, or leave these rows out with rows = [first, end]"
+        )
+    bad = np.flatnonzero(np.abs(values) >= 0.999 * OVERFLOW_CODE)
+    if len(bad):
+        raise ValueError(
+            f'column "{name}" is {values[bad[0]]:.4g} in {len(bad)} of {len(values)} rows: '
+            f"{rows_text(bad + first_row)}. Instruments write this number where a reading overflowed; correct the "
+            "file, or leave these rows out with rows = [first, end]"
         )
 
 

@@ -93,6 +93,8 @@ class DatasetTable(Checked):
     identity: str = ""
     """Identity of the device that answered, where the wire reported it."""
     description: str = ""
+    incomplete: str = ""
+    """Why records are missing that were to be taken; "": none is."""
     conditions: Table = Field(default_factory=dict)
     """Conditions of every record, unless the record has its own."""
 

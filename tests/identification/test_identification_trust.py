@@ -1,0 +1,121 @@
+"""`rtctl identify` trusts a model only where free runs follow the data, and says what the data lack."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rtctl
+from rtctl.border.arrays import FloatArray
+
+PERIOD_S = 1e-3
+DAMPING, STIFFNESS, GAIN = 8.0, 16_000.0, 450.0
+SAMPLES = 1500
+
+
+def played(drive: FloatArray, start: float = 0.0) -> FloatArray:
+    """z'' + 8 z' + 16000 z = 450 u, u held, by the exact discrete solution; 1 % noise."""
+    from scipy.linalg import expm
+
+    system = np.array([[0.0, 1.0, 0.0], [-STIFFNESS, -DAMPING, GAIN], [0.0, 0.0, 0.0]])
+    step = expm(system * PERIOD_S)
+    state, found = np.array([start, 0.0]), np.empty(len(drive))
+    for k, u in enumerate(drive):
+        found[k] = state[0]
+        state = step[:2, :2] @ state + step[:2, 2] * u
+    noise = np.random.default_rng(3).standard_normal(len(drive))
+    return found + 0.01 * found.std() * noise
+
+
+def noise_drive(seed: int) -> FloatArray:
+    drive = np.convolve(np.random.default_rng(seed).standard_normal(SAMPLES + 16), np.hanning(16), "valid")
+    return drive[:SAMPLES]
+
+
+def identified(folder: Path, *records: tuple[FloatArray, FloatArray]) -> rtctl.Fit:
+    return rtctl.identify(
+        rtctl.write_dataset(
+            folder,
+            [
+                rtctl.Record(name=f"r{k}", period_s=PERIOD_S, signals={"drive": u, "displacement": z})
+                for k, (u, z) in enumerate(records)
+            ],
+            name="trust", plant="oscillator", units={"drive": "V", "displacement": "mm"},
+        )
+    )  # fmt: skip
+
+
+def test_a_right_model_is_trusted(tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    fit = identified(tmp_path, (drive, played(drive)))
+    assert fit.trusted
+    assert fit.parameters["damping"].value == pytest.approx(DAMPING, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        pytest.param(lambda u, z: (u, np.concatenate((np.zeros(20), z[:-20]))), id="20 samples late"),
+        pytest.param(lambda u, z: (u + 30.0 * u.std(), z), id="drive with an offset"),
+        pytest.param(
+            lambda u, z: (u, z + np.linspace(0.0, 30.0 * z.std(), len(z))), id="a sensor that drifts"
+        ),
+        pytest.param(lambda u, z: (np.zeros(len(u)), z), id="drive that was not recorded"),
+    ],
+)
+def test_segments_that_follow_do_not_make_a_model_trusted(
+    spoil: Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]], tmp_path: Path
+) -> None:
+    drives = [noise_drive(1), noise_drive(2)]
+    fit = identified(tmp_path, *(spoil(drive, played(drive)) for drive in drives))
+    assert not fit.trusted
+    assert fit.warnings[0].startswith("do not use this model, because it ")
+    assert "run rtctl diagnose" in fit.warnings[0]
+    assert all(one.standard_error is None for one in fit.parameters.values())
+
+
+@pytest.mark.parametrize("level", [0.0, 2.0])
+def test_a_ring_down_gives_damping_and_stiffness_and_no_gain(level: float, tmp_path: Path) -> None:
+    rest = np.zeros(SAMPLES)
+    fit = identified(tmp_path, (rest + level, played(rest, start=1.0)))
+    assert fit.trusted
+    assert "drive_gain" not in fit.parameters
+    assert fit.parameters["damping"].value == pytest.approx(DAMPING, rel=0.02)
+    assert fit.parameters["stiffness"].value == pytest.approx(STIFFNESS, rel=1e-3)
+    assert any("nothing shows the gain from it to the motion" in one for one in fit.warnings)
+
+
+@pytest.mark.parametrize("samples", [2, 5, 59])
+def test_too_few_samples_are_refused(samples: int, tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    with pytest.raises(
+        rtctl.InputError, match=rf"{samples} scored samples for 6 unknowns .* at least 60 are"
+    ):
+        identified(tmp_path, (drive[:samples], played(drive)[:samples]))
+
+
+@pytest.mark.parametrize("code", [9.9e37, -9.9e37, 9.91e37])
+@pytest.mark.parametrize("column", [0, 1])
+def test_an_instruments_code_for_overflow_is_no_reading(code: float, column: int, tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    record = [drive, played(drive)]
+    record[column][700] = code
+    with pytest.raises(rtctl.InputError, match=r"in 1 of 1500 rows: row 700 .* where a reading overflowed"):
+        identified(tmp_path, (record[0], record[1]))
+
+
+def test_a_dataset_whose_acquisition_ended_early_is_told(tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    identified(tmp_path, (drive, played(drive)))
+    manifest = tmp_path / "dataset.toml"
+    manifest.write_text(
+        manifest.read_text().replace("[dataset]", '[dataset]\nincomplete = "frozen_value: r"', 1)
+    )
+    fit = rtctl.identify(manifest)
+    assert fit.warnings[0].startswith(
+        "the dataset is incomplete, because its acquisition ended early (frozen_v"
+    )
+    assert fit.to_dict()["warnings"][0] == fit.warnings[0]
