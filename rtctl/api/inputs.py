@@ -135,7 +135,13 @@ def _registered_name(table: PartTable, part: Any) -> str:
         register(table, name, part)
         return name
     name = f"{type(part).__module__}.{type(part).__qualname__}"
-    check_instance(table, name, part)
+    try:
+        check_instance(table, name, part)
+    except InputError as error:
+        raise InputError(
+            f"{table} must be a kind (a text), a mapping of its keys, or a class or an object of your own, got "
+            f"{type(part).__name__} {part!r:.60}: {error}"
+        ) from None
     name = f"{name} at {id(part):#x}"
     register(table, name, lambda: part, summary=f"an object of {type(part).__qualname__}")
     return name

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from rtctl.identification.vo2 import heating as thermal
-from rtctl.identification.vo2.heating import fit_time_constant, simulate_heating
+from rtctl.identification.vo2.heating import find_time_constant, fit_time_constant, simulate_heating
 from rtctl.measured.dataset import Record
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
@@ -155,6 +155,28 @@ def test_none_where_the_time_constant_cannot_be_seen(why):
         "off the scale": lambda: measured(0.06, 3, levels=40),
     }[why]()
     assert fit_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S) is None
+
+
+@pytest.mark.parametrize(
+    ("tau_s", "period_s", "samples_a_hold"),
+    [(0.06, 1e-3, 100), (0.25, 10e-3, 50), (8.0, 0.2, 150), (60e-6, 20e-6, 12), (1.8e-3, 1e-3, 12)],
+)
+def test_a_device_of_another_speed_is_found_as_well(tau_s, period_s, samples_a_hold):
+    record = measured(tau_s, 3, levels=40, period_s=period_s, samples_a_hold=samples_a_hold)
+    found = find_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert found is not None
+    assert abs(found.value_s - tau_s) < 4.0 * found.standard_error_s
+    assert found.standard_error_s < 0.02 * tau_s
+
+
+@pytest.mark.parametrize("why", ["sampled slowly", "at rest", "one edge"])
+def test_no_speed_is_found_where_none_is_to_be_seen(why):
+    record = {
+        "sampled slowly": lambda: measured(NOMINAL_S, 3, period_s=30e-3, samples_a_hold=1, levels=300),
+        "at rest": lambda: measured(NOMINAL_S, 3, levels=1, samples_a_hold=100),
+        "one edge": lambda: measured(NOMINAL_S, 3, levels=2),
+    }[why]()
+    assert find_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S) is None
 
 
 def test_a_slow_record_beside_a_fast_one_changes_nothing():

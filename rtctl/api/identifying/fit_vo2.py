@@ -10,7 +10,8 @@ from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-from rtctl.identification.vo2.staircase import estimate_unsettled_share, extract_steady_states
+from rtctl.identification.vo2.settling import assess_settling, describe_settling
+from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import Reporter
@@ -23,14 +24,9 @@ TOO_COARSE = (
     "the static loops are too coarse, relays switch together: of the staircases, as many cells placed where they do "
     "leave {}; rtctl diagnose learns them anew where records to fit show where they switch"
 )
-STILL_MOVING = 0.02
-"""Largest share of a step that the last sample of a hold may bring.
-
-The share of a first-order heating is known (up to 1.3 % on the bundled devices), the one of a delay is not.
-"""
-UNSETTLED = (
-    "at the ends of the holds of record {} a sample still brings {:.1%} of a step: the loops identified from it are "
-    'off by several times that; hold longer, such as --set "excitation.0.hold=30 ms" of rtctl acquire'
+NOT_TRUSTED = (
+    "do not use this model: its static loops are those of a device on the way, not at rest; acquire again with holds "
+    "as long as the next notes say"
 )
 SHOWN = {"resistance_preisach": "resistance", "deflection_preisach": "deflection"}
 """Fine read-outs whose residuals stand for the fit."""
@@ -43,7 +39,8 @@ def fit_vo2(dataset: Dataset, start: Model | None, options: Vo2FitOptions, repor
         dataset=dataset.name, version=__version__, command="rtctl identify --kind vo2"
     )
     report.say("whether the static loops are too coarse")
-    warnings = notes_of(model, dataset)
+    warnings, trusted = check_vo2(model, dataset)
+    model = model.with_provenance(trusted=str(trusted).lower())
     quality = {name: one._asdict() for name, one in model.quality.items()}
     shown = {output: model.quality[name] for name, output in SHOWN.items() if name in model.quality}
     return Fit(
@@ -52,22 +49,25 @@ def fit_vo2(dataset: Dataset, start: Model | None, options: Vo2FitOptions, repor
         method=f"hysteresis read-outs and heating of {model.identity or 'the device'}",
         residual_rms={output: one.rms for output, one in shown.items()},
         units={output: one.unit for output, one in shown.items()},
-        trusted=True,
+        trusted=trusted,
         warnings=warnings,
         result=model,
-        _summary={"quality": quality, "warnings": list(warnings)},
+        _summary={"quality": quality, "trusted": trusted, "warnings": list(warnings)},
         _draw=lambda: staircase_figure(dataset, model),
     )
 
 
-def notes_of(model: Vo2Model, dataset: Dataset) -> tuple[str, ...]:
-    """Return warnings of loops that are too coarse, and of records whose holds were too short."""
+def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]:
+    """Return warnings of loops that are too coarse and of holds that were too short, and whether to trust the model."""
     coarse = find_coarse_loops(model, dataset)
     notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
-    for record in dataset.used_for("identify"):
-        if (share := estimate_unsettled_share(record)) > STILL_MOVING:
-            notes.append(UNSETTLED.format(record.name, share))
-    return tuple(notes)
+    settled = [
+        (record, assess_settling(record, model.time_constant_s, model.time_constant_error_s))
+        for record in dataset.used_for("identify")
+    ]
+    notes += [describe_settling(record, one) for record, one in settled if one.is_short]
+    trusted = not any(one.is_useless for _, one in settled)
+    return (*(() if trusted else (NOT_TRUSTED,)), *notes), trusted
 
 
 def staircase_figure(dataset: Dataset, model: Vo2Model) -> Figure:

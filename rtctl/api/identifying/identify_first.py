@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.api.identifying.fit import Fit
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, RunError
 from rtctl.border.records import Driver
 from rtctl.measured.reading import read_dataset
 from rtctl.output.progress import Reporter
@@ -35,7 +35,7 @@ def identify_first(
 
     Raises:
         InputError: Only a device of the bundled excitation's kind is identified without a model.
-        RunError: The acquisition failed.
+        RunError: The acquisition failed, or the model does not follow the data.
     """
     record = plant_kind(scenario.scenario.plant)
     identification = record.identification
@@ -56,4 +56,9 @@ def identify_first(
     for warning in fit.warnings:
         indented(f"note: {warning}")
     fit.save(folder / "model.toml")
+    if not fit.trusted:
+        raise RunError(
+            "the model that was identified on the way is not to be trusted, so nothing was run with it: "
+            f"{fit.warnings[-1]}"
+        )
     return fit.model.content

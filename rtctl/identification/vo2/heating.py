@@ -22,7 +22,12 @@ from rtctl.measured.dataset import Record
 
 MIN_MOVING_SAMPLES = 20
 MOVING_SAMPLES = 9
+MOVING_TIME_CONSTANTS = 5.0
+"""Time constants after a change of current in which samples count as moving; `MOVING_SAMPLES` at least."""
 SEARCH_FACTOR = 10.0  # about the nominal value, either way
+SCALES = (1.0, 30.0, 900.0, 1.0 / 30.0)
+"""Multiples of the nominal value about which the search runs, one after the other, until one shows: their ranges
+overlap, from 5 us to 16 s about 1.8 ms."""
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
@@ -63,6 +68,17 @@ def prepend_full_cooling(v: FloatArray) -> FloatArray:
     return np.concatenate((np.zeros(1), v))
 
 
+def find_time_constant(
+    records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
+) -> TimeConstant | None:
+    """Fit the time constant of a device of any speed: `fit_time_constant` about several scales of the nominal value."""
+    for scale in SCALES:
+        found = fit_time_constant(records, resistance, deflection, scale * nominal_s)
+        if found is not None:
+            return found
+    return None
+
+
 def fit_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
@@ -81,12 +97,16 @@ def fit_time_constant(
         The time constant; None where it cannot be seen: sampled too slowly, too few samples, or out of range.
     """
     usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
-    moving = sum(int(_find_moving_samples(record).sum()) for record in usable)
+    masks = [_find_moving_samples(record, nominal_s) for record in usable]
+    moving = sum(int(mask.sum()) for mask in masks)
     if moving < MIN_MOVING_SAMPLES:
         return None
 
     def residual(ln_tau: float) -> FloatArray:
-        parts = [_compute_residual(record, resistance, deflection, math.exp(ln_tau)) for record in usable]
+        parts = [
+            _compute_residual(record, mask, resistance, deflection, math.exp(ln_tau))
+            for record, mask in zip(usable, masks, strict=True)
+        ]
         return np.concatenate(parts)
 
     def cost(ln_tau: float) -> float:
@@ -95,11 +115,12 @@ def fit_time_constant(
 
     bounds = math.log(nominal_s / SEARCH_FACTOR), math.log(nominal_s * SEARCH_FACTOR)
     best = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
-    if min(best - bounds[0], bounds[1] - best) < 0.01:
+    at_once = math.log(1e-3 * min(record.period_s for record in usable))  # settled within a sample
+    if min(best - bounds[0], bounds[1] - best) < 0.01 or cost(best) >= min(map(cost, (at_once, *bounds))):
         return None
     step = 0.01
     slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
-    scores = np.bincount(_number_holds(usable, deflection is not None), weights=slope * residual(best))
+    scores = np.bincount(_number_holds(usable, masks, deflection is not None), weights=slope * residual(best))
     information = float(slope @ slope)
     if not information > 0.0:
         return None
@@ -114,37 +135,37 @@ def shows_heating(record: Record) -> bool:
     return record.use != "identify" or changes < 0.5 * record.samples
 
 
-def _find_moving_samples(record: Record) -> NDArray[np.bool_]:
-    """Return a mask of the nine samples after each change of current; row k is measured before its own current acts."""
+def _find_moving_samples(record: Record, time_constant_s: float) -> NDArray[np.bool_]:
+    """Return a mask of the samples that move after a change; row k is measured before its own current acts."""
+    count = max(MOVING_SAMPLES, round(MOVING_TIME_CONSTANTS * time_constant_s / record.period_s))
     current = record.signals["current"]
     changed = np.flatnonzero(np.diff(current) != 0.0) + 1
-    mask = np.zeros(len(current) + MOVING_SAMPLES + 1, dtype=bool)
-    for offset in range(1, MOVING_SAMPLES + 1):
-        mask[changed + offset] = True
-    mask = mask[: len(current)]
+    edges = np.zeros(len(current) + 1, dtype=np.intp)
+    np.add.at(edges, np.minimum(changed + 1, len(current)), 1)
+    np.add.at(edges, np.minimum(changed + 1 + count, len(current)), -1)
+    mask = np.cumsum(edges[:-1]) > 0
     mask[: record.ignore_first] = False
     return mask
 
 
-def _number_holds(records: Sequence[Record], with_deflection: bool) -> NDArray[np.intp]:
+def _number_holds(
+    records: Sequence[Record], masks: Sequence[NDArray[np.bool_]], with_deflection: bool
+) -> NDArray[np.intp]:
     """Return the number of the hold of each residual, in the order of the residuals."""
     parts: list[NDArray[np.intp]] = []
     first = 0
-    for record in records:
+    for record, mask in zip(records, masks, strict=True):
         hold = first + np.cumsum(np.diff(record.signals["current"], prepend=np.nan) != 0.0)
-        parts += [hold[_find_moving_samples(record)]] * (
-            2 if with_deflection and record.has("deflection") else 1
-        )
+        parts += [hold[mask]] * (2 if with_deflection and record.has("deflection") else 1)
         first = int(hold[-1])
     return np.concatenate(parts)
 
 
 def _compute_residual(
-    record: Record, resistance: ReadOut, deflection: ReadOut | None, tau_s: float
+    record: Record, moving: NDArray[np.bool_], resistance: ReadOut, deflection: ReadOut | None, tau_s: float
 ) -> FloatArray:
-    """Return errors of the moving samples relative to the record's range: resistance, then deflection if present."""
+    """Return errors of the `moving` samples relative to the record's range: resistance, then deflection if present."""
     v = prepend_full_cooling(simulate_heating(record.signals["current"], record.period_s, tau_s))
-    moving = _find_moving_samples(record)
     reading = -np.log(record.signals["resistance"])
     parts = [(resistance.simulate(v)[1:] - reading)[moving] / max(float(np.ptp(reading)), 1e-9)]
     if deflection is not None and record.has("deflection"):

@@ -20,7 +20,7 @@ from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.gpi_inverse import GpiInverse
-from rtctl.identification.vo2.heating import TimeConstant, fit_time_constant
+from rtctl.identification.vo2.heating import TimeConstant, find_time_constant
 from rtctl.identification.vo2.play_fit import PlayFit, PlayProblem, fit_plays, spread_starts
 from rtctl.identification.vo2.preisach_fit import PreisachFit, fit_preisach
 from rtctl.identification.vo2.staircase import SteadyStates, extract_steady_states, simulate_hold_ends
@@ -135,8 +135,9 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
     fine_r, fine_d, tau = _fit_fine_and_heating(dataset, data, options)
     if tau is None:
         report(
-            "the heating's time constant cannot be seen in these data (too few samples a hold): nominal "
-            f"{1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an interval"
+            "the heating's time constant cannot be seen in these data: no record has enough samples in the time that "
+            f"the film takes to settle. The model has the nominal {1e3 * NOMINAL_TIME_CONSTANT_S:g} ms, without an "
+            "interval; add a record that is sampled faster, such as of steps"
         )
     resistance = _make_span(np.exp(-data.u[data.scored]))
     deflection = _make_span(data.deflection[data.deflection_scored])
@@ -187,7 +188,7 @@ def _fit_fine_and_heating(
     for cells in (coarse, coarse, options.fine_cells):
         fine_r = fit_preisach(v, data.u, data.scored, cells=cells)
         fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
-        tau = fit_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
+        tau = find_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
         if tau is not None:
             v = simulate_hold_ends(dataset, tau.value_s)
     return fine_r, fine_d, tau
