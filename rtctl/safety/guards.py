@@ -6,8 +6,14 @@ command,
 
     m[k] = u^2 + (m[k-1] - u^2) exp(-h / window),   sqrt(m) <= rms
 
-and finds out before the command is sent. The loop in Python and its compiled blocks call the same kernels; these
-say only whether a reading passes, and leave their memory as it was if not, so that Python can explain why.
+and finds out before the command is sent.
+
+A reading that repeats is a stuck sensor only where a live one would have changed. The guard learns the instrument's
+resolution q (the smallest change seen) and the mean change c for a unit of command travel from the changes before:
+while the command moves by L, a live sensor moves by about c L. On a plateau, as of a metallic film, that is a few q.
+
+The loop in Python and its compiled blocks call the same kernels; these say only whether a reading passes, and leave
+their memory as it was if not, so that Python can explain why.
 """
 
 from __future__ import annotations
@@ -33,6 +39,12 @@ LARGEST_RATE_ERROR = 0.05
 LEAST_TIME_TOLERANCE_US = 20_000.0
 LOCKSTEP_TOLERANCE_US = 2
 """How far a sample period of device time may be off in lockstep [us]: it is rounded to microseconds."""
+LEAST_STEPS = 10.0
+"""Steps of the resolution by which a live reading would have moved: with fewer expected it may well repeat."""
+FARTHEST = 10.0
+"""Times `frozen_travel` (half the range of the command) after which a reading that repeats is stuck on any plateau."""
+FORGETTING = 0.125
+"""Weight of a new change in the means of changes and of travel between them."""
 COUNTS_PER_US = 1
 """Largest sampling rate [samples/us]: no instrument here is faster, so a counter that is has jumped."""
 
@@ -48,6 +60,11 @@ GUARD = np.dtype(
         ("equal", np.int64),  # equal readings in a row
         ("lowest", np.float64),  # level meanwhile
         ("highest", np.float64),
+        ("resolution", np.float64),  # smallest change of the reading; 0: none seen yet
+        ("mean_change", np.float64),  # of the reading, of those before
+        ("mean_travel", np.float64),  # of the command between two changes
+        ("travel", np.float64),  # of the command since the last change
+        ("guarded_level", np.float64),  # the level before
         ("counts", np.int64),  # by which a command in lockstep advances the counter; -1: not known yet
         ("anchored", np.int64),
         ("anchor_us", np.int64),  # device time
@@ -67,6 +84,28 @@ Record = Any
 def changes_too_fast(value: float, previous: float, rate_per_s: float, elapsed_s: float) -> bool:
     """Return whether a reading changed by more than `rate_per_s` [its unit/s] in `elapsed_s` [s]."""
     return abs(value - previous) > rate_per_s * elapsed_s
+
+
+@background_kernel
+def is_stuck(s: Record, equal: int, moved: float) -> bool:
+    """Return whether `equal` repetitions, while the command moved by `moved`, show a stuck sensor."""
+    if s.frozen_after <= 0 or equal < s.frozen_after or moved < s.frozen_travel:
+        return False
+    if s.resolution <= 0.0 or s.mean_travel <= 0.0 or moved >= FARTHEST * s.frozen_travel:
+        return True
+    return bool(s.mean_change * moved >= LEAST_STEPS * s.resolution * s.mean_travel)
+
+
+@background_kernel
+def _learn(s: Record, change: float, level: float) -> None:
+    """Learn resolution and sensitivity from a reading that moved by `change`; 0: it repeats, NaN: not known."""
+    s.travel += abs(level - s.guarded_level)
+    s.guarded_level = level
+    if change > 0.0:
+        s.resolution = change if s.resolution <= 0.0 else min(s.resolution, change)
+        s.mean_change += FORGETTING * (change - s.mean_change)
+        s.mean_travel += FORGETTING * (s.travel - s.mean_travel)
+        s.travel = 0.0
 
 
 @background_kernel
@@ -104,7 +143,7 @@ def _keeps_time(
 @background_kernel
 def follows(  # noqa: PLR0913
     guarded: Guarded,
-    is_equal: bool,
+    change: float,
     level: float,
     counts: int,
     advance_us: int,
@@ -116,7 +155,8 @@ def follows(  # noqa: PLR0913
 
     Args:
         guarded: rules and memory; the memory advances if the reading follows, and stays as it is if not.
-        is_equal: whether the reading equals the one before, to the bit.
+        change: how far the first reading moved [its unit]; 0 where all readings equal those before, to the bit; NaN
+            where only others moved.
         level: the first command that it answers [its unit].
         counts: how far the sample counter advanced, modulo 2^32.
         advance_us: how far the device's time advanced, modulo 2^32 [us].
@@ -126,11 +166,11 @@ def follows(  # noqa: PLR0913
     """
     s = guarded[0]
     equal, lowest, highest = 0, s.lowest, s.highest
-    if is_equal and s.frozen_after > 0:
+    if change == 0.0 and s.frozen_after > 0:
         equal = s.equal + 1
         lowest = level if equal == 1 else min(s.lowest, level)
         highest = level if equal == 1 else max(s.highest, level)
-        if equal >= s.frozen_after and highest - lowest >= s.frozen_travel:
+        if is_stuck(s, equal, highest - lowest):
             return False
     if s.timed != 0:
         if s.lockstep_us >= 0:
@@ -139,6 +179,7 @@ def follows(  # noqa: PLR0913
         elif not _keeps_time(s, counts, advance_us, time_us, begun_ns, answered_ns):
             return False
     s.equal, s.lowest, s.highest = equal, lowest, highest
+    _learn(s, change, level)
     return True
 
 
@@ -186,6 +227,8 @@ class ReadingGuard:
         """Forget all readings: at the start of a run, and after a fault."""
         self.memory["counts"] = -1
         self.memory["equal"] = self.memory["anchored"] = 0
+        for field in ("resolution", "mean_change", "mean_travel", "travel"):
+            self.memory[field] = 0.0
 
     def judge(
         self,
@@ -213,7 +256,8 @@ class ReadingGuard:
                     return self._explain_rate(new, previous, elapsed_s)
         counts = (new.counter - previous.counter) & UINT32
         advance_us = (new.time_us - previous.time_us) & UINT32
-        if follows(self.memory, is_equal, level, counts, advance_us, new.time_us, begun_ns, answered_ns):
+        change = 0.0 if is_equal else abs(new.sensed[0] - previous.sensed[0]) or math.nan
+        if follows(self.memory, change, level, counts, advance_us, new.time_us, begun_ns, answered_ns):
             return None
         if is_equal and (finding := self._explain_stuck(new, level)) is not None:
             return finding
@@ -246,7 +290,7 @@ class ReadingGuard:
         equal = int(s["equal"]) + 1
         lowest = level if equal == 1 else min(float(s["lowest"]), level)
         highest = level if equal == 1 else max(float(s["highest"]), level)
-        if not rules.frozen_after or equal < rules.frozen_after or highest - lowest < rules.frozen_travel:
+        if not is_stuck(s, equal, highest - lowest):
             return None
         return Fault.FROZEN_VALUE, (
             f"{rules.names[0]} has read {new.sensed[0]!r} {equal + 1} times in a row while the command "

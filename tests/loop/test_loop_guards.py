@@ -20,6 +20,7 @@ NAMES = ("resistance [ohm]",)
 ENABLED = int(DeviceStatus.ENABLED)
 LOCKSTEP = ReadingRules(names=NAMES, rates=(math.inf,), lockstep_us=1000)
 LIVE = ReadingRules(names=NAMES, rates=(math.inf,))
+MS = 1_000_000
 BEFORE_FIRST = FIRST._replace(time_us=(-1000) & 0xFFFFFFFF)
 """One sample before what a scripted driver answers first."""
 
@@ -79,8 +80,13 @@ def stuck(healthy: Measurement) -> Measurement:
     return healthy._replace(sensed=(50_000.5,))
 
 
+def barely_moved(healthy: Measurement) -> Measurement:
+    """The reading before, 1 mohm off: so fine is the instrument."""
+    return healthy._replace(sensed=(healthy.sensed[0] - 0.999,))
+
+
 def test_a_stuck_sensor_is_found_once_the_command_has_moved() -> None:
-    driver = ScriptedDriver({SETTLE + k: stuck for k in range(2, 10)})
+    driver = ScriptedDriver({SETTLE: barely_moved, **{SETTLE + k: stuck for k in range(2, 10)}})
     rules = replace(LOCKSTEP, frozen_after=3, frozen_travel=0.15)
     parts, plan = guarded(driver, rules)
     outcome = run_loop(parts, plan, BEFORE_FIRST)
@@ -89,13 +95,55 @@ def test_a_stuck_sensor_is_found_once_the_command_has_moved() -> None:
     assert "4 times in a row while the command moved by 0.2" in outcome.message
 
 
+def film(level: float) -> float:
+    """Resistance [ohm] at 15 ohm of resolution: a transition about 6 mA, above it a metallic plateau."""
+    return 15.0 * round((11_000.0 + 150_000.0 / (1.0 + math.exp((level - 6.0) / 0.3))) / 15.0)
+
+
+def first_finding(levels: np.ndarray, readings: list[float]) -> tuple[int, str] | None:
+    """Index and words of the first finding of the guard of a vo2 device, 20 repetitions and 5 % of 0 to 10 mA."""
+    guard = ReadingGuard(replace(LIVE, frozen_after=20, frozen_travel=0.5, timed=False))
+    before = Measurement((readings[0],), 1.0, 0, 0, 0, ENABLED)
+    for k, (level, reading) in enumerate(zip(levels[1:], readings[1:], strict=True), start=1):
+        new = before._replace(sensed=(reading,), counter=k, time_us=1000 * k, sequence=k)
+        found = guard.judge(new, before, float(level), 1e-3, k * MS, k * MS)
+        if found:
+            assert found[0] is Fault.FROZEN_VALUE
+            return k, found[1]
+        before = new
+    return None
+
+
+RAMP = np.concatenate((np.linspace(3.0, 10.0, 700), np.linspace(10.0, 7.5, 250)))
+
+
+def test_a_metallic_film_that_reads_the_same_for_long_is_not_stuck() -> None:
+    readings = [film(level) for level in RAMP]
+    assert len(set(readings[640:760])) <= 2, "more than a hundred equal readings over 0.6 mA"
+    assert first_finding(RAMP, readings) is None
+
+
+@pytest.mark.parametrize(("from_sample", "within"), [(200, 60), (300, 60), (700, 600)])
+def test_a_sensor_that_sticks_is_found_on_a_slope_at_once_and_on_a_plateau_after_half_the_range(
+    from_sample: int, within: int
+) -> None:
+    levels = np.concatenate((RAMP, np.linspace(7.5, 2.0, 550)))
+    readings = [film(level) for level in levels]
+    readings[from_sample:] = [readings[from_sample]] * (len(readings) - from_sample)
+    found = first_finding(levels, readings)
+    assert found is not None
+    assert from_sample + 19 < found[0] <= from_sample + within
+    assert "times in a row while the command moved by" in found[1]
+
+
+def test_a_sensor_that_never_moved_is_found_though_its_resolution_is_not_known() -> None:
+    assert first_finding(RAMP, [11_190.0] * len(RAMP)) is not None
+
+
 def test_equal_readings_at_rest_are_no_stuck_sensor() -> None:
     driver = ScriptedDriver(dict.fromkeys(range(SETTLE), stuck))
     parts, plan = guarded(driver, replace(LOCKSTEP, frozen_after=1, frozen_travel=0.01))
     assert run_loop(parts, plan, BEFORE_FIRST).fault is None
-
-
-MS = 1_000_000
 
 
 def judged_live(

@@ -91,11 +91,11 @@ def is_accepted(loop: Loop, sensed: float, counter: int, time_us: int, status: i
         return False
     if s.guarded == 0:
         return True
-    is_equal = sensed == s.sensed
-    if not is_equal and changes_too_fast(sensed, s.sensed, s.rate, elapsed_s):
+    change = abs(sensed - s.sensed)
+    if change != 0.0 and changes_too_fast(sensed, s.sensed, s.rate, elapsed_s):
         return False
     advance_us = (time_us - s.time_us) & UINT32
-    return follows(loop, is_equal, s.level, counts, advance_us, time_us, s.begun_ns, s.answered_ns)
+    return follows(loop, change, s.level, counts, advance_us, time_us, s.begun_ns, s.answered_ns)
 
 
 # 8 parameters because a kernel takes its arrays one by one
