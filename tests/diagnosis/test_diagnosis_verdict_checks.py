@@ -33,6 +33,19 @@ def test_a_drive_that_is_not_the_one_of_the_motion_makes_no_model_adequate(tmp_p
     assert any("a model that follows nothing is not adequate" in one for one in warnings)
 
 
+def test_a_cause_that_leaves_nearly_all_of_the_motion_explains_nothing(tmp_path: Path) -> None:
+    """A constant is taken away, and the motion that the drive in the file did not make is left."""
+    records = [
+        (drive, reading + 2.0 * reading.std(), use)
+        for drive, reading, use in records_of((1, 2, 3), shift=100)
+    ]
+    found = answer_to(tmp_path, records, "sensor.offset")
+    assert (found["verdict"], found["causes"], found["model"]) == ("unexplained", [], None)
+    assert any(
+        "leave nearly all of the signal" in one or "follows nothing" in one for one in found["warnings"]
+    )
+
+
 def test_white_noise_larger_than_the_motion_leaves_a_right_model_adequate(tmp_path: Path) -> None:
     motion = float(np.std(measured(device(), noise_drive(1))))
     verdict, warnings = diagnosed(tmp_path, records_of((1, 2, 3), noise=2.0 * motion))

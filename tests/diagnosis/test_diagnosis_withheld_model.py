@@ -12,6 +12,8 @@ from diagnosis_cases import answer_to, device, friction_case, measured, noise_dr
 
 import rtctl
 from rtctl.cli import main
+from rtctl.diagnosis.verification.misfit_checks import require_model_follows
+from rtctl.diagnosis.verification.verdict import Verdict
 from rtctl.models.provenance import doubt_of_diagnosed_model
 
 FEW = "friction.coulomb,damping.quadratic"
@@ -105,3 +107,16 @@ def test_a_model_of_an_unfinished_explanation_is_doubted(
 ) -> None:
     (tmp_path / "m.toml").write_text(f'[{place}]\nverdict = "{verdict}"\n')
     assert bool(doubt_of_diagnosed_model(tmp_path / "m.toml")) is doubtful
+
+
+@pytest.mark.parametrize("claim", ["explained", "adequate"])
+def test_neither_verdict_stands_where_the_model_leaves_more_than_it_may(
+    friction: rtctl.Diagnosis, claim: str
+) -> None:
+    problem, fit = friction.answer.problem, friction.answer.fits.after
+    assert require_model_follows(Verdict(claim=claim), fit, problem).claim == claim
+    strict = replace(problem.thresholds.verification, unfollowed=0.0, unfollowed_motion=0.0)
+    problem = replace(problem, thresholds=replace(problem.thresholds, verification=strict))
+    lowered = require_model_follows(Verdict(claim=claim), fit, problem)
+    assert lowered.claim == "unexplained"
+    assert "of the signal's RMS" in lowered.notes[-1]

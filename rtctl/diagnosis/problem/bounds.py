@@ -36,6 +36,23 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
     return low, high
 
 
+def exceeds_record_bounds(problem: Problem, sensitivity: Sensitivity, per_record: FloatArray) -> bool:
+    """Return whether an amplitude that each record has of its own is beyond the bound of those that all share.
+
+    The amplitudes of a hum can grow without limit where another cause cancels them; no device has such a hum.
+
+    Args:
+        problem: Records that were fitted.
+        sensitivity: That of the fit.
+        per_record: Values (records, parameters) of the record parameters, in their order, in units.
+    """
+    own = [sensitivity.simulation.parameters[k].declared for k in sensitivity.record_parameters]
+    most = [
+        problem.thresholds.problem.most_scales * one.reach * abs(one.scale(problem.scales)) for one in own
+    ]
+    return bool((np.abs(per_record) > np.where([one.is_shape for one in own], np.inf, most)).any())
+
+
 def _shape_bounds(declared: Parameter, problem: Problem, unit: float) -> tuple[float, float]:
     """Return the range of a shape over `unit`, by multiples of its default, or of its scale where that is open."""
     open_ended = not declared.default or declared.searched

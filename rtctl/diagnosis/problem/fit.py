@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.bounds import parameter_bounds
+from rtctl.diagnosis.problem.bounds import exceeds_record_bounds, parameter_bounds
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise, predict_gain
@@ -36,7 +36,8 @@ def fit_hypothesis(
         fixed_parameters: Names of parameters that are not fitted.
 
     Returns:
-        The hypothesis at its optimum; None where the model diverges at the start values.
+        The hypothesis at its optimum; None where the model diverges at the start values, or an amplitude of a record
+        (that of a hum) ends beyond its bound.
     """
     sensitivity = sensitivity_of(problem, simulation, fixed_parameters)
     cost = _segment_cost(problem, sensitivity, starts)
@@ -54,7 +55,9 @@ def fit_hypothesis(
     if minimum is None:
         return None
     gain = predict_gain(minimum, low, high)
-    return _hypothesis(cost, tuple(mechanisms), minimum, gain, fixed_parameters)
+    fitted = _hypothesis(cost, tuple(mechanisms), minimum, gain, fixed_parameters)
+    beyond = exceeds_record_bounds(problem, sensitivity, fitted.starts[:, fitted.states :])
+    return None if beyond else fitted
 
 
 def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray | None) -> SegmentCost:

@@ -20,16 +20,23 @@ FOLLOWS_LITTLE = (
     "and signs right, does the model have all of its parameters?"
 )
 
+EXPLAINS_LITTLE = (
+    "with the causes the model leaves {:.0%} of the signal's RMS. Noise of the same colour cannot be told from that, but "
+    "causes that leave nearly all of the signal explain nothing: does the drive in the file reach the device, are its "
+    "column, units and signs right?"
+)
+
 
 def require_model_follows(verdict: Verdict, after: TestedHypothesis, problem: Problem) -> Verdict:
-    """Withdraw "adequate" from a model that leaves nearly all of the signal; `after` is its fit."""
-    if verdict.claim != "adequate":
+    """Withdraw "adequate" or "explained" from a model that leaves nearly all of the signal; `after` is its fit."""
+    if verdict.claim not in LOWER:
         return verdict
     limits, remaining = problem.thresholds.verification, relative_misfit(problem, after.hypothesis)
     most = limits.unfollowed_motion if _leaves_motion(after, limits) else limits.unfollowed
     if not remaining > most:
         return verdict
-    return verdict.changed_to(LOWER["adequate"], FOLLOWS_LITTLE.format(remaining))
+    note = FOLLOWS_LITTLE if verdict.claim == "adequate" else EXPLAINS_LITTLE
+    return verdict.changed_to("unexplained", note.format(remaining))
 
 
 def require_holdout_residual(

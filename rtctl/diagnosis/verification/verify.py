@@ -44,10 +44,10 @@ def verify(
     verdict = judge_search(search, problem)
     verdict = require_holdout_gain(verdict, search, problem, gains)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
+    verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
     if not verdict.names_causes:
         fits = Fits(fits.before, fits.before)
     final_gain = holdout.gain_of(fits, problem.subject.output)
-    verdict = require_model_follows(verdict, fits.after, problem)
     if uncut:
         verdict = require_holdout_residual(verdict, final_gain, fits.after, problem, holdout.tests)
     return Verified(verdict, fits, final_gain)
