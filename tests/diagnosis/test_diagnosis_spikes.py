@@ -38,6 +38,13 @@ def test_what_may_be_a_motion_or_noise_is_left_alone(values: FloatArray) -> None
     assert len(find_spikes(values)) == 0
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_warm_up_and_a_cooling_begin_without_a_spike(side: int) -> None:
+    """A film that is quick at first and then at rest for long: its first reading is far from all others."""
+    reading = 1.2e4 + 1.5e5 * np.exp(-np.arange(4000) / 0.8) + np.random.default_rng(1).normal(0.0, 1.0, 4000)
+    assert len(find_spikes(reading[::side])) == 0
+
+
 def test_a_reading_of_a_million_costs_a_note_and_no_verdict(tmp_path: Path) -> None:
     records = [
         (noise_drive(k), measured(device(), noise_drive(k)), use) for k, use in ((1, "fit"), (2, "test"))

@@ -67,7 +67,11 @@ def _note_of(found: Sequence[_Spikes], output: str, unit: str) -> str:
 
 
 def find_spikes(values: FloatArray, thresholds: ScreeningThresholds | None = None) -> NDArray[np.intp]:
-    """Return the indices of the spikes in `values` (n,); none where so many are no exception."""
+    """Return the indices of the spikes in `values` (n,); none where so many are no exception.
+
+    First or last readings are none if they may belong to a decay, such as that of a warm-up: then the step after theirs
+    is not much smaller.
+    """
     thresholds = thresholds or ScreeningThresholds()
     none = np.empty(0, dtype=np.intp)
     if len(values) <= thresholds.spike_median_width:
@@ -81,4 +85,16 @@ def find_spikes(values: FloatArray, thresholds: ScreeningThresholds | None = Non
     if not 0 < len(at) <= thresholds.spike_max_share * len(values):
         return none
     runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-    return np.concatenate([none, *(run for run in runs if len(run) <= thresholds.spike_max_samples)])
+    short = [run for run in runs if len(run) <= thresholds.spike_max_samples]
+    return np.concatenate(
+        [none, *(run for run in short if not _is_decay(values, run, thresholds.spike_edge_ratio))]
+    )
+
+
+def _is_decay(values: FloatArray, run: NDArray[np.intp], ratio: float) -> bool:
+    """Return whether a run at the first or last reading may belong to a decay: its step is no lone one."""
+    if run[0] != 0 and run[-1] != len(values) - 1:
+        return False
+    edge = values[: len(run) + 2] if run[0] == 0 else values[: -len(run) - 3 : -1]
+    steps = np.abs(np.diff(edge))
+    return bool(steps[-2] < ratio * steps[-1])

@@ -57,6 +57,9 @@ class ScreeningThresholds:
     """Distance from the running median over the usual distance of the readings (scaled median)."""
     spike_reach: float = 2.0
     """Distance from the running median over the distance within which 99 % of the readings lie about their median."""
+    spike_edge_ratio: float = 100.0
+    """Step behind the first or last readings over the next one, below which they may belong to a decay (of a time
+    constant of a fifth of a sample and more) and are no spikes."""
     spike_max_share: float = 0.01
     """Largest fraction of a record that spikes may make up; more of them belong to the device."""
 
