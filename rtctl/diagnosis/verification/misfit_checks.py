@@ -22,8 +22,8 @@ FOLLOWS_LITTLE = (
 
 EXPLAINS_LITTLE = (
     "with the causes the model leaves {:.0%} of the signal's RMS. Noise of the same colour cannot be told from that, "
-    "but causes that leave nearly all of the signal explain nothing: does the drive in the file reach the device, are its "
-    "column, units and signs right?"
+    "but causes that leave nearly all of the signal explain nothing: does the drive in the file reach the device, are "
+    "its column, units and signs right?"
 )
 
 
