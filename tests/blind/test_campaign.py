@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import worker_cases
 from campaign import overrides_of, read, report, seeds, tasks
+from compare import compare
 from details import answer, calibration
 from figures import as_baseline, figures, known, separable
 from further import resolved, resolved_but_for_equivalents
@@ -173,3 +174,16 @@ def test_the_report_names_lines_of_another_program_and_draws(tmp_path: Path) -> 
     assert "## oscillator" in text
     for name in ("reliability.png", "hits.png"):
         assert np.frombuffer((tmp_path / name).read_bytes()[:8], np.uint8)[1:4].tobytes() == b"PNG"
+
+
+def test_two_programs_are_compared_on_the_cases_that_both_have() -> None:
+    right, wrong = line(seed=1), line(seed=1, verdict="unexplained", causes=[], judgement="missed", cpu_s=9.0)
+    alike = line(seed=2)
+    before = {("oscillator", one["seed"]): one for one in (right, alike, line(seed=3))}
+    text = compare(before, {("oscillator", one["seed"]): one for one in (wrong, alike)})
+    assert text.startswith("2 cases that both programs have answered")
+    assert "| one effect: its id first, or in a set of two (oscillator) | 100.0 % (2 of 2;" in text
+    assert "| 50.0 % (1 of 2;" in text
+    assert "Verdict and causes are the same in 1 of 2." in text
+    assert "| oscillator 1 |" in text
+    assert "unexplained (missed) |" in text
