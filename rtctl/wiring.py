@@ -152,9 +152,14 @@ def build_device(name: str, folder: Path, seed: int | None) -> Plant:
     if ":" in name or name in names("plant"):
         entry = find("plant", name, "driver.device")
         if load(entry).device is not None:
-            made: Plant = build(entry, {}, seed=seed)
+            made: Plant = build(entry, {}, **_seeded(seed))
             return made
     return load_plant(find_plant(name, folder), seed)
+
+
+def _seeded(seed: int | None) -> dict[str, int]:
+    """Return the argument of an own plant's constructor; nothing where its own default is to hold."""
+    return {} if seed is None else {"seed": seed}
 
 
 def load_plant(path: Path, seed: int | None = None) -> Plant:
@@ -186,7 +191,7 @@ def load_plant(path: Path, seed: int | None = None) -> Plant:
         return made
     options = {name: value for name, value in (plant or {}).items() if name != "kind"}
     try:
-        built: Plant = build(entry, options, seed=seed)
+        built: Plant = build(entry, options, **_seeded(seed))
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return built

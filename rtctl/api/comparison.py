@@ -55,7 +55,7 @@ class Comparison:
     """A model's free runs beside the measured records."""
 
     name: str
-    """Of the dataset."""
+    """Name of the dataset."""
     summary: Mapping[str, Any]
     """Content of `summary.json`."""
     units: Mapping[str, str]

@@ -39,7 +39,7 @@ class LoadedScenario(NamedTuple):
     folder: Path
     """Where files that it names are looked up first."""
     name: str
-    """Of its file, without suffix."""
+    """Name of its file, without suffix."""
 
 
 def load_scenario(

@@ -21,7 +21,7 @@ class Parameter(NamedTuple):
     value: float
     unit: str
     standard_error: float | None = None
-    """Of the value, in its unit; None where no fit gave one."""
+    """Standard error of the value, in its unit; None where no fit gave one."""
     low: float | None = None
     """Lower end of the interval in which the value is believed to lie."""
     high: float | None = None

@@ -46,7 +46,7 @@ class Channel:
     unit: str
     register: int
     signed: bool = False
-    """Of a command: whether it may be negative."""
+    """Whether a command may be negative."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,9 +40,9 @@ class Plan(NamedTuple):
 
     campaign: Campaign
     model: Any
-    """Of a kind of plant that can be simulated."""
+    """Model of a kind of plant that can be simulated."""
     digest: str
-    """Of the model's file and of the records."""
+    """Hash of the model's file and of the records."""
     units: Mapping[str, str]
     design: Design
     fixed: Mapping[str, float]
@@ -61,7 +61,7 @@ class Plan(NamedTuple):
 
     @property
     def fingerprint(self) -> str:
-        """Of everything that the results depend on."""
+        """Return the hash of everything that the results depend on."""
         asked = self.campaign.model_copy(update={"picture": None}).model_dump_json()
         text = "|".join([__version__, asked, self.digest, str(self.steps_per_period), str(self.part)])
         return hashlib.sha256(text.encode()).hexdigest()
@@ -72,7 +72,7 @@ class Plan(NamedTuple):
 
 
 def read_plan(path: Path) -> Plan:
-    """Of a campaign file. Raises InputError with every finding."""
+    """Return the plan of a campaign file. Raises InputError with every finding."""
     campaign = read_campaign(path)
     if campaign.records is not None:
         return _of_records(path, campaign, campaign.records)
@@ -205,7 +205,7 @@ class _Resolved:
 
 
 def _units(campaign: Campaign, model: ModelFile, path: Path) -> dict[str, str]:
-    """Of drive and displacement."""
+    """Return the units of drive and displacement."""
     found = {}
     for name in ("drive", "displacement"):
         device = model.device.get(name)
@@ -226,7 +226,7 @@ def _range(design: Design, fixed: Mapping[str, float], name: str) -> tuple[float
 
 
 def _steps(forced: Forced, design: Design, fixed: Mapping[str, float]) -> int:
-    """Of a period of the slowest drive, so that the model's fastest pole is resolved in a whole number of 32s."""
+    """Return the steps of a period of the slowest drive, a multiple of 32 that resolves the model's fastest pole."""
     own = np.array([one.value for one in forced.parameters])
     corners = np.array([own, own])
     for k, one in enumerate(forced.parameters):

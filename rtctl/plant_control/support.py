@@ -39,7 +39,7 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def identity(self, model: ModelT) -> str:
-        """Of the device on which the model was identified; "" where nobody knows."""
+        """Return the identity of the device on which the model was identified; "" where nobody knows."""
         ...
 
     def unused(self, model: ModelT) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def output_range(self, scenario: Scenario, model: ModelT) -> Span:
-        """Of the controlled output [its unit]: what setpoints may ask for, and what percents refer to."""
+        """Return the range of the controlled output [its unit]: that of setpoints, and what percents refer to."""
         ...
 
     def reading_at_rest(self, model: ModelT) -> tuple[float, ...]:
@@ -55,7 +55,7 @@ class PlantSupport(Protocol[ModelT]):
         ...
 
     def limits(self, scenario: Scenario, model: ModelT) -> tuple[CommandLimits, ...]:
-        """Of each command in closed loop: no wider than where the model can be controlled. Raises InputError."""
+        """Return the limits of each command, no wider than where the model can be controlled. Raises InputError."""
         ...
 
     def control(self, scenario: Scenario, model: ModelT, delay: int) -> Control:

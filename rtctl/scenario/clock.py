@@ -30,7 +30,7 @@ class ClockTable(Checked):
     spin_s: Annotated[Seconds | None, Field(alias="spin", ge=0.0)] = None
     """Most that is spun before a deadline; default: a fifth of the period. "0 s": none."""
     priority: Annotated[int | None, Field(ge=1, le=99)] = None
-    """Of SCHED_FIFO."""
+    """Priority of SCHED_FIFO; None: the usual scheduler."""
     cpu: Annotated[int | None, Field(ge=0)] = None
     """Live: the only CPU of the loop."""
     unlocked: bool = True

@@ -44,7 +44,7 @@ class Wire(Checked):
     faults: tuple[FaultTable, ...] = ()
     faults_seed: Annotated[int, Field(ge=0)] = 0
     device_pid: Annotated[int, Field(gt=0)] | None = None
-    """Of `rtctl serve`, for device_reboot."""
+    """Process id of `rtctl serve`, for device_reboot."""
 
 
 class ModbusRtu(Wire):

@@ -20,7 +20,7 @@ REQUIRED: Any = ...
 
 
 class Range(NamedTuple):
-    """Of what is believed of a reading."""
+    """Range in which a reading is believed."""
 
     low: float
     high: float
@@ -104,11 +104,11 @@ class LimitsTable(ChannelLimits):
         return self
 
     def commands(self, profile: DeviceProfile) -> tuple[ChannelLimits, ...]:
-        """Of every command of the profile, in its order."""
+        """Return the limits of every command of the profile, in its order."""
         return (self, *(getattr(self, channel.name) for channel in profile.commands[1:]))
 
     def readings(self, profile: DeviceProfile) -> tuple[Range, ...]:
-        """Of every reading, in order; one without a table of its own is as the first if it has its unit."""
+        """Return the range of every reading, in order; one without a table takes the first's if it has its unit."""
         ranges = []
         for channel in profile.sensed:
             table: ReadingLimits | None = getattr(self, channel.name, None)

@@ -111,7 +111,7 @@ class ChecksTable(Checked):
     settle_after_s: Annotated[Seconds | None, Field(alias="settle_after", ge=0.0)] = None
     """No bound: how long after a new setpoint its level counts as settled."""
     hold_max_percent: Annotated[float, Field(gt=0.0)] | None = None
-    """Of the setpoint: how far the settled output may be from it at any sample."""
+    """How far the settled output may be from the setpoint at any sample, in percent of it."""
     settling_max_ms: Annotated[float, Field(gt=0.0)] | None = None
     """Until the output stays within 1 % of a new setpoint."""
     backbone_max_hz: Annotated[float, Field(gt=0.0)] | None = None
@@ -159,7 +159,7 @@ class Scenario(Checked):
 
     @property
     def profile(self) -> DeviceProfile:
-        """Of the device that the scenario drives."""
+        """Return the profile of the device that the scenario drives."""
         return self.scenario.profile
 
     @model_validator(mode="after")

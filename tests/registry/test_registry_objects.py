@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -105,3 +106,23 @@ def test_two_signals_of_one_name_are_refused(scenario: dict[str, Any]) -> None:
 def test_what_is_no_controller_is_refused(scenario: dict[str, Any], part: Any) -> None:
     with pytest.raises(rtctl.InputError, match=r"lacks"):
         rtctl.run(scenario, controller=part)
+
+
+@pytest.mark.parametrize(("settings", "seen"), [({}, 7), ({"driver.seed": 3}, 3)])
+def test_a_plant_keeps_its_own_seed_unless_another_is_asked_for(
+    scenario: dict[str, Any], settings: dict[str, int], seen: int
+) -> None:
+    seeds: list[int] = []
+    heater = next(entry for entry in entries("plant") if entry.name == "heater").value.device
+
+    class Seeded(heater):  # type: ignore[misc,valid-type]
+        profile = replace(heater.profile, kind="seeded")
+
+        def __init__(self, seed: int = 7) -> None:
+            super().__init__()
+            seeds.append(seed)
+
+    rtctl.register("plant", "seeded", Seeded)
+    scenario["scenario"]["plant"] = scenario["driver"]["device"] = "seeded"
+    rtctl.run(scenario, settings=settings)
+    assert seeds == [seen]

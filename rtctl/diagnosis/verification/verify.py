@@ -21,7 +21,7 @@ class Verified(NamedTuple):
     fits: Fits
     """The nominal model twice where no cause is named."""
     gain: Gain | None
-    """Of the subject's output; None without test records."""
+    """Gain of the subject's output; None without test records."""
 
 
 def verify(

@@ -33,7 +33,7 @@ class WrongValue(NamedTuple):
     revised: TestedHypothesis
     """The same with this parameter fitted, and all others as the file has them."""
     probability: float
-    """Of this parameter, among all that could be the only wrong one."""
+    """Probability of this parameter, among all that could be the only wrong one."""
     share_removed: float
     """Fraction of the squares beyond the noise, left by the model of the file, that the revised value removes."""
     equivalent: tuple[str, ...]

@@ -31,7 +31,7 @@ class MeSupport:
         return read_resonator(path)
 
     def identity(self, model: ResonatorModel) -> str:
-        """Of the device on which the model was identified."""
+        """Return the identity of the device on which the model was identified."""
         return model.identity
 
     def unused(self, model: ResonatorModel) -> tuple[str, ...]:

@@ -159,7 +159,7 @@ def _write(path: Path, model: ModelFile, provenance: dict[str, Any]) -> None:
 
 
 def _relative_errors(model: ModelFile) -> dict[str, float]:
-    """Of the intervals, taken as 95 %."""
+    """Return standard errors over values, from the intervals of the file, taken as 95 %."""
     found = {}
     for name, one in model.model.parameters.items():
         if one.low is not None and one.high is not None and one.value:

@@ -36,7 +36,7 @@ class Vo2Support:
         return read_model(path)
 
     def identity(self, model: Vo2Model) -> str:
-        """Of the device on which the model was identified."""
+        """Return the identity of the device on which the model was identified."""
         return model.identity
 
     def unused(self, model: Vo2Model) -> tuple[str, ...]:

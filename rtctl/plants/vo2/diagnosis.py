@@ -72,7 +72,7 @@ class Course(NamedTuple):
     """-1 cooling ... 1 heating."""
     time: FloatArray
     period: float
-    """Of a sample, in time constants."""
+    """Sample period, in time constants."""
     own: FloatArray
     """The reading that is added to."""
 

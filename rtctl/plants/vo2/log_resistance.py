@@ -35,22 +35,22 @@ class LogReading:
 
     @property
     def kind(self) -> str:
-        """Of plant."""
+        """Kind of plant."""
         return self.plain.kind
 
     @property
     def parameters(self) -> tuple[FreeParameter, ...]:
-        """Of the simulation inside."""
+        """Parameters of the simulation inside."""
         return self.plain.parameters
 
     @property
     def mechanisms(self) -> tuple[Mechanism, ...]:
-        """Of the simulation inside."""
+        """Mechanisms of the simulation inside."""
         return self.plain.mechanisms
 
     @property
     def state(self) -> tuple[str, ...]:
-        """Of the simulation inside."""
+        """Names of the states of the simulation inside."""
         return self.plain.state
 
     def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
