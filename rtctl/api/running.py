@@ -181,7 +181,7 @@ def _track(
 ) -> Run:  # fmt: skip
     """Run the loop with all parts known, and write the files of a run that has a folder."""
     from rtctl.loop.live_parameters import ParameterChannel
-    from rtctl.models.provenance import doubt_of_diagnosed_model
+    from rtctl.models.provenance import doubt_of_model
     from rtctl.session.closed_loop import track
     from rtctl.session.run_files import write_run
     from rtctl.session.run_folder import RunFolder, run_metadata
@@ -189,7 +189,7 @@ def _track(
 
     if unused := unused_extensions(loaded.scenario, model):
         report.say(f"does not change the loop: {', '.join(unused)}")
-    if file is not None and (doubt := doubt_of_diagnosed_model(file)):
+    if file is not None and (doubt := doubt_of_model(file)):
         report.say(doubt)
     changes, run_folder = ParameterChannel(), None
     if folder is not None:

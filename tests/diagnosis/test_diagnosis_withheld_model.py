@@ -14,7 +14,7 @@ import rtctl
 from rtctl.cli import main
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
-from rtctl.models.provenance import doubt_of_diagnosed_model
+from rtctl.models.provenance import doubt_of_model
 
 FEW = "friction.coulomb,damping.quadratic"
 
@@ -98,6 +98,17 @@ def test_what_is_left_beside_a_cause_takes_its_probability(
     assert "72%" in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.parametrize("passes", [True, False])
+def test_the_caption_of_the_candidates_says_whether_the_claimed_set_passes(
+    friction: rtctl.Diagnosis, passes: bool, tmp_path: Path
+) -> None:
+    search = friction.answer.search._replace(passes=passes)
+    replace(friction, answer=replace(friction.answer, search=search)).save(tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert ("the set passes all residual tests below" in page) is passes
+    assert ("the set fails some of the residual tests below" in page) is not passes
+
+
 @pytest.mark.parametrize("place", ["provenance", "model.provenance"])
 @pytest.mark.parametrize(
     ("verdict", "doubtful"), [("partly_explained", True), ("unexplained", True), ("explained", False)]
@@ -106,7 +117,15 @@ def test_a_model_of_an_unfinished_explanation_is_doubted(
     tmp_path: Path, place: str, verdict: str, doubtful: bool
 ) -> None:
     (tmp_path / "m.toml").write_text(f'[{place}]\nverdict = "{verdict}"\n')
-    assert bool(doubt_of_diagnosed_model(tmp_path / "m.toml")) is doubtful
+    assert bool(doubt_of_model(tmp_path / "m.toml")) is doubtful
+
+
+@pytest.mark.parametrize("text", ["false", '"false"'])
+def test_a_model_that_its_identification_does_not_trust_is_doubted(text: str, tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(f"[model.provenance]\ntrusted = {text}\n")
+    assert "is not to be trusted" in doubt_of_model(tmp_path / "m.toml")
+    (tmp_path / "m.toml").write_text("[model.provenance]\ntrusted = true\n")
+    assert doubt_of_model(tmp_path / "m.toml") == ""
 
 
 @pytest.mark.parametrize("claim", ["explained", "adequate"])

@@ -40,7 +40,7 @@ CAPTIONS = {
     "staircases that they were identified from. A narrow peak is a domain that switches as one: cells spread over all "
     "of the range smear it.",
     "candidates": "The error that each candidate leaves, fitted to the same records together with all nominal "
-    "parameters. Blue: passes all residual tests below.",
+    "parameters. {blue}",
     "isolability": "Before any name: |cos| between the traces that two effects leave in these data (above 0.9 in "
     "percent). Where it is near 1 no method tells them apart; an effect with little that is visible hides behind the "
     "nominal parameters.",
@@ -102,7 +102,19 @@ def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str
         " (two fitted numbers: a first sample is noisy)" if diagnosis.fits.before.hypothesis.states else ""
     )
     output = diagnosis.problem.subject.output
-    caption = CAPTIONS[picture.section].format(whose=whose, shape=shape, start=start, output=output)
+    passes = (
+        "passes all residual tests below"
+        if diagnosis.search.passes
+        else "fails some of the residual tests below"
+    )
+    blue = (
+        f"Blue: the causes that are claimed, or what explains as much; the set {passes}."
+        if diagnosis.causes
+        else ""
+    )
+    caption = CAPTIONS[picture.section].format(
+        whose=whose, shape=shape, start=start, output=output, blue=blue
+    )
     return figure(picture.data_uri(), picture.alternative, caption, number)
 
 
