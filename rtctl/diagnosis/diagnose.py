@@ -103,16 +103,16 @@ def _answer(
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
-    rivals = choose_rivals(search, verdict, problem.thresholds.verification)
     proposed = None if stopped else propose_experiment(
-        rivals, search.nominal.hypothesis, problem, search.chosen.noise, units,
-        nearest=verdict.claim == "unexplained",
+        choose_rivals(search, verdict, problem.thresholds.verification),
+        search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
     )  # fmt: skip
+    extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
+    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and named.causes else None
     return Diagnosis(
-        verdict=verdict.claim, causes=named.causes, gain=verified.gain, where=tuple(where),
+        verdict=verdict.claim, causes=named.causes, loop=loop, gain=verified.gain, where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
-        model=extend_model(problem, request.model, fits.after), units=units,
-        isolability=compute_isolability(search.nominal), next_experiment=proposed,
+        model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),

@@ -11,6 +11,7 @@ from rtctl.diagnosis.experiment_design.isolability import Isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.residual.localization import Location
 from rtctl.diagnosis.residual.missing_force import MissingForce
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
@@ -87,6 +88,8 @@ class Diagnosis:
     next_experiment: NextExperiment | None = None
     shape: MissingForce | None = None
     """Shape of the missing force, where causes do not explain all of it."""
+    loop: Rehearsal | None = None
+    """How the loop does with today's and with the extended model; None where no loop uses it or nothing is claimed."""
     warnings: tuple[str, ...] = field(default=())
     stopped: bool = False
     """Whether the user stopped it."""
@@ -109,6 +112,12 @@ class Diagnosis:
                 f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "
                 f"{self.gain.ratio_high:.3g}"
             )
+        worst = self.problem.thresholds.verification.worst_loop_ratio
+        if self.loop is not None and not self.loop.after <= worst * self.loop.before:
+            return (
+                f"there is no extended model, because the loop would do worse with it: {self.loop.scenario}, "
+                f"{self.loop.before:.3g} {self.loop.unit} with today's model, {self.loop.after:.3g} with the other"
+            )
         return ""
 
     @property
@@ -126,6 +135,7 @@ class Diagnosis:
         return content | {
             "model": None if self.withheld else EXTENDED_MODEL,
             "model_withheld": self.withheld,
+            "loop": None if self.loop is None else self.loop._asdict(),
             "warnings": list(self.warnings),
             "stopped": self.stopped,
             "cut_by_clock": self.cut_by_clock,

@@ -7,11 +7,13 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from diagnosis_cases import answer_to, device, friction_case, measured, noise_drive
 
 import rtctl
 from rtctl.cli import main
+from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
 from rtctl.models.provenance import doubt_of_model
@@ -139,3 +141,13 @@ def test_neither_verdict_stands_where_the_model_leaves_more_than_it_may(
     lowered = require_model_follows(Verdict(claim=claim), fit, problem)
     assert lowered.claim == "unexplained"
     assert "of the signal's RMS" in lowered.notes[-1]
+
+
+@pytest.mark.parametrize(("after", "withheld"), [(0.2, False), (1.04, False), (1.06, True), (np.inf, True)])
+def test_a_model_that_makes_the_loop_worse_is_withheld(
+    friction: rtctl.Diagnosis, after: float, withheld: bool
+) -> None:
+    found = replace(friction.answer, loop=Rehearsal("self-sensing", 1.0, after, "um"))
+    assert (replace(friction, answer=found).model is None) is withheld
+    assert found.json["loop"] == {"scenario": "self-sensing", "before": 1.0, "after": after, "unit": "um"}
+    assert ("the loop would do worse with it" in found.withheld) is withheld

@@ -36,6 +36,9 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
                 else ""
             )
         )
+    if found.loop is not None:
+        loop = found.loop
+        print(f"  in the loop: {loop.scenario}: {loop.before:.3g} -> {loop.after:.3g} {loop.unit}")
     if found.where:
         print(
             "  it lives along "

@@ -16,7 +16,7 @@ from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
-from rtctl.measured.dataset import Dataset
+from rtctl.measured.dataset import Dataset, Record
 
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]
@@ -94,6 +94,18 @@ class RefittedParts(Protocol):
     def __call__(self, simulation: Simulation, /) -> Simulation:
         """Return `simulation` with the fitted parts."""
         ...
+
+
+class Rehearsal(NamedTuple):
+    """How well the loop does with today's model and with the extended one."""
+
+    scenario: str
+    """What was rehearsed, in words."""
+    before: float
+    """Error with today's model, in `unit`."""
+    after: float
+    """Error with the extended model; infinite where it gives none."""
+    unit: str
 
 
 class Force(NamedTuple):
@@ -207,6 +219,8 @@ class Subject:
     """Return the part of a sentence that says what coarse parts leave; None where there are none."""
     coarse_part_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None
     """Draw coarse parts beside those fitted anew, in the units of the dataset; a Matplotlib figure."""
+    rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
+    """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]
     """Read a model file. Raises InputError."""
     relative_errors: Callable[[Any], Mapping[str, float]]

@@ -136,6 +136,10 @@ def _tiles(diagnosis: Diagnosis) -> str:
                     f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}",
                 ),
             ]
+    if diagnosis.loop is not None:
+        loop = diagnosis.loop
+        text = f"{loop.before:.3g} → {loop.after:.3g} {format_unit(loop.unit)}"
+        made.append(tile(text, f"in the loop, without and with the causes: {escape(loop.scenario)}"))
     made.append(
         tile(
             f"{diagnosis.noise_rms:.3g} {format_unit(diagnosis.units[diagnosis.problem.subject.output])}",

@@ -19,6 +19,11 @@ class VerificationThresholds:
     """Largest ratio of costs a sample, whole records over initial parts, at which the extended model is fitted to whole
     records: where it follows them less well, their later parts would pull at the parameters."""
 
+    # The loop, where one uses the model.
+    worst_loop_ratio: float = 1.05
+    """Largest error of the loop's rehearsal with the extended model over that with today's: above, no extended model is
+    handed out. Nothing that a diagnosis tells may make a loop worse; 5 % are within what two records differ."""
+
     # A model that follows little.
     unfollowed_motion: float = 0.7
     """RMS residual, over the signals' RMS about their means, above which an adequate model follows too little, if the

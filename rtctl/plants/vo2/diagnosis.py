@@ -47,6 +47,7 @@ from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
 from rtctl.plants.vo2.loops_picture import draw_coarse_loops
+from rtctl.plants.vo2.rehearsal import rehearse_sensing
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
@@ -357,6 +358,7 @@ VO2 = Subject(
     coarse_part_units=UNITS,
     describe_coarse_parts=describe_improvement,
     coarse_part_figure=draw_coarse_loops,
+    rehearse=rehearse_sensing,
     read_model=read_model,
     relative_errors=lambda model: {},
     extended_model=extended_model,
