@@ -1,0 +1,99 @@
+"""Draws a hidden effect and makes it as large as wished: the share of the readings' variation it changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+from foreign_device import EFFECTS, Effect, Readings, simulate
+from foreign_loops import Array
+from foreign_styles import Bench, log_uniform, stream
+
+SMALLEST, LARGEST = 0.01, 0.20  # share of the variation
+
+
+def draw_id(style: str, seed: int) -> str | None:
+    """An effect, or none in one of four cases."""
+    rng = stream(style, seed, "effect")
+    return None if rng.random() < 0.25 else str(rng.choice(list(EFFECTS)))
+
+
+def share_changed(without: list[Readings], with_it: list[Readings]) -> dict[str, float]:
+    """RMS change over standard deviation, of ln(resistance) and of the deflection; all records together."""
+    shares = {}
+    for name in ("resistance", "deflection"):
+        before = np.concatenate([getattr(reading, name) for reading in without])
+        after = np.concatenate([getattr(reading, name) for reading in with_it])
+        if name == "resistance":
+            before, after = np.log(before), np.log(after)
+        shares[name] = float(np.sqrt(np.mean((after - before) ** 2)) / np.std(before))
+    return shares
+
+
+def sized_effect(
+    bench: Bench, seed: int, effect_id: str, currents: list[Array], share: float | None = None
+) -> tuple[Effect, dict[str, float]]:
+    """The effect with a drawn (or given) larger share of the two readings, and the shares that it reaches."""
+    if effect_id not in EFFECTS:
+        raise ValueError(f"effect must be one of {', '.join(EFFECTS)}, got {effect_id!r}")
+    rng = stream(bench.style, seed, "effect")
+    rng.random(8)  # not those numbers that chose the effect
+    wanted = share or log_uniform(rng, 0.02, 0.15)
+    effect, low, high = _start(bench, effect_id, rng, max(current.size for current in currents))
+    without = [simulate(bench.device, current) for current in currents]
+
+    best: tuple[float, Effect, dict[str, float]] | None = None
+    small, large = low, high  # bounds that the trials narrow
+    for _ in range(12):
+        reached = share_changed(without, [simulate(bench.device, c, effect) for c in currents])
+        largest = max(reached.values())
+        miss = abs(np.log(max(largest, 1e-6) / wanted))
+        if best is None or miss < best[0]:
+            best = (float(miss), effect, reached)
+        if miss < 0.1:
+            break
+        if largest < wanted:
+            small = effect.size
+        else:
+            large = effect.size
+        guess = effect.size * min(max(wanted / max(largest, 1e-6), 0.1), 10.0)
+        inside = small * 1.02 < guess < large / 1.02
+        effect = replace(effect, size=guess if inside else sqrt(small * large))
+    assert best is not None
+    if not SMALLEST <= max(best[2].values()) <= LARGEST:
+        raise RuntimeError(f"{effect_id} on {bench.style} {seed}: no size from {low:.3g} to {high:.3g} fits")
+    return best[1], best[2]
+
+
+def _start(
+    bench: Bench, effect_id: str, rng: np.random.Generator, samples: int
+) -> tuple[Effect, float, float]:
+    """An effect of a middling size with its smallest and largest, in its unit."""
+    device, span_mA = bench.device, bench.high_mA - bench.low_mA
+    tau, period, duration = device.tau_s, device.period_s, samples * device.period_s
+    cold = float(device.resistance(device.ambient_C, 0.0))
+    drift = {"settling_s": duration * float(rng.uniform(0.3, 1.5)), "sign": float(rng.choice([-1.0, 1.0]))}
+    form = str(rng.choice(["zero", "hold"]))
+    unit, start, low, high, values = {
+        "thermal.second_time_constant": ("1", 0.1, 1e-3, 0.6, {"tau2_s": tau * log_uniform(rng, 4.0, 30.0)}),
+        "thermal.latent_heat": ("K", 8.0, 0.05, 80.0, {}),
+        "thermal.ambient_drift": ("K", 1.0, 1e-2, 20.0, drift),
+        "heater.tcr": ("1/K", 4e-4, 1e-6, 6e-3, {}),
+        "actuation.delay": ("s", 0.3 * tau, 1e-3 * tau, 5.0 * tau, {}),
+        "actuation.deadband": ("mA", 0.02 * span_mA, 1e-4 * span_mA, 0.4 * span_mA, {"form": form}),
+        "hysteresis.rate_dependence": ("s", 0.3 * tau, 1e-3 * tau, 5.0 * tau, {}),
+        "hysteresis.creep": ("1", 0.1, 1e-3, 0.7, {}),
+        "sensor.self_heating": ("K", 1.0, 1e-2, 20.0, {}),
+        "sensor.lag": ("s", 0.3 * tau, 1e-3 * tau, 5.0 * tau, {}),
+        "sensor.ageing": ("1", 0.1, 1e-3, 1.0, {"exponent": float(rng.uniform(0.5, 1.0))}),
+        "sensor.crosstalk": (
+            "ohm/mA",
+            0.1 * device.metal_ohm / bench.high_mA,
+            1e-4 * device.metal_ohm / bench.high_mA,
+            cold / bench.high_mA,
+            {},
+        ),
+        "structure.resonance": ("s", 5.0 * period, 3.0 * period, 60.0 * period, {"quality": 10.0}),
+    }[effect_id]
+    return Effect(id=effect_id, size=start, unit=unit, values=values), low, high
