@@ -11,7 +11,7 @@ def records(bench: Bench, seed: int) -> list[tuple[str, str, Array]]:
     """Name, use and current [mA] of each record: one staircase, three to fit, one to test."""
     rng = stream(bench.style, seed, "records")
     tau = bench.device.tau_s / bench.device.period_s  # samples
-    samples = int(np.clip(300.0 * tau * rng.uniform(0.8, 1.2), 3000, 6000))
+    samples = int(np.clip(400.0 * tau, rng.uniform(3000, 5000), 6000))
     half = samples // 2
     return [
         ("staircase", "identify", np.repeat(_staircase(bench, rng), bench.hold_samples)),

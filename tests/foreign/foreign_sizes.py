@@ -8,15 +8,22 @@ from math import sqrt
 import numpy as np
 from foreign_device import EFFECTS, Effect, Readings, simulate
 from foreign_loops import Array
-from foreign_styles import Bench, log_uniform, stream
+from foreign_styles import STYLES, Bench, log_uniform, stream
 
 SMALLEST, LARGEST = 0.01, 0.20  # share of the variation
 
 
 def draw_id(style: str, seed: int) -> str | None:
-    """An effect, or none in one of four cases."""
-    rng = stream(style, seed, "effect")
-    return None if rng.random() < 0.25 else str(rng.choice(list(EFFECTS)))
+    """None for one seed in four, else an effect; all come equally often, in an order of the style's own.
+
+    That holds for seeds one after the other, and for every fourth (styles in turn): steps of 1 and of 5 below.
+    """
+    number = STYLES.index(style)
+    place = seed + seed // 4
+    if (place + 3 * number) % 4 == 3:
+        return None
+    order = np.random.default_rng([number, 2002]).permutation(len(EFFECTS))
+    return list(EFFECTS)[order[place % len(EFFECTS)]]
 
 
 def share_changed(without: list[Readings], with_it: list[Readings]) -> dict[str, float]:
@@ -38,7 +45,6 @@ def sized_effect(
     if effect_id not in EFFECTS:
         raise ValueError(f"effect must be one of {', '.join(EFFECTS)}, got {effect_id!r}")
     rng = stream(bench.style, seed, "effect")
-    rng.random(8)  # not those numbers that chose the effect
     wanted = share or log_uniform(rng, 0.02, 0.15)
     effect, low, high = _start(bench, effect_id, rng, max(current.size for current in currents))
     without = [simulate(bench.device, current) for current in currents]
