@@ -20,7 +20,7 @@ def draw_id(style: str, seed: int) -> str | None:
     """
     number = STYLES.index(style)
     place = seed + seed // 4
-    if (place + 3 * number) % 4 == 3:
+    if place % 4 == 3:
         return None
     order = np.random.default_rng([number, 2002]).permutation(len(EFFECTS))
     return list(EFFECTS)[order[place % len(EFFECTS)]]
@@ -80,6 +80,7 @@ def _start(
     tau, period, duration = device.tau_s, device.period_s, samples * device.period_s
     cold = float(device.resistance(device.ambient_C, 0.0))
     drift = {"settling_s": duration * float(rng.uniform(0.3, 1.5)), "sign": float(rng.choice([-1.0, 1.0]))}
+    quality = log_uniform(rng, 4.0, 30.0)
     form = str(rng.choice(["zero", "hold"]))
     unit, start, low, high, values = {
         "thermal.second_time_constant": ("1", 0.1, 1e-3, 0.6, {"tau2_s": tau * log_uniform(rng, 4.0, 30.0)}),
@@ -100,6 +101,6 @@ def _start(
             cold / bench.high_mA,
             {},
         ),
-        "structure.resonance": ("s", 5.0 * period, 3.0 * period, 60.0 * period, {"quality": 10.0}),
+        "structure.resonance": ("s", 2.0 * period, 0.75 * period, 60.0 * period, {"quality": quality}),
     }[effect_id]
     return Effect(id=effect_id, size=start, unit=unit, values=values), low, high
