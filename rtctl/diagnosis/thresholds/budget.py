@@ -15,7 +15,7 @@ class BudgetThresholds:
 
     search: float = 4800e6
     """Work [steps] of the whole search, after which no further fit begins: about 66 s, so that what is under way then
-    and the answer are done by 90 s. Half of it left four of 91 blind cases without an answer, or with part of one."""
+    and the answer are done by 90 s. Half of it left five of 111 blind cases without an answer, or with part of one."""
     overrun: float = 1080e6
     """Work [steps] by which the last comparisons may exceed the search's budget: about 15 s."""
     least_comparison: float = 220e6
