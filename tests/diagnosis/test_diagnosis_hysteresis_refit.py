@@ -162,7 +162,7 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
         chosen=run_residual_tests(both, clean, FEW), passes=False, hysteresis_refit=None, leave_one_out=()
     )
     refitter = hysteresis_refit.LoopRefitter(
-        coarse=found.problem.subject.identified(model, problem), problem=with_limits(clean, negligible_cost=0.0),
+        coarse=found.problem.subject.find_identified_parts(model, problem), problem=with_limits(clean, negligible_cost=0.0),
         tests=found.tests, ids=FEW, level=significance_level(clean, 0.05),
     )  # fmt: skip
     after = refitter.refit_behind(search)
@@ -222,7 +222,7 @@ def test_what_passes_is_put_right_for_any_certain_gain_unless_others_pass_too():
     several = found.search._replace(equivalent=(found.search.chosen.hypothesis,))
     assert correct_after_search(request, several) is several
     left = found.search._replace(passes=False)
-    loops = found.problem.subject.identified(case[1], case[0])
+    loops = found.problem.subject.find_identified_parts(case[1], case[0])
     assert request.loop_refitter(loops).refit_behind(left) is left
 
 
