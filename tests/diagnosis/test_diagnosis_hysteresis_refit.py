@@ -162,7 +162,8 @@ def test_a_small_cause_beside_them_is_none_where_other_loops_explain_it(few_leve
         chosen=run_residual_tests(both, clean, FEW), passes=False, hysteresis_refit=None, leave_one_out=()
     )
     refitter = hysteresis_refit.LoopRefitter(
-        coarse=found.problem.subject.find_identified_parts(model, problem), problem=with_limits(clean, negligible_cost=0.0),
+        coarse=found.problem.subject.find_identified_parts(model, problem),
+        problem=with_limits(clean, negligible_cost=0.0),
         tests=found.tests, ids=FEW, level=significance_level(clean, 0.05),
     )  # fmt: skip
     after = refitter.refit_behind(search)
