@@ -14,6 +14,7 @@ from typing import Any
 
 from rtctl.border.errors import RunError
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
+from rtctl.identification.vo2.settling import assess_staircases, describe_settling
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import write_model
 from rtctl.scenario.bundled import bundled_scenarios
@@ -41,7 +42,11 @@ def demonstrate(
             scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report
         )
         report("identifying")
-        model = identify_vo2(read_dataset(manifest), Vo2FitOptions(), report)
+        dataset = read_dataset(manifest)
+        model = identify_vo2(dataset, Vo2FitOptions(), report)
+        for record, settling in assess_staircases(model, dataset):
+            if settling.is_useless:
+                raise RunError(f"nothing is run with this model: {describe_settling(record, settling)}")
         write_model(model, folder / "model.toml")
         report(f"heating time constant {1e3 * model.time_constant_s:.3f} ms; wrote {folder / 'model.toml'}")
         summaries = []

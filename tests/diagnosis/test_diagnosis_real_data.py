@@ -31,20 +31,29 @@ def diagnosed(name: str, ids: tuple[str, ...], options: DiagnosisOptions | None 
 @pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "silverbox").is_dir(), reason="../shared/data/silverbox is not there")
 def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small() -> None:
-    found = diagnosed("silverbox", (*FORCES[:3], *OFFSETS))
+    # the work at which this was set; twice of it ends with a third cause that leaves 0.347 mV
+    found = diagnosed("silverbox", (*FORCES[:3], *OFFSETS), DiagnosisOptions(work=2400e6))
     assert found.verdict == "partly_explained"  # no real device passes the gate of 65,000 samples
     assert found.causes[0].id == "stiffness.cubic"
     assert {cause.id for cause in found.causes} & set(OFFSETS)
     # about a middle that the sensor is off by, a cubic spring has a quadratic part; a quadratic damping leaves less
     assert found.causes[-1].id in ("stiffness.quadratic", "sensor.offset", "damping.quadratic")
     assert found.gain is not None
-    assert found.gain.after < 0.36e-3  # V, over all three test parts; two causes leave 0.398 mV
+    assert found.gain.after < 0.34e-3  # V, over all three test parts
 
 
 @pytest.mark.skipif(not (DATA / "emps").is_dir(), reason="../shared/data/emps is not there")
-def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction() -> None:
-    few = ("friction.coulomb", "damping.quadratic", "drive.offset")
-    found = diagnosed("emps", few, DiagnosisOptions(work=300e6))
+@pytest.mark.parametrize(
+    ("ids", "options"),
+    [
+        (("friction.coulomb", "damping.quadratic", "drive.offset"), DiagnosisOptions(work=300e6)),
+        pytest.param((*FORCES, *OFFSETS), None, marks=pytest.mark.slow),
+    ],
+)
+def test_the_positioning_drive_has_dry_friction_that_depends_on_the_direction(
+    ids: tuple[str, ...], options: DiagnosisOptions | None
+) -> None:
+    found = diagnosed("emps", ids, options)
     assert found.causes[0].id == "friction.coulomb"
     assert "depends on the direction" in found.causes[0].statement
     assert any("never forgets its initial state" in warning for warning in found.warnings)

@@ -10,7 +10,7 @@ from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-from rtctl.identification.vo2.settling import assess_settling, describe_settling
+from rtctl.identification.vo2.settling import assess_staircases, describe_settling
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.vo2 import Vo2Model
@@ -61,10 +61,7 @@ def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]
     """Return warnings of loops that are too coarse and of holds that were too short, and whether to trust the model."""
     coarse = find_coarse_loops(model, dataset)
     notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
-    settled = [
-        (record, assess_settling(record, model.time_constant_s, model.time_constant_error_s))
-        for record in dataset.used_for("identify")
-    ]
+    settled = assess_staircases(model, dataset)
     notes += [describe_settling(record, one) for record, one in settled if one.is_short]
     trusted = not any(one.is_useless for _, one in settled)
     return (*(() if trusted else (NOT_TRUSTED,)), *notes), trusted

@@ -9,15 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from rtctl.identification.vo2.staircase import estimate_unsettled_share, find_hold_ends
-from rtctl.measured.dataset import Record
+from rtctl.measured.dataset import Dataset, Record
+from rtctl.models.vo2 import Vo2Model
 
 STILL_MOVING = 0.02
 """Largest share of a step that the last sample of a hold may bring, or that may still be to come after it.
 
 The share of a first-order heating is known (up to 1.3 % on the bundled devices), the one of a delay is not.
 """
-USELESS = 0.1
-"""Share of a step still to come, or brought by the last sample, from which the loops are not to be used."""
+USELESS_TO_COME = 0.1
+"""Share of a step still to come after a hold, above which the loops are not to be used."""
+USELESS_LAST_SAMPLE = 0.05
+"""Share of a step that the last sample of a hold brings, above which the same holds."""
 SETTLING_TIME_CONSTANTS = 6.0
 """Time constants after which 0.25 % of a step is still to come."""
 LONGER = 5.0
@@ -49,7 +52,7 @@ class Settling(NamedTuple):
     @property
     def is_useless(self) -> bool:
         """Whether loops from it are not to be used."""
-        return self.last_sample > 0.5 * USELESS or self.to_come > USELESS
+        return self.last_sample > USELESS_LAST_SAMPLE or self.to_come > USELESS_TO_COME
 
 
 def assess_settling(record: Record, time_constant_s: float, time_constant_error_s: float) -> Settling:
@@ -69,6 +72,14 @@ def assess_settling(record: Record, time_constant_s: float, time_constant_error_
     if last > STILL_MOVING:
         needed.append(LONGER * hold_s)
     return Settling(hold_s, last, to_come, max(needed))
+
+
+def assess_staircases(model: Vo2Model, dataset: Dataset) -> list[tuple[Record, Settling]]:
+    """Return the staircases from which a model was identified, and how far each had settled."""
+    return [
+        (record, assess_settling(record, model.time_constant_s, model.time_constant_error_s))
+        for record in dataset.used_for("identify")
+    ]
 
 
 def describe_settling(record: Record, settling: Settling) -> str:
