@@ -75,6 +75,12 @@ class Vo2Model:
     provenance: Mapping[str, str] = field(default_factory=dict)
     corrections: Mapping[str, Value] = field(default_factory=dict)
     """Gains and offsets of its signals from a refit; empty for a model that is only identified."""
+    timing_skew_rows: float = 0.0
+    """Sample periods by which a row's readings are taken after its current has begun to act; 0: just before it acts."""
+    reading_error_elsewhere: float | None = None
+    """RMS error of the fine model of ln R on swings that it was not fitted to (cross-validation); None: not known."""
+    deflection_error_elsewhere: float | None = None
+    """The same of the fine deflection model [um]."""
     mechanisms: tuple[MechanismTable, ...] = ()
     """Extensions by their ids; estimators and tuning do not use them."""
 
@@ -110,6 +116,12 @@ _QUALITY = (
     "direct_preisach",
     "direct_egpi",
 )
+_OPTIONAL = {
+    "timing_skew_rows": "dimensionless",
+    "reading_error_elsewhere": "dimensionless",
+    "deflection_error_elsewhere": "um",
+}
+"""Fields that a model file need not have, with their units."""
 _SPANS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
 
 
@@ -120,6 +132,10 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
         "reading_error": {"value": model.reading_error, "unit": "dimensionless"},
         "deflection_error": {"value": model.deflection_error, "unit": "um"},
     }
+    for name, unit in _OPTIONAL.items():
+        value = getattr(model, name)
+        if value:
+            parameters[name] = {"value": value, "unit": unit}
     for name, unit in _SPANS.items():
         span: Span = getattr(model, name)
         parameters[f"{name}_low"] = {"value": span.low, "unit": unit}
@@ -197,6 +213,9 @@ def _from_tables(model: dict[str, Any]) -> Vo2Model:
         name: _hysteresis_of(_table(tables, name, "hysteresis."), name, kind)
         for name, kind in _HYSTERESIS.items()
     }
+    optional: dict[str, Any] = {
+        name: _number(parameters, name, unit) for name, unit in _OPTIONAL.items() if name in parameters
+    }
     tau_s = _positive(parameters, "thermal_time_constant", "s")
     return Vo2Model(
         identity=str(model.get("identity", "")),
@@ -211,6 +230,7 @@ def _from_tables(model: dict[str, Any]) -> Vo2Model:
         provenance={key: str(value) for key, value in _table(model, "provenance").items()},
         corrections=corrections_of(parameters),
         mechanisms=mechanisms_of(model),
+        **optional,
         **hysteresis,
     )
 

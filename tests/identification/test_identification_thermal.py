@@ -195,3 +195,40 @@ def test_samples_that_the_manifest_ignores_have_no_say():
     found = fit_time_constant([damaged], RESISTANCE, None, NOMINAL_S)
     assert found is not None
     assert found.value_s == pytest.approx(NOMINAL_S, rel=0.01)
+
+
+def read_after(record):
+    """The same measurement by a bench that takes a row's readings at the end of its period."""
+    later = {name: values[1:] for name, values in record.signals.items() if name != "current"}
+    return Record(
+        name=record.name, period_s=record.period_s, use=record.use,
+        signals={"current": record.signals["current"][:-1], **later},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("tau_s", [0.8e-3, 1.8e-3, 4.0e-3])
+def test_readings_at_the_end_of_a_period_are_recognised_and_make_the_film_no_faster(tau_s):
+    usual = measured(tau_s, 3)
+    found = fit_time_constant([read_after(usual)], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert found is not None
+    assert found.reads_after
+    assert abs(found.value_s - tau_s) < 4.0 * found.standard_error_s
+    at_start = fit_time_constant([usual], RESISTANCE, DEFLECTION, NOMINAL_S)
+    assert at_start is not None
+    assert not at_start.reads_after
+
+
+def test_a_record_that_begins_cold_does_not_change_the_speed():
+    record = measured(NOMINAL_S, 3, samples_a_hold=30, levels=20)
+    warm = record.signals["current"].copy()
+    cold = {name: values.copy() for name, values in record.signals.items()}
+    s, v = 0.0, []
+    for held in warm:
+        v.append(math.sqrt(s))
+        s = held**2 + (s - held**2) * math.exp(-1e-3 / NOMINAL_S)
+    cold["resistance"], cold["deflection"] = np.exp(-RESISTANCE.simulate(v)), DEFLECTION.simulate(v)
+    found = fit_time_constant(
+        [Record(name="cold", period_s=1e-3, signals=cold)], RESISTANCE, DEFLECTION, NOMINAL_S
+    )
+    assert found is not None
+    assert found.value_s == pytest.approx(NOMINAL_S, rel=0.01)

@@ -28,6 +28,9 @@ SEARCH_FACTOR = 10.0  # about the nominal value, either way
 SCALES = (1.0, 30.0, 900.0, 1.0 / 30.0)
 """Multiples of the nominal value about which the search runs, one after the other, until one shows: their ranges
 overlap, from 5 us to 16 s about 1.8 ms."""
+READS_AFTER_COST = 0.7
+"""Share of the cost below which readings at the end of a period are believed: in a device that is slow against its
+sample period either fits."""
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
@@ -40,11 +43,13 @@ class ReadOut(Protocol):
 
 
 class TimeConstant(NamedTuple):
-    """Time constant tau [s], its standard error, and the number of moving samples it rests on."""
+    """Time constant tau [s], its standard error, the number of moving samples it rests on, and when these are taken."""
 
     value_s: float
     standard_error_s: float
     samples: int
+    reads_after: bool = False
+    """Whether a row's readings are taken at the end of the period in which its current acts; else at its start."""
 
 
 @kernel
@@ -61,6 +66,18 @@ def simulate_heating(current_mA: FloatArray, period_s: float, time_constant_s: f
         power = current_mA[k] * current_mA[k]
         s = power + (s - power) * decay
     return v
+
+
+def simulate_read_heating(
+    current_mA: FloatArray, period_s: float, time_constant_s: float, *, reads_after: bool
+) -> FloatArray:
+    """Return the surrogate v (n,) [mA] at the readings of each row.
+
+    These are taken before the row's current acts, as `simulate_heating` has them, or after it has acted for a period.
+    """
+    if not reads_after:
+        return simulate_heating(current_mA, period_s, time_constant_s)
+    return simulate_heating(np.append(current_mA, current_mA[-1:]), period_s, time_constant_s)[1:]
 
 
 def prepend_full_cooling(v: FloatArray) -> FloatArray:
@@ -82,6 +99,27 @@ def find_time_constant(
 def fit_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
+    """Fit the time constant, with readings at the start of a row's period, or at its end where that fits far better.
+
+    A sample that is missing between current and reading would be taken for a slower or faster film. See
+    `fit_with_readings`.
+    """
+    (usual, least), (after, cost) = (
+        fit_with_readings(records, resistance, deflection, nominal_s, reads_after=after)
+        for after in (False, True)
+    )
+    return after if after is not None and cost < READS_AFTER_COST * least else usual
+
+
+# six parameters because a read-out and its instant belong to neither the records nor the search
+def fit_with_readings(
+    records: Sequence[Record],
+    resistance: ReadOut,
+    deflection: ReadOut | None,
+    nominal_s: float,
+    *,
+    reads_after: bool,
+) -> tuple[TimeConstant | None, float]:
     """Fit the time constant to the moving samples.
 
     Residuals are relative to each record's range. A read-out errs alike all along a hold, so the standard error counts
@@ -92,19 +130,21 @@ def fit_time_constant(
         resistance: Read-out of -ln R.
         deflection: Read-out of the deflection, where there is one.
         nominal_s: Nominal time constant [s] about which the search runs.
+        reads_after: Whether a row is read after its current has acted for a period.
 
     Returns:
-        The time constant; None where it cannot be seen: sampled too slowly, too few samples, or out of range.
+        The time constant, None where it cannot be seen (sampled too slowly, too few samples, or out of range), and the
+        least sum of squared residuals, each over its record's range; also that of a film that settles at once.
     """
     usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
     masks = [_find_moving_samples(record, nominal_s) for record in usable]
     moving = sum(int(mask.sum()) for mask in masks)
     if moving < MIN_MOVING_SAMPLES:
-        return None
+        return None, math.inf
 
     def residual(ln_tau: float) -> FloatArray:
         parts = [
-            _compute_residual(record, mask, resistance, deflection, math.exp(ln_tau))
+            _compute_residual(record, mask, resistance, deflection, math.exp(ln_tau), reads_after=reads_after)
             for record, mask in zip(usable, masks, strict=True)
         ]
         return np.concatenate(parts)
@@ -116,17 +156,18 @@ def fit_time_constant(
     bounds = math.log(nominal_s / SEARCH_FACTOR), math.log(nominal_s * SEARCH_FACTOR)
     best = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-4}).x)
     at_once = math.log(1e-3 * min(record.period_s for record in usable))  # settled within a sample
-    if min(best - bounds[0], bounds[1] - best) < 0.01 or cost(best) >= min(map(cost, (at_once, *bounds))):
-        return None
+    lowest, elsewhere = cost(best), min(map(cost, (at_once, *bounds)))
+    if min(best - bounds[0], bounds[1] - best) < 0.01 or lowest >= elsewhere:
+        return None, min(lowest, elsewhere)
     step = 0.01
     slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
     scores = np.bincount(_number_holds(usable, masks, deflection is not None), weights=slope * residual(best))
     information = float(slope @ slope)
     if not information > 0.0:
-        return None
+        return None, lowest
     tau = math.exp(best)
     relative = math.hypot(float(np.linalg.norm(scores)) / information, READ_OUT_SHARE)
-    return TimeConstant(tau, tau * relative, moving)
+    return TimeConstant(tau, tau * relative, moving, reads_after), lowest
 
 
 def shows_heating(record: Record) -> bool:
@@ -136,7 +177,11 @@ def shows_heating(record: Record) -> bool:
 
 
 def _find_moving_samples(record: Record, time_constant_s: float) -> NDArray[np.bool_]:
-    """Return a mask of the samples that move after a change; row k is measured before its own current acts."""
+    """Return a mask of the samples that move after a change.
+
+    Row k is measured before its own current acts. The first ones of a record that is no staircase do not count: where
+    the device was before is not known.
+    """
     count = max(MOVING_SAMPLES, round(MOVING_TIME_CONSTANTS * time_constant_s / record.period_s))
     current = record.signals["current"]
     changed = np.flatnonzero(np.diff(current) != 0.0) + 1
@@ -144,7 +189,7 @@ def _find_moving_samples(record: Record, time_constant_s: float) -> NDArray[np.b
     np.add.at(edges, np.minimum(changed + 1, len(current)), 1)
     np.add.at(edges, np.minimum(changed + 1 + count, len(current)), -1)
     mask = np.cumsum(edges[:-1]) > 0
-    mask[: record.ignore_first] = False
+    mask[: max(record.ignore_first, 0 if record.use == "identify" else count)] = False
     return mask
 
 
@@ -162,10 +207,17 @@ def _number_holds(
 
 
 def _compute_residual(
-    record: Record, moving: NDArray[np.bool_], resistance: ReadOut, deflection: ReadOut | None, tau_s: float
+    record: Record,
+    moving: NDArray[np.bool_],
+    resistance: ReadOut,
+    deflection: ReadOut | None,
+    tau_s: float,
+    *,
+    reads_after: bool,
 ) -> FloatArray:
     """Return errors of the `moving` samples relative to the record's range: resistance, then deflection if present."""
-    v = prepend_full_cooling(simulate_heating(record.signals["current"], record.period_s, tau_s))
+    heated = simulate_read_heating(record.signals["current"], record.period_s, tau_s, reads_after=reads_after)
+    v = prepend_full_cooling(heated)
     reading = -np.log(record.signals["resistance"])
     parts = [(resistance.simulate(v)[1:] - reading)[moving] / max(float(np.ptp(reading)), 1e-9)]
     if deflection is not None and record.has("deflection"):

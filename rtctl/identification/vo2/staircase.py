@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.identification.vo2.heating import shows_heating, simulate_heating
+from rtctl.identification.vo2.heating import shows_heating, simulate_read_heating
 from rtctl.measured.dataset import Dataset, Record
 
 READINGS = ("resistance", "deflection")
@@ -63,7 +63,9 @@ def extract_steady_states(dataset: Dataset, use: str = "identify") -> SteadyStat
     return _concatenate([_extract_record_states(record, dataset) for record in records])
 
 
-def simulate_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "identify") -> FloatArray:
+def simulate_hold_ends(
+    dataset: Dataset, time_constant_s: float, use: str = "identify", *, reads_after: bool = False
+) -> FloatArray:
     """Return the surrogate v [mA] at the ends of the holds, in the order of `extract_steady_states`.
 
     After five time constants 0.7 % of a step is still to come: little, but it would bias the time constant. A
@@ -75,7 +77,7 @@ def simulate_hold_ends(dataset: Dataset, time_constant_s: float, use: str = "ide
             current = record.signals["current"]
             ends = find_hold_ends(current)
             v = (
-                simulate_heating(current, record.period_s, time_constant_s)
+                simulate_read_heating(current, record.period_s, time_constant_s, reads_after=reads_after)
                 if shows_heating(record)
                 else current
             )

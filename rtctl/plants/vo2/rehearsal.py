@@ -47,13 +47,14 @@ def _mean_error(model: Vo2Model, tests: Sequence[Record]) -> float:
 def sense_record(model: Vo2Model, record: Record) -> FloatArray:
     """Return estimated minus measured deflection [um] of the scored samples, NaN where the observer gives no number.
 
-    A reading is taken before the current of its own row acts, so it answers the current of the row before.
+    A reading is taken before the current of its own row acts, so it answers the current of the row before; or that of
+    its own row, where the model says so.
     """
-    estimator = observer_of(model)
+    estimator, late = observer_of(model), 0 if model.timing_skew_rows > 0.5 else 1
     current = np.asarray(record.signals["current"]).tolist()
     resistance = np.asarray(record.signals["resistance"]).tolist()
     values = [estimator.start((current[0],), (resistance[0],)).value]
     for k in range(1, len(current)):
-        values.append(estimator.step((current[k - 1],), (resistance[k],), record.period_s).value)
+        values.append(estimator.step((current[k - late],), (resistance[k],), record.period_s).value)
     error: FloatArray = np.array(values) - record.signals["deflection"]
     return error[record.ignore_first :]

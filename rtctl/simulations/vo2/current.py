@@ -1,7 +1,8 @@
 """The current between its samples as smooth pieces: one a sample period, two where it is delayed.
 
 A delay of w periods and a part f of one puts a sample's instant at f into each period: the piece before it belongs to
-the sample period w + 1 back, the one after it to that w back. Before the first sample the current was the first one's.
+the sample period w + 1 back, the one after it to that w back. A negative delay is a reading that is taken after its
+row's current has begun to act. Before the first sample the current was the first one's, after the last the last one's.
 """
 
 from __future__ import annotations
@@ -29,16 +30,18 @@ def _nodes(commanded: Commanded, back: int, begin: float, end: float) -> FloatAr
     """Return (periods, 3): start, middle and end of `begin` to `end` of the sample period `back` periods back."""
     x = commanded.samples
     index = np.arange(len(x) - 1) - back
+    known = np.concatenate((x, commanded.onward))
+    last = len(known) - 1
     if commanded.hold == "zero":
-        held = x[np.maximum(index, 0)]
+        held = known[np.clip(index, 0, last)]
         return np.stack([held, held, held], axis=1)
     fractions = (begin, 0.5 * (begin + end), end)
     if commanded.hold == "linear":
-        first, step = x[np.maximum(index, 0)], x[np.maximum(index + 1, 0)] - x[np.maximum(index, 0)]
+        first = known[np.clip(index, 0, last)]
+        step = known[np.clip(index + 1, 0, last)] - first
         return np.stack([first + fraction * step for fraction in fractions], axis=1)
     if commanded.hold == "band-limited":
-        known = np.concatenate((x, commanded.onward))
-        columns = [_between(known, fraction)[np.maximum(index, 0)] for fraction in fractions]
+        columns = [_between(known, fraction)[np.clip(index, 0, last)] for fraction in fractions]
         return np.where((index < 0)[:, None], x[0], np.stack(columns, axis=1))
     raise ValueError(
         f'hold "{commanded.hold}" of the current is not known; known: zero, linear, band-limited'
