@@ -17,7 +17,7 @@ from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset, Record
-from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS
+from rtctl.plants.vo2.diagnosis import ON_OTHER_LOOPS, ON_OTHER_RECORDS
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE
 
 SUBJECT = subject_of("vo2")
@@ -75,6 +75,15 @@ def test_it_promises_what_it_left_but_no_more_than_the_noise(left: float, promis
     model = replace(simulation().model, reading_error=left, deflection_error=left)
     found = SUBJECT.stated_misfit(model, staircase)
     assert found == pytest.approx({LOG_RESISTANCE: promised, "deflection": promised}, rel=0.05)
+
+
+def test_it_promises_what_it_predicted_of_other_swings_where_it_did() -> None:
+    nothing = Dataset(path=Path("dataset.toml"), name="s", plant="vo2", units={}, holds={}, records=())
+    model = replace(simulation().model, reading_error_elsewhere=0.02, deflection_error_elsewhere=0.7)
+    found = SUBJECT.stated_misfit(model, nothing)
+    assert found == {
+        LOG_RESISTANCE: pytest.approx(ON_OTHER_RECORDS * 0.02), "deflection": pytest.approx(ON_OTHER_RECORDS * 0.7),
+    }  # fmt: skip
 
 
 def test_an_oscillator_is_allowed_no_misfit() -> None:

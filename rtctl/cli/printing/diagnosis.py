@@ -19,7 +19,7 @@ UNDECIDED = (
 
 def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> None:
     """Verdict, causes, gain, place, warnings, and where the files are, if they were `written`."""
-    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.subject.rest))
+    print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
     for cause in found.causes:
         others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
         print(

@@ -64,6 +64,17 @@ class Problem:
         each = max(1, most // len(self.records))
         return replace(self, records=tuple(r.truncate(max(each, r.first + each // 2)) for r in self.records))
 
+    @property
+    def rest(self) -> str:
+        """Describe what an adequate model leaves."""
+        if not self.allowed:
+            return "noise"
+        shares = (
+            f"{np.sqrt(square) / self.size(name):.1%} of the {name.replace('_', ' ')}'s variation"
+            for name, square in self.allowed.items()
+        )
+        return f"noise, or what the model's identification may be off ({' and '.join(shares)})"
+
     def step(self, output: str) -> float:
         """Return the quantization step of an output's readings, in its unit; 0 where none is visible."""
         return _quantization_step(self.records, output, self.thresholds.problem)

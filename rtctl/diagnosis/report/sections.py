@@ -30,7 +30,7 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
     rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
     undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
     them = "it" if len(diagnosis.causes) == 1 else "them"
-    rest = escape(diagnosis.problem.subject.rest)
+    rest = escape(diagnosis.problem.rest)
     texts = {
         "adequate": f"Nothing is wrong: the residual of the model is {rest}.",
         "explained": f"Explained by {names}{undecided}: with {them}, the residual is {rest}.",
@@ -48,7 +48,7 @@ def describe_verdict(diagnosis: Diagnosis) -> str:
 def describe_place(diagnosis: Diagnosis) -> str:
     """Return the coordinates along which the error lives, in words."""
     if not diagnosis.where:
-        return f"<p>Along no coordinate: the residual is {escape(diagnosis.problem.subject.rest)}.</p>"
+        return f"<p>Along no coordinate: the residual is {escape(diagnosis.problem.rest)}.</p>"
     first, *others = (
         f"{escape(one.coordinate.replace('_', ' '))} ({one.share:.0%})" for one in diagnosis.where
     )

@@ -20,6 +20,7 @@ from rtctl.hysteresis.egpi import EgpiModel
 from rtctl.hysteresis.gap_free import GapFreeModel
 from rtctl.hysteresis.gpi import GpiModel
 from rtctl.hysteresis.gpi_inverse import GpiInverse
+from rtctl.identification.vo2.cross_validation import cross_validate
 from rtctl.identification.vo2.heating import TimeConstant, find_time_constant
 from rtctl.identification.vo2.play_fit import PlayFit, PlayProblem, fit_plays, spread_starts
 from rtctl.identification.vo2.preisach_fit import PreisachFit, fit_preisach
@@ -132,7 +133,8 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         smoothness=PAPER_SMOOTHNESS,
         memoryless=(True, False),
     )  # fmt: skip
-    fine_r, fine_d, tau = _fit_fine_and_heating(dataset, data, options)
+    fine = _fit_fine_and_heating(dataset, data, options)
+    fine_r, fine_d, tau = fine.resistance, fine.deflection, fine.time_constant
     if tau is None:
         report(
             "the heating's time constant cannot be seen in these data: no record has enough samples in the time that "
@@ -159,6 +161,9 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
         deflection=deflection,
         reading_error=float(np.std(fine_r.residual)),
         deflection_error=float(np.std(fine_d.residual)),
+        timing_skew_rows=float(tau.reads_after) if tau else 0.0,
+        reading_error_elsewhere=fine.reading_error_elsewhere,
+        deflection_error_elsewhere=fine.deflection_error_elsewhere,
         resistance_gpi=plays.gpi,
         composite_egpi=plays.behind_gpi,
         resistance_gap_free=plays.gap_free,
@@ -175,9 +180,17 @@ def _identify(dataset: Dataset, options: Vo2FitOptions, report: Report) -> Vo2Mo
     )
 
 
-def _fit_fine_and_heating(
-    dataset: Dataset, data: _Data, options: Vo2FitOptions
-) -> tuple[PreisachFit, PreisachFit, TimeConstant | None]:
+class _Fine(NamedTuple):
+    """Read-outs on a fine grid, the heating, and what the read-outs miss elsewhere."""
+
+    resistance: PreisachFit
+    deflection: PreisachFit
+    time_constant: TimeConstant | None
+    reading_error_elsewhere: float | None
+    deflection_error_elsewhere: float | None
+
+
+def _fit_fine_and_heating(dataset: Dataset, data: _Data, options: Vo2FitOptions) -> _Fine:
     """Fit fine read-outs and tau in turns: tau tells how far from rest the holds were, the read-outs explain the rest.
 
     The first turns use fewer cells, which determine tau nearly as well.
@@ -190,8 +203,14 @@ def _fit_fine_and_heating(
         fine_d = fit_preisach(v, data.deflection, data.deflection_scored, cells=cells)
         tau = find_time_constant(records, fine_r.model, fine_d.model, NOMINAL_TIME_CONSTANT_S)
         if tau is not None:
-            v = simulate_hold_ends(dataset, tau.value_s)
-    return fine_r, fine_d, tau
+            v = simulate_hold_ends(dataset, tau.value_s, reads_after=tau.reads_after)
+    return _Fine(fine_r, fine_d, tau, *_predict_elsewhere(v, data))
+
+
+def _predict_elsewhere(v: FloatArray, data: _Data) -> tuple[float | None, float | None]:
+    """Return the RMS errors of ln R and of the deflection [um] on swings that took no part in a fit."""
+    reading = cross_validate(v, data.u, data.scored)
+    return reading, cross_validate(v, data.deflection, data.deflection_scored)
 
 
 def _prepare_data(dataset: Dataset) -> _Data:
