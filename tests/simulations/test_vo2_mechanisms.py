@@ -24,7 +24,8 @@ SIZES = Scales(
 FORMATS = (
     "thermal.second_time_constant thermal.nonlinear_loss thermal.latent_heat thermal.ambient_drift heater.tcr "
     "actuation.delay actuation.deadband structure.resonance hysteresis.rate_dependence hysteresis.creep "
-    "hysteresis.shape sensor.self_heating sensor.lag sensor.ageing sensor.crosstalk"
+    "hysteresis.shape sensor.self_heating sensor.lag sensor.ageing sensor.crosstalk "
+    "sensor.deflection_lag timing.skew"
 )
 CURRENT = telegraph(120, seed=4)
 PURE = {"activation": 0.03, "expansion": 0.4, "mixing": 0.0}

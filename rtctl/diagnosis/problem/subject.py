@@ -219,6 +219,9 @@ class Subject:
     """Return the part of a sentence that says what coarse parts leave; None where there are none."""
     coarse_part_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None
     """Draw coarse parts beside those fitted anew, in the units of the dataset; a Matplotlib figure."""
+    find_initial_state: Callable[[Simulation, FitRecord], FitRecord] | None = None
+    """Return a record with the state in which it begins, where its first readings show that it was not at rest; None:
+    the fits find that state."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]
@@ -234,14 +237,6 @@ class Subject:
     def scales(self, records: Records) -> Scales:
         """Return the sizes of what these records show."""
         return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed_rms(records))
-
-    @property
-    def rest(self) -> str:
-        """Describe what an adequate model leaves."""
-        if not self.allowed_share:
-            return "noise"
-        share = f"at most {self.allowed_share:.1%} of an output's variation"
-        return f"noise, or what the model's identification may have left ({share})"
 
     @property
     def coordinates(self) -> Sequence[str]:

@@ -20,6 +20,10 @@ from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.measured.dataset import Dataset
 
 NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone, and the gain is that of the {1}'s logarithm"
+NOT_AT_REST = (
+    "{} of {} records do not begin at rest in their first current: the temperature at which they begin was taken from "
+    "their first readings"
+)
 
 
 class ScreenedData(NamedTuple):
@@ -67,6 +71,18 @@ def screen_dataset(
         wells = has_two_wells(comparable)
         return warm_up_moving_records(records, scales.rate, limits, two_wells=wells)
 
+    def find_initial_states(records: Screened) -> Screened:
+        find = subject.find_initial_state
+        if find is None:
+            return records
+        fit, tests = (tuple(find(comparable, one) for one in ones) for ones in (records.fit, records.tests))
+        begun = sum(
+            new.stimulus is not old.stimulus
+            for new, old in zip((*fit, *tests), (*records.fit, *records.tests), strict=True)
+        )
+        notes = (NOT_AT_REST.format(begun, len(fit) + len(tests)),) if begun else ()
+        return Screened(fit, tests, notes)
+
     def limit_samples(records: Screened) -> Screened:
         fit, notes = truncate_records(records.fit, limits)
         return records._replace(fit=fit, notes=tuple(notes))
@@ -77,7 +93,7 @@ def screen_dataset(
     comparable, read = subject.to_comparable(simulation, records.fit)
     records = _read_comparably(records, read)
     scales = subject.scales(records.fit)
-    records = apply_steps(records, (skip_what_history_decides,))
+    records = apply_steps(records, (find_initial_states, skip_what_history_decides))
     return ScreenedData(records, comparable, scales)
 
 

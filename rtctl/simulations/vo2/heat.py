@@ -246,11 +246,12 @@ def advance(  # noqa: PLR0913
 @background_kernel
 def balance_pieces(  # noqa: PLR0913
     nodes: FloatArray, durations: FloatArray, substeps: int, memory: FloatArray, cold: float, b: Balance,
-    d: PreisachParams, r: PreisachParams,
+    d: PreisachParams, r: PreisachParams, start: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Return the surrogate, its value for the relays, and that value's turning points [mA^2] at all substeps' ends.
 
-    All of shape (pieces * substeps + 1,), from rest in the first current. P = i^2, T = (1 - share) T_1 + share T_2, Q
+    All of shape (pieces * substeps + 1,), from rest at `start` [mA^2], or in the first current where that is NaN.
+    P = i^2, T = (1 - share) T_1 + share T_2, Q
     the heat that the phase has stored:
     tau (T_1 + Q)' = P (1 + tcr T) - loss T^2 + self_heating R / R_cold - T_1, and so T_2 with its own time constant
     without Q. `memory` (2, 1 + 2 MAX_EXTREMA) is for the relays' states,
@@ -258,7 +259,10 @@ def balance_pieces(  # noqa: PLR0913
     A step's capacity 1 + dQ / dT_1 is that between its ends, by iteration.
     """
     d, r, beam, film = uncounted_params(d), uncounted_params(r), uncounted(memory[0]), uncounted(memory[1])
-    T = first_temperature(nodes[0, 0] * nodes[0, 0], film, cold, b, r)
+    if math.isnan(start):
+        T = first_temperature(nodes[0, 0] * nodes[0, 0], film, cold, b, r)
+    else:
+        T = temperature_at(start, b)
     settle_film(beam, T, b, d)
     settle_film(film, T, b, r)
     phase = phase_at(T, beam, b, d)
@@ -297,12 +301,13 @@ def balance_pieces(  # noqa: PLR0913
 
 
 def heat_balance(
-    pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model
+    pieces: Pieces, substeps: int, balance: Balance, model: Vo2Model, start: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Run `balance_pieces` with the model's read-outs; where relays do not lag, all paths are the first."""
     power, lagging, peaks = balance_pieces(
         pieces.nodes, pieces.durations_s, substeps, np.empty((2, 1 + 2 * MAX_EXTREMA)),
         -math.log(model.resistance.high), balance, model.deflection_preisach.params, model.resistance_preisach.params,
+        start,
     )  # fmt: skip
     return (power, lagging, peaks) if balance.lag_s != 0.0 else (power, power, power)
 

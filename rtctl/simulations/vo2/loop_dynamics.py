@@ -20,6 +20,8 @@ from rtctl.simulations.vo2.phases import Phases
 LEFT_OUT = {
     "hysteresis.creep": "slower than the heat that the observer follows",
     "hysteresis.shape": "identify the loops anew instead",
+    "sensor.deflection_lag": "the loop has no instrument of the deflection",
+    "timing.skew": "the loop reads at instants of its own",
 }
 """Mechanisms without a place in the loop, and why."""
 NOT_TRUSTED = {

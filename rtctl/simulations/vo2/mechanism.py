@@ -142,6 +142,8 @@ class Vo2Mechanism(Mechanism):
     """Changes `reading` and `deflection`."""
     instrument: Callable[[Read, Values], Read] | None = None
     """Changes `resistance` and `deflection`."""
+    reads_at: Callable[[Values], tuple[float, float]] | None = None
+    """Return by how much [s] resistance and deflection are read after their rows' instants."""
     resolves_s: Callable[[Values], float] | None = None
     """Longest interval [s] between readings that it needs, between samples too; None for no such need."""
     stage: int = 0
@@ -151,7 +153,8 @@ class Vo2Mechanism(Mechanism):
     def acts_on_temperature(self) -> bool:
         """Whether lanes with different values cannot share one temperature."""
         return any(
-            act is not None for act in (self.command, self.pieces, self.balance, self.warm, self.loops)
+            act is not None
+            for act in (self.command, self.pieces, self.balance, self.warm, self.loops, self.reads_at)
         )
 
 

@@ -54,9 +54,14 @@ def at(nodes: FloatArray, row: int, x: float) -> float:
 
 
 @background_kernel
-def heat_pieces(nodes: FloatArray, durations: FloatArray, substeps: int, tau: float) -> FloatArray:
-    """Return the surrogate s [mA^2] at all substeps' ends (pieces * substeps + 1,), at rest in the first current."""
-    s = nodes[0, 0] * nodes[0, 0]
+def heat_pieces(
+    nodes: FloatArray, durations: FloatArray, substeps: int, tau: float, start: float
+) -> FloatArray:
+    """Return the surrogate s [mA^2] at all substeps' ends (pieces * substeps + 1,).
+
+    It begins at `start` [mA^2]; NaN: at rest in the first current.
+    """
+    s = nodes[0, 0] * nodes[0, 0] if math.isnan(start) else start
     path = np.empty(nodes.shape[0] * substeps + 1)
     path[0] = s
     for row in range(nodes.shape[0]):

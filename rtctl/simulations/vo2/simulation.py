@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.border.work import count_work
-from rtctl.models.vo2 import Vo2Model
+from rtctl.models.vo2 import SURROGATE, Vo2Model
 from rtctl.simulations.vo2.current import pieces_of
 from rtctl.simulations.vo2.film import ReadOut, follow
 from rtctl.simulations.vo2.heat import heat_balance, phases_of, temperatures
@@ -73,7 +73,7 @@ class Vo2Simulation:
     state: tuple[str, ...] = ()
 
     def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
-        """Return the initial state: a record starts at rest; see `Simulation.starting`."""
+        """Return no state: a record starts at rest at a temperature of its stimulus; see `Simulation.starting`."""
         return np.empty(0)
 
     def predict(
@@ -84,8 +84,9 @@ class Vo2Simulation:
         steps_per_period: float | None = None,
         refine: int = 1,
     ) -> Prediction:
-        """Simulate from the branch that a full cooling leaves, at the first current's steady state.
+        """Simulate from the branch that a full cooling leaves, at rest in the first current.
 
+        Where the stimulus has an initial `surrogate` [mA], it starts at the temperature of that current instead.
         See `Simulation.predict`; `steps_per_period` refers to the heating's time constant.
         """
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
@@ -94,9 +95,13 @@ class Vo2Simulation:
         steps = steps_per_period or STEPS_PER_TIME_CONSTANT
         with np.errstate(over="ignore", invalid="ignore"):  # what runs away is told below
             for lanes in self._sharing_a_temperature(values, stimulus.period_s, steps, refine):
-                history = self._history(stimulus, values[lanes[0]], steps, refine)
+                late_s = self._reads_at(values[lanes[0]])
+                histories = {
+                    one: self._history(stimulus, values[lanes[0]], steps, refine, one) for one in set(late_s)
+                }
                 for lane in lanes:
-                    resistance[lane], deflection[lane] = self._readings(history, values[lane])
+                    read = {one: self._readings(history, values[lane]) for one, history in histories.items()}
+                    resistance[lane], deflection[lane] = read[late_s[0]][0], read[late_s[1]][1]
         bad = ~(np.isfinite(resistance) & np.isfinite(deflection))
         diverged = np.where(bad.any(axis=1), bad.argmax(axis=1), -1).astype(np.int64)
         return Prediction({"resistance": resistance, "deflection": deflection}, diverged)
@@ -139,9 +144,18 @@ class Vo2Simulation:
         wanted = refine * math.ceil(min(period_s / longest_s, MOST_SUBSTEPS))
         return wanted, bool(finest)
 
-    def _history(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Read:
-        """Return the output of film and beam before anything that differs between lanes of a group."""
-        return self._along(self._visited(stimulus, values, steps, refine), stimulus.period_s)
+    def _reads_at(self, values: FloatArray) -> tuple[float, float]:
+        """Return by how much [s] resistance and deflection are read after their rows' instants."""
+        both = [
+            one.reads_at(self._of(one, values)) for one in self._active(values) if one.reads_at is not None
+        ]
+        return sum(one[0] for one in both), sum(one[1] for one in both)
+
+    def _history(
+        self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int, late_s: float
+    ) -> Read:
+        """Return the output of film and beam, at instants that are late by `late_s`, as far as a group shares it."""
+        return self._along(self._visited(stimulus, values, steps, refine, late_s), stimulus.period_s)
 
     def _along(self, seen: Visited, period_s: float) -> Read:
         """Follow the loops along temperatures."""
@@ -163,13 +177,16 @@ class Vo2Simulation:
             temperature=temperature, relays_temperature=late, phases=phases_of(model, seen.balance),
         )  # fmt: skip
 
-    def _visited(self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int) -> Visited:
-        """Return the temperatures at all instants."""
+    def _visited(
+        self, stimulus: Stimulus, values: FloatArray, steps: float, refine: int, late_s: float
+    ) -> Visited:
+        """Return the temperatures at all instants, which are late by `late_s`."""
         active = self._active(values)
         substeps, between = self._grid(values, stimulus.period_s, steps, refine)
-        pieces = self._pieces(stimulus, active, values)
+        pieces = self._pieces(stimulus, active, values, late_s)
         steps_s = np.repeat(pieces.durations_s / substeps, substeps)
-        warm = self._warm(pieces, substeps, steps_s, active, values)
+        start = stimulus.initial.get(SURROGATE[0], math.nan) ** 2
+        warm = self._warm(pieces, substeps, steps_s, active, values, start)
         v = np.sqrt(np.maximum(warm.power, 0.0))
         count_work(STEPS_OF_AN_INSTANT * len(v))
         seen = peaks = v
@@ -182,11 +199,19 @@ class Vo2Simulation:
         return Visited(v, seen, peaks, warm, pieces, substeps, steps_s, between, balance)
 
     def loop_path(
-        self, stimulus: Stimulus, values: FloatArray, steps_per_period: float | None = None
+        self,
+        stimulus: Stimulus,
+        values: FloatArray,
+        steps_per_period: float | None = None,
+        output: str = "deflection",
     ) -> LoopPath:
-        """Return the path of the relays over a record for `values` (parameters,), and the loops' output there."""
+        """Return the path of the relays over a record for `values` (parameters,), and the loops' output there.
+
+        The samples in it are those of `output`, which may be read at another instant than the other one.
+        """
         steps = steps_per_period or STEPS_PER_TIME_CONSTANT
-        seen = self._visited(stimulus, values, steps, 1)
+        late_s = self._reads_at(values)[self.outputs.index(output)]
+        seen = self._visited(stimulus, values, steps, 1, late_s)
         history = self._along(seen, stimulus.period_s)
         v = np.column_stack((seen.peaks, seen.relays)).reshape(-1)
         every = len(seen.steps_s)
@@ -196,11 +221,14 @@ class Vo2Simulation:
             reading=history.reading[readings], deflection=history.deflection[readings],
         )  # fmt: skip
 
-    def _pieces(self, stimulus: Stimulus, active: Sequence[Vo2Mechanism], values: FloatArray) -> Pieces:
+    def _pieces(
+        self, stimulus: Stimulus, active: Sequence[Vo2Mechanism], values: FloatArray, late_s: float
+    ) -> Pieces:
         commanded = Commanded(
             np.ascontiguousarray(stimulus.inputs["current"], dtype=np.float64),
             stimulus.period_s,
             stimulus.holds.get("current", "linear"),
+            delay_s=-self.model.timing_skew_rows * stimulus.period_s - late_s,
             onward=stimulus.onward.get("current", np.empty(0)),
         )
         for mechanism in active:
@@ -220,12 +248,13 @@ class Vo2Simulation:
         steps_s: FloatArray,
         active: Sequence[Vo2Mechanism],
         values: FloatArray,
+        start: float,
     ) -> Warm:
         balance = self._balance(active, values)
         if balance.is_plain:
-            power = heat_pieces(pieces.nodes, pieces.durations_s, substeps, balance.time_constant_s)
+            power = heat_pieces(pieces.nodes, pieces.durations_s, substeps, balance.time_constant_s, start)
         else:
-            power, lagging, peaks = heat_balance(pieces, substeps, balance, self.model)
+            power, lagging, peaks = heat_balance(pieces, substeps, balance, self.model, start)
         within = np.concatenate(([0.0], np.cumsum(steps_s)[:-1]))
         periods = (len(power) - 1) // len(steps_s)
         starts = float(pieces.durations_s.sum()) * np.arange(periods + 1)

@@ -9,6 +9,7 @@ from rtctl.simulations.vo2.mechanisms.hysteresis import rate_dependence as hyste
 from rtctl.simulations.vo2.mechanisms.hysteresis import shape as hysteresis_shape
 from rtctl.simulations.vo2.mechanisms.sensor import ageing as sensor_ageing
 from rtctl.simulations.vo2.mechanisms.sensor import crosstalk as sensor_crosstalk
+from rtctl.simulations.vo2.mechanisms.sensor import deflection_lag as sensor_deflection_lag
 from rtctl.simulations.vo2.mechanisms.sensor import lag as sensor_lag
 from rtctl.simulations.vo2.mechanisms.sensor import self_heating as sensor_self_heating
 from rtctl.simulations.vo2.mechanisms.thermal import ambient_drift as thermal_ambient_drift
@@ -16,6 +17,7 @@ from rtctl.simulations.vo2.mechanisms.thermal import heater_tcr
 from rtctl.simulations.vo2.mechanisms.thermal import latent_heat as thermal_latent_heat
 from rtctl.simulations.vo2.mechanisms.thermal import nonlinear_loss as thermal_nonlinear_loss
 from rtctl.simulations.vo2.mechanisms.thermal import second_time_constant as thermal_second_time_constant
+from rtctl.simulations.vo2.mechanisms.timing import skew as timing_skew
 
 MECHANISMS: dict[str, Vo2Mechanism] = {
     module.MECHANISM.id: module.MECHANISM
@@ -35,5 +37,7 @@ MECHANISMS: dict[str, Vo2Mechanism] = {
         sensor_lag,
         sensor_ageing,
         sensor_crosstalk,
+        sensor_deflection_lag,
+        timing_skew,
     )
 }

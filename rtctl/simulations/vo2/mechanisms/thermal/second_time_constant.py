@@ -19,7 +19,7 @@ MECHANISM = Vo2Mechanism(
     id="thermal.second_time_constant",
     statement="A share {share} of the heating follows a second time constant of {time_constant}.",
     parameters=(
-        coefficient("share", "dimensionless", "of the second part", 0.3, low=-0.5, high=1.0),
+        coefficient("share", "dimensionless", "of the second part", 0.3, low=0.0, high=1.0),
         shape(
             "time_constant", "s", "of the second part", 5.0 * TYPICAL_TIME_S, low=1e-6, high=1e3,
             shape_range=(0.02, 100.0),

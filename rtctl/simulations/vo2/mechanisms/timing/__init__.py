@@ -1,0 +1,1 @@
+"""Mechanisms of the instants at which readings are taken."""
