@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from diagnosis_cases import FRICTION, NOISE_MM, PERIOD_S, device, measured, nois
 from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.search.holdout_error import ScoredOutput, compute_free_run_error, measure_gain
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.noise.residual_noise import fit_noise
 
 READING = ScoredOutput("displacement", "mm", NOISE_MM)
 
@@ -98,3 +100,17 @@ def test_a_motion_begins_where_the_models_sensor_reads_its_first_sample() -> Non
         reading = plant.predict(stimulus, values, np.array([[well, 0.0]])).outputs["displacement"][0]
         record = FitRecord(name="r", stimulus=stimulus, measured={"displacement": reading}, first=1)
         assert np.abs(compute_free_run_error(plant, record, "displacement")).max() < 1e-6
+
+
+def test_a_fast_effect_beside_a_slow_error_of_the_model_shows_in_units_of_the_noise() -> None:
+    """The record has friction and, as a static model errs, something slow that is far larger."""
+    record = record_of(5)
+    slow = 600.0 * NOISE_MM * np.sin(np.linspace(0.0, 12.0, record.samples))
+    record = replace(record, measured={"displacement": record.measured["displacement"] + slow})
+    noise = fit_noise([slow + NOISE_MM * np.random.default_rng(1).normal(size=len(slow))])
+    plain = measure_gain(device(), device(FRICTION), [record], READING, 126.0)
+    whitened = measure_gain(device(), device(FRICTION), [record], READING._replace(noise=noise), 126.0)
+    assert plain is not None
+    assert whitened is not None
+    assert plain.ratio < 1.2
+    assert whitened.ratio_low > 1.3

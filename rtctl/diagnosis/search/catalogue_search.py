@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from rtctl.border.errors import InputError
 from rtctl.border.options import check_number
@@ -15,6 +17,7 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledErr
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error
 from rtctl.diagnosis.search.holdout_support import drop_unsupported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
@@ -128,7 +131,10 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     first = _look_behind_coarse_loops(request) if whole and request.tests else None
     if first is None or (first.result.out_of_time and not _is_final(first)):
         first = _search(request, correct=whole)
-    return first if not whole or _is_final(first) else _finish_by_test_records(request, first)
+    if not whole or _is_final(first):
+        return first
+    finished = _finish_by_test_records(request, first)
+    return finished if _is_final(finished) else _look_behind_loop_errors(request, finished)
 
 
 def _is_final(found: FoundCauses) -> bool:
@@ -136,7 +142,11 @@ def _is_final(found: FoundCauses) -> bool:
 
 
 def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
-    """Search within a small budget and refit the static loops behind that; return None where they are fine enough."""
+    """Search within a small budget and refit the static loops behind that; return None where they are fine enough.
+
+    Where no other cause was seen beside the coarse loops, the catalogue is searched once more with the refitted ones.
+    Loops alone are a cause only where the nominal model does not pass with the loops that it has.
+    """
     try:
         refitter = _find_coarse_loops(request)
     except CancelledError:
@@ -152,7 +162,69 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
         refitted = refitter.refit_behind(first.result)
     except CancelledError:
         return FoundCauses(first.result, [LOOPS_NOT_CHECKED], cancelled=True)
-    return first if refitted.hysteresis_refit is None else FoundCauses(refitted, [], cancelled=False)
+    if refitted.hysteresis_refit is None:
+        return first
+    if refitted.chosen.hypothesis.mechanisms != refitted.nominal.hypothesis.mechanisms:
+        return FoundCauses(refitted, [], cancelled=False)
+    found = _search_behind_refitted_loops(request, refitted, refitter)
+    is_alone = found.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
+    return first if is_alone and not found.cancelled and first.result.passes else found
+
+
+def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> FoundCauses:
+    """Search once more with refitted loops where those that were identified may hide a cause behind their own error.
+
+    That is where nothing is named, although a misfit is allowed. What is found must be an effect of its own: loops that
+    were refitted without it are no cause.
+    """
+    result, subject = found.result, request.problem.subject
+    names_cause = result.passes and result.chosen.hypothesis is not result.nominal.hypothesis
+    tries = request.tests and request.problem.allowed and subject.refit_parts is not None
+    if names_cause or not tries or request.budget.spent:
+        return found
+    try:
+        loops = subject.find_identified_parts(request.model, request.dataset)
+        refitter = request.loop_refitter(loops)
+        refitted = refitter.refit_nominal(result) if loops else None
+        if refitted is None:
+            return found
+        again = _search_behind_refitted_loops(request, refitted, refitter)
+    except CancelledError:
+        return found
+    is_alone = again.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
+    return found if is_alone or again.cancelled or not again.result.passes else again
+
+
+def _search_behind_refitted_loops(
+    request: SearchRequest, refitted: SearchResult, refitter: LoopRefitter
+) -> FoundCauses:
+    """Search the catalogue with refitted loops in the nominal model, and refit them behind what is found."""
+    bare = refitted.chosen.hypothesis
+    problem = _allow_no_more_than_left(request.problem, bare, request.tests)
+    found = _search(request._replace(problem=problem, nominal=bare), correct=False)
+    if found.cancelled:
+        return FoundCauses(refitted, found.notes, cancelled=True)
+    problem = found.result.refined_problem or problem
+    result, _ = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
+    if result.chosen.hypothesis.mechanisms == refitted.chosen.hypothesis.mechanisms:
+        return FoundCauses(refitted, [], cancelled=False)
+    whole = result._replace(nominal=refitted.nominal, hysteresis_refit=refitted.hysteresis_refit)
+    try:
+        return FoundCauses(refitter.refit_behind(whole), found.notes, cancelled=False)
+    except CancelledError:
+        return FoundCauses(whole, [*found.notes, LOOPS_NOT_REFITTED], cancelled=True)
+
+
+def _allow_no_more_than_left(problem: Problem, refitted: Hypothesis, tests: Sequence[FitRecord]) -> Problem:
+    """Return the problem with no more allowed misfit than refitted loops leave on test records, by output."""
+    allowed = dict(problem.allowed)
+    for name in allowed:
+        errors = [
+            compute_free_run_error(refitted.simulation, one, name) for one in tests if name in one.measured
+        ]
+        if errors:
+            allowed[name] = min(allowed[name], float(np.mean(np.concatenate(errors) ** 2)))
+    return replace(problem, allowed=allowed)
 
 
 def _find_coarse_loops(request: SearchRequest) -> LoopRefitter | None:

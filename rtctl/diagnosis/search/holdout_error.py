@@ -17,6 +17,7 @@ from rtctl.border.simulation import Prediction, Simulation
 from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
+from rtctl.identification.noise.residual_noise import NoiseModel
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
@@ -50,6 +51,8 @@ class ScoredOutput(NamedTuple):
     unit: str
     noise_rms: float
     """RMS of its noise, in `unit`."""
+    noise: NoiseModel | None = None
+    """Noise in which errors are whitened before they are compared; None: as they are."""
 
 
 def measure_gain(
@@ -75,14 +78,20 @@ def measure_gain(
     """
     if not records:
         return None
-    old = [compute_free_run_error(before, record, output.name, limits=limits) for record in records]
-    new = [compute_free_run_error(after, record, output.name, limits=limits) for record in records]
+
+    def errors(model: Simulation) -> list[FloatArray]:
+        found = [compute_free_run_error(model, record, output.name, limits=limits) for record in records]
+        if output.noise is None:
+            return found
+        return [whiten_error(one, output.noise, record) for one, record in zip(found, records, strict=True)]
+
+    old, new = errors(before), errors(after)
     length = max(8, round(limits.bootstrap_block_periods * 2.0 * np.pi / rate / records[0].period_s))
     length = max(1, min(length, sum(len(one) for one in old) // limits.bootstrap_least_blocks))
     low, high = _bootstrap_interval(old, new, length, limits.bootstrap_resamples)
     first, second = _rms(old), _rms(new)
     ratio = first / second if second > 0.0 else math.inf
-    return Gain(*output[:2], first, second, output.noise_rms, ratio, low, high)
+    return Gain(output.name, output.unit, first, second, output.noise_rms, ratio, low, high)
 
 
 def compute_free_run_error(
@@ -106,6 +115,14 @@ def compute_free_run_error(
         return np.full(record.samples - record.first, np.inf)
     error: FloatArray = (run.outputs[output][0] - record.measured[output])[record.first :]
     return error
+
+
+def whiten_error(error: FloatArray, noise: NoiseModel, record: FitRecord) -> FloatArray:
+    """Return an error (n,) in units of the noise, white where it is nothing else; infinite if the run diverges."""
+    if not np.isfinite(error).all():
+        return error
+    white: FloatArray = noise.for_period(record.period_s).whiten(error)
+    return white
 
 
 def simulate_free_run(

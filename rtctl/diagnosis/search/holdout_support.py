@@ -15,7 +15,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without_each
-from rtctl.diagnosis.search.holdout_error import compute_free_run_error
+from rtctl.diagnosis.search.holdout_error import ScoredOutput, compute_free_run_error, measure_gain
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.identification.fit_record import FitRecord
 
@@ -56,7 +56,11 @@ def drop_unsupported(
             key=lambda pair: pair[0].sum(),
         )
         seen = np.isfinite(error) & np.isfinite(rest)
-        if not seen.any() or rest[seen].sum() > error[seen].sum():
+        if (
+            not seen.any()
+            or rest[seen].sum() > error[seen].sum()
+            or _shows_whitened(result, fewer, problem, tests)
+        ):
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
@@ -91,6 +95,27 @@ def _choose(fewer: Hypothesis, result: SearchResult, problem: Problem, ids: Sequ
         leave_one_out=refit_without_each(problem, result.nominal.hypothesis, fewer, result.hypotheses),
         equivalent=find_equivalents(problem, result.rankings, tested, plain=not result.passes),
     )
+
+
+def _shows_whitened(
+    result: SearchResult, fewer: Hypothesis, problem: Problem, tests: Sequence[FitRecord]
+) -> bool:
+    """Return whether an output's error on test records, in units of the noise, is certainly larger without a cause.
+
+    Beside the slow error of a static model, which it is allowed, a small fast effect shows in these units alone.
+    """
+    if not problem.allowed or not result.passes:
+        return False
+    chosen, limits = result.chosen, problem.thresholds.search
+    for name, noise in zip(chosen.hypothesis.sensitivity.outputs, chosen.noise, strict=True):
+        seen = [one for one in tests if name in one.measured]
+        output = ScoredOutput(name, "", 1.0, noise)
+        gain = measure_gain(
+            fewer.simulation, chosen.hypothesis.simulation, seen, output, problem.scales.rate, limits
+        )
+        if gain is not None and gain.ratio_low > limits.whitened_gain:
+            return True
+    return False
 
 
 def _causes(result: SearchResult) -> set[str]:

@@ -66,6 +66,20 @@ class LoopRefitter:
                 return without_small
         return self._refit_and_test(result, known)
 
+    def refit_nominal(self, result: SearchResult) -> SearchResult | None:
+        """Refit the loops behind the nominal model alone; None where that does not help on the test records."""
+        nominal = result.nominal.hypothesis
+        refitted = self._refit_loops(nominal)
+        if refitted is None:
+            return None
+        tested = run_residual_tests(refitted.fit, self.problem, self.ids)
+        if not self._helps(nominal, tested, 1.0):
+            return None
+        refit = HysteresisRefit(self.coarse, refitted.placed.loops, nominal)
+        return result._replace(
+            chosen=tested, passes=tested.p_value > self.level, equivalent=(), hysteresis_refit=refit
+        )
+
     def _refit_and_test(self, result: SearchResult, known: Hypothesis) -> SearchResult:
         """Refit the loops behind `known`, drop the causes that they replace, and test what that gains."""
         problem, nominal = self.problem, result.nominal.hypothesis

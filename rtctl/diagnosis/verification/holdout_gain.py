@@ -37,7 +37,11 @@ def judge_search(search: SearchResult, problem: Problem) -> Verdict:
 
 
 def require_holdout_gain(
-    verdict: Verdict, search: SearchResult, problem: Problem, gains: Sequence[Gain | None]
+    verdict: Verdict,
+    search: SearchResult,
+    problem: Problem,
+    gains: Sequence[Gain | None],
+    whitened: Sequence[Gain | None] = (),
 ) -> Verdict:
     """Withdraw a claim that does not also reduce the error on test records.
 
@@ -46,6 +50,8 @@ def require_holdout_gain(
         search: What was found.
         problem: Records that were fitted.
         gains: Of each output that all test records have; None without test records.
+        whitened: The same of errors in units of the noise. A fast effect beside the slow error of a static model shows
+            in these alone, and is confirmed by a certain gain of any size.
     """
     if search.hysteresis_refit is not None:
         return verdict
@@ -60,6 +66,10 @@ def require_holdout_gain(
         doubted=doubted, correction=correction, allowed=problem.allowed,
     )  # fmt: skip
     if claim == verdict.claim:
+        return verdict
+    least = problem.thresholds.search.whitened_gain
+    shown = any(one is not None and one.ratio_low > least for one in whitened)
+    if shown and verdict.claim == "explained" and not correction:
         return verdict
     names = ", ".join(added)
     if claim == "adequate" and correction:

@@ -42,7 +42,8 @@ def verify(
     gains = [holdout.gain_of(fits, name) for name in measured]
 
     verdict = judge_search(search, problem)
-    verdict = require_holdout_gain(verdict, search, problem, gains)
+    whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if problem.allowed else []
+    verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
     verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
     if not verdict.names_causes:

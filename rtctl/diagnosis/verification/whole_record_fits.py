@@ -37,9 +37,17 @@ class HoldoutData(NamedTuple):
 
     def gain_of(self, fits: Fits, output: str) -> Gain | None:
         """Return the errors of `output` before and after; None without test records."""
-        before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
         unit, noise_rms = self.units.get(output, ""), noise_rms_of(self.noise, output)
-        return measure_gain(before, after, self.tests, ScoredOutput(output, unit, noise_rms), self.rate)
+        return self._measure(fits, ScoredOutput(output, unit, noise_rms))
+
+    def whitened_gain_of(self, fits: Fits, output: str) -> Gain | None:
+        """Return the errors of `output` before and after in units of the noise; None without test records."""
+        outputs = self.noise.hypothesis.sensitivity.outputs
+        return self._measure(fits, ScoredOutput(output, "", 1.0, self.noise.noise[outputs.index(output)]))
+
+    def _measure(self, fits: Fits, output: ScoredOutput) -> Gain | None:
+        before, after = fits.before.hypothesis.simulation, fits.after.hypothesis.simulation
+        return measure_gain(before, after, self.tests, output, self.rate)
 
 
 def fit_whole_records(first: NominalFit, problem: Problem, search: SearchResult) -> Fits | None:

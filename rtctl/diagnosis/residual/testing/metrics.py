@@ -110,4 +110,15 @@ def _allowed_metric(
     projected = project(analysis.rows, noise, thresholds)
     by_output = share_by_output(projected, analysis.rows, noise)
     along = np.sum(np.sqrt(by_output * squares[:, None]), axis=0) ** 2
-    return ScoreMetric(projected, shares[0] * along, shares[1] * float(squares.sum()), thresholds)
+    alone = np.where(
+        _corrects_identification(analysis), max(shares[0], thresholds.allowed_correction), shares[0]
+    )
+    return ScoreMetric(projected, alone * along, shares[1] * float(squares.sum()), thresholds)
+
+
+def _corrects_identification(analysis: ResidualAnalysis) -> NDArray[np.bool_]:
+    """Return which directions (k,) are those of a mechanism that corrects what was identified."""
+    simulation = analysis.hypothesis.simulation
+    ids = {one.mechanism for one in analysis.directions if one.mechanism}
+    corrections = {name for name in ids if simulation.extended((name,)).mechanisms[-1].of_identification}
+    return np.array([one.mechanism in corrections for one in analysis.directions])
