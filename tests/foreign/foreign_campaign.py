@@ -32,6 +32,7 @@ class Case:
     style: str
     seed: int
     effect: str | None
+    staircase: str
     share: float
     outcome: str
     verdict: str | None
@@ -69,7 +70,7 @@ def run_case(style: str, seed: int, folder: Path) -> Case:
     identify = [rtctl, "identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]
     diagnose = [rtctl, "diagnose", str(manifest), "--model", str(model), "--out", str(folder / "out")]
 
-    truth: dict[str, Any] = {"effect": "?", "share": 0.0}
+    truth: dict[str, Any] = {"effect": "?", "share": 0.0, "staircase": "?"}
     seconds = [0.0, 0.0, 0.0]
     outcome, notes, diagnosis = "failed", [], None
     commands = ([*write, "--effect", "draw", "--out", str(folder)], identify, [*diagnose, "--quiet"])
@@ -92,6 +93,7 @@ def run_case(style: str, seed: int, folder: Path) -> Case:
         style=style,
         seed=seed,
         effect=truth["effect"],
+        staircase=truth["staircase"],
         share=truth["share"],
         outcome=outcome,
         verdict=diagnosis["verdict"] if diagnosis else None,
@@ -124,12 +126,12 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 
 
 def table(cases: list[dict[str, Any]]) -> str:
-    """Markdown table of the counts, a row for each style and one for all."""
+    """Markdown table of the counts, a row for each style, one for all, and one for each kind of staircase."""
     heads = ["style", "nulls", "called wrong", "not adequate", "singles", "right", "wrong name"]
     heads += ["missed", "failed", "median s"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    for style in [*STYLES, "all"]:
-        mine = [case for case in cases if style in (case["style"], "all")]
+    for style in [*STYLES, "all", "before the effect", "with the effect"]:
+        mine = [case for case in cases if style in (case["style"], "all", case["staircase"])]
         if not mine:
             continue
         nulls = [case["outcome"] for case in mine if case["effect"] is None]

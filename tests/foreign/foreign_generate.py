@@ -32,15 +32,24 @@ def generate(style: str, seed: int, folder: Path, effect: str | None = None) -> 
 
     folder.mkdir(parents=True, exist_ok=True)
     rng = stream(style, seed, "noise")
-    files = []
+    files, healthy = [], staircase_before(seed)
     for name, use, current in plan:
-        readings = with_instruments(bench, simulate(bench.device, current, hidden), rng)
+        acting = None if use == "identify" and healthy else hidden
+        readings = with_instruments(bench, simulate(bench.device, current, acting), rng)
         files.append((_write_columns(bench, folder / name, current, readings), use))
     manifest = folder / "dataset.toml"
     manifest.write_text(_manifest(bench, seed, files), encoding="utf-8")
     truth = _truth(bench, seed, hidden, shares)
     (folder / "truth.json").write_text(json.dumps(truth, indent=2) + "\n", encoding="utf-8")
     return manifest
+
+
+def staircase_before(seed: int) -> bool:
+    """Whether the staircase was recorded before the effect began: so in every other block of four seeds.
+
+    In the other blocks the loops are identified on the device that has the effect, and hold what it does at rest.
+    """
+    return seed // 4 % 2 == 1
 
 
 def with_instruments(bench: Bench, readings: Readings, rng: np.random.Generator) -> Readings:
@@ -111,6 +120,7 @@ def _truth(bench: Bench, seed: int, hidden: Effect | None, shares: dict[str, flo
         "share": max(shares.values(), default=0.0),
         "shares": shares,
         "convention": device.convention,
+        "staircase": "before the effect" if staircase_before(seed) else "with the effect",
         "device": {
             "time_constant_s": device.tau_s,
             "period_s": device.period_s,
