@@ -18,6 +18,7 @@ from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
+from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
@@ -103,6 +104,8 @@ def _answer(
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
+    if verdict.claim == "unexplained":
+        remarks += describe_nearest_cause(search, holdout, problem.subject.output, problem.thresholds.report)
     proposed = None if stopped else propose_experiment(
         choose_rivals(search, verdict, problem.thresholds.verification),
         search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
@@ -110,7 +113,8 @@ def _answer(
     extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
     loop = rehearse(request.model, extended, request.dataset.records) if rehearse and named.causes else None
     return Diagnosis(
-        verdict=verdict.claim, causes=named.causes, loop=loop, gain=verified.gain, where=tuple(where),
+        verdict=verdict.claim, causes=named.causes, loop=loop, gain=verified.gain, helps=verified.helps,
+        where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),

@@ -14,6 +14,9 @@ class ReportThresholds:
     identification_error_share: float = 0.1
     """Fraction of the removable squared error below which a correction of the identified model, beside other causes,
     is an error of the identification and no cause."""
+    nearest_removed_share: float = 0.5
+    """Fraction of the squared error on test records that the nearest single cause must remove to be mentioned where
+    none is named."""
     min_headline_share: float = 0.1
     """Fraction of the error along the first coordinate from which a headline names that coordinate."""
 

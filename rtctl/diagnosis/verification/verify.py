@@ -22,6 +22,8 @@ class Verified(NamedTuple):
     """The nominal model twice where no cause is named."""
     gain: Gain | None
     """Gain of the subject's output; None without test records."""
+    helps: bool
+    """Whether the error of another output, or that of any in units of the noise, certainly falls on test records."""
 
 
 def verify(
@@ -51,4 +53,6 @@ def verify(
     final_gain = holdout.gain_of(fits, problem.subject.output)
     if uncut:
         verdict = require_holdout_residual(verdict, final_gain, fits.after, problem, holdout.tests)
-    return Verified(verdict, fits, final_gain)
+    others = [holdout.gain_of(fits, name) for name in measured if name != problem.subject.output]
+    helps = any(one is not None and one.ratio_low > 1.0 for one in (*others, *whitened))
+    return Verified(verdict, fits, final_gain, helps=verdict.names_causes and helps)
