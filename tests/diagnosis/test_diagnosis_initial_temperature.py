@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from vo2_model_cases import PERIOD_S, TAU_S, simulation, small_model, telegraph
@@ -50,3 +52,22 @@ def test_a_record_that_begins_at_rest_stays_as_it_is() -> None:
 def test_a_start_that_is_given_is_not_asked_again() -> None:
     record = find_initial_temperature(MODEL, record_from(7.5))
     assert find_initial_temperature(MODEL, record) is record
+
+
+def test_a_start_that_is_colder_than_the_loops_were_identified_is_not_scored_until_it_is_forgotten() -> None:
+    cold = find_initial_temperature(MODEL, record_from(0.0))
+    lowest = small_model().current.low
+    assert cold.stimulus.initial["surrogate"] < lowest
+    assert cold.first == int(np.ceil(6.0 * TAU_S / PERIOD_S))
+    assert find_initial_temperature(MODEL, record_from(7.5)).first == 0
+
+
+def test_a_first_resistance_higher_than_any_identified_is_that_of_a_colder_film() -> None:
+    """The first current is the lowest one: no simulation of the loops begins where the film was."""
+    record = record_from(None)
+    readings = dict(record.measured)
+    colder = readings[LOG_RESISTANCE].copy()
+    high = np.log(small_model().resistance.high)
+    colder[:4] = high + 0.8 * np.exp(-PERIOD_S * np.arange(4) / TAU_S)
+    found = find_initial_temperature(MODEL, replace(record, measured={**readings, LOG_RESISTANCE: colder}))
+    assert found.first == int(np.ceil(6.0 * TAU_S / PERIOD_S))

@@ -22,7 +22,7 @@ from rtctl.measured.dataset import Dataset
 NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone, and the gain is that of the {1}'s logarithm"
 NOT_AT_REST = (
     "{} of {} records do not begin at rest in their first current: the temperature at which they begin was taken from "
-    "their first readings"
+    "their first readings, and what is colder than the model was identified is not scored"
 )
 
 

@@ -127,17 +127,19 @@ def _divided(records: Sequence[FitRecord], to_fit: int, notes: Sequence[str]) ->
 def _visible_history(
     record: FitRecord, simulation: Simulation, values: FloatArray, thresholds: ScreeningThresholds
 ) -> _History:
-    """Compare a run from a full cooling with a record: how long does it miss more than usual?"""
+    """Compare a run from a full cooling with a record: how long does it miss more than usual, where it is scored?"""
     first = thresholds.history_first_samples
-    block = max(first, record.samples // thresholds.history_blocks)
-    count = record.samples // block
+    scored = record.samples - record.first
+    block = max(first, scored // thresholds.history_blocks)
+    count = scored // block
     samples, worst = 0, 0.0
     try:
         run = simulation.predict(record.stimulus, values)
     except ValueError:  # the check of the speed, or the fit, reports it
         return _History()
     for name in (one for one in simulation.outputs if one in record.measured):
-        error = np.nan_to_num(run.outputs[name][0] - record.measured[name], posinf=0.0, neginf=0.0)
+        missed = (run.outputs[name][0] - record.measured[name])[record.first :]
+        error = np.nan_to_num(missed, posinf=0.0, neginf=0.0)
         rms = np.sqrt(np.mean(error[: count * block].reshape(count, block) ** 2, axis=1))
         usual, size = float(np.median(rms)), float(record.measured[name].std())
         offset = abs(float(error[:first].mean()))
@@ -146,7 +148,10 @@ def _visible_history(
         good = rms < thresholds.history_usual_ratio * usual
         over = np.flatnonzero(good[:-1] & good[1:])
         if len(over) and over[0] <= count // 2:
-            samples, worst = max(samples, int(over[0]) * block), max(worst, offset / size)
+            samples, worst = (
+                max(samples, record.first + int(over[0]) * block),
+                max(worst, offset / size),
+            )
     return _History(samples, worst)
 
 

@@ -21,6 +21,9 @@ class SearchThresholds:
     almost_passing_p: float = 1e-6
     """P-value above which a set leaves little, although it does not pass. Kinks of dry friction keep a fit a hundredth
     above its minimum, at p = 1e-4 beside 1e-225 of the next set."""
+    untold_cost: float = 1.05
+    """Ratio of the cost of a rival set to that of the chosen one, up to which the test records are asked whether they
+    tell them apart."""
     whitened_gain: float = 1.01
     """Lower end of the interval of the same ratio, of errors in units of the noise, above which a set that passes is
     confirmed on the test records, whatever it removes of a static model's own error."""

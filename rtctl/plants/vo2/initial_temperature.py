@@ -16,10 +16,16 @@ from scipy.optimize import minimize_scalar
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit_record import FitRecord
-from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, SURROGATE
+from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, SURROGATE, Vo2Model
+from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading
+from rtctl.simulations.vo2.simulation import Vo2Simulation
 
 TIME_CONSTANTS = 3.0
 """Time constants at the start of a record that tell where it began."""
+FORGOTTEN_AFTER = 6.0
+"""Time constants after which a start below the identified loops is forgotten (0.25 %)."""
+COLDER_ERRORS, COLDER_LEAST = 10.0, 0.02
+"""Errors of the identified ln R, and the least difference, by which a first reading of a colder film is higher."""
 LEAST_ROWS = 3
 CANDIDATES = 33
 """Initial surrogates that are tried, before the best one is refined."""
@@ -31,6 +37,8 @@ USUAL_RATIO = 3.0
 
 def find_initial_temperature(simulation: Simulation, record: FitRecord) -> FitRecord:
     """Return `record` with the initial surrogate [mA] that its first readings show; unchanged where it was at rest.
+
+    Where that is colder than the loops were identified, its first rows, until it is forgotten, are not scored.
 
     Args:
         simulation: The model in the outputs of `record`.
@@ -70,7 +78,27 @@ def find_initial_temperature(simulation: Simulation, record: FitRecord) -> FitRe
     best = int(np.argmin([cost(float(one)) for one in grid]))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, CANDIDATES - 1)])
     found = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-3 * grid[1]}).x)
-    if not rest > CERTAIN_RATIO**2 * cost(found):
+    model = _model_of(simulation)
+    if model is not None and _reads_colder(record, model):
+        found = 0.0  # any that is colder than the loops know: it is not scored
+    elif not rest > CERTAIN_RATIO**2 * cost(found):
         return record
-    stimulus = record.stimulus
-    return replace(record, stimulus=replace(stimulus, initial={**stimulus.initial, name: found}))
+    stimulus = replace(record.stimulus, initial={**record.stimulus.initial, name: found})
+    is_below = model is not None and found < model.current.low
+    skipped = math.ceil(FORGOTTEN_AFTER * tau_s / record.period_s) if is_below else 0
+    return replace(record, stimulus=stimulus, first=max(record.first, skipped))
+
+
+def _model_of(simulation: Simulation) -> Vo2Model | None:
+    """Return the identified model of a simulation."""
+    plain = simulation.plain if isinstance(simulation, LogReading) else simulation
+    return plain.model if isinstance(plain, Vo2Simulation) else None
+
+
+def _reads_colder(record: FitRecord, model: Vo2Model) -> bool:
+    """Return whether the first resistance is higher than any of the identification, beyond its error."""
+    readings = record.measured.get(LOG_RESISTANCE)
+    if readings is None:
+        return False
+    beyond = float(readings[0]) - math.log(model.resistance.high)
+    return beyond > max(COLDER_ERRORS * model.reading_error, COLDER_LEAST)
