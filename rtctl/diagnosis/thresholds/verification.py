@@ -10,6 +10,9 @@ class VerificationThresholds:
     """Numbers of the verification: what a verdict of the search must stand before it is reported."""
 
     # Gain on test records.
+    innovation_ratio: float = 2.0
+    """Error on test records over innovations of the noise and allowed misfit together, below which a set that shows in
+    units of the noise alone is confirmed: static loops of foreign devices with nothing hidden leave up to 2.2."""
     quiet_ratio: float = 1.1
     """Free-run error of the nominal model on test records, over noise and allowed misfit together, below which it
     misses nothing there."""

@@ -51,7 +51,7 @@ def require_holdout_gain(
         problem: Records that were fitted.
         gains: Of each output that all test records have; None without test records.
         whitened: The same of errors in units of the noise. A fast effect beside the slow error of a static model shows
-            in these alone, and is confirmed by a certain gain of any size.
+            in these alone, and is confirmed where it takes most of what they show beyond the noise.
     """
     if search.hysteresis_refit is not None:
         return verdict
@@ -67,9 +67,8 @@ def require_holdout_gain(
     )  # fmt: skip
     if claim == verdict.claim:
         return verdict
-    least = problem.thresholds.search.whitened_gain
-    shown = any(one is not None and one.ratio_low > least for one in whitened)
-    if shown and verdict.claim == "explained" and not correction:
+    shown = any(one is not None and _removes_excess(one, problem.thresholds) for one in whitened)
+    if shown and verdict.claim == "explained" and not correction and _leaves_allowed(search, problem, gains):
         return verdict
     names = ", ".join(added)
     if claim == "adequate" and correction:
@@ -77,6 +76,28 @@ def require_holdout_gain(
     return verdict.changed_to(
         claim, NOT_CONFIRMED.format(names, problem.thresholds.search.least_holdout_gain)
     )
+
+
+def _leaves_allowed(search: SearchResult, problem: Problem, gains: Sequence[Gain | None]) -> bool:
+    """Return whether the errors on test records are what innovations of the noise and the allowed misfit leave.
+
+    The noise itself may have taken up what is missing: a slow part of it says nothing.
+    """
+    outputs, limits = search.chosen.hypothesis.sensitivity.outputs, problem.thresholds.verification
+    for gain in gains:
+        if gain is not None:
+            noise = search.chosen.noise[outputs.index(gain.output)]
+            expected = math.sqrt(noise.variance + problem.allowed.get(gain.output, 0.0))
+            if not gain.after < limits.innovation_ratio * expected:
+                return False
+    return True
+
+
+def _removes_excess(gain: Gain, thresholds: Thresholds) -> bool:
+    """Return whether an error in units of the noise certainly falls, and most of what it has beyond the noise."""
+    before, after = (max(error**2 - gain.noise_floor**2, 0.0) for error in (gain.before, gain.after))
+    falls = gain.ratio_low > thresholds.search.whitened_gain
+    return falls and after < (1.0 - thresholds.search.removed_share) * before
 
 
 def is_doubtful(search: SearchResult, allowed: bool, removed_share: float) -> bool:
