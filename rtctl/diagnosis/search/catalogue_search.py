@@ -20,7 +20,11 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error
 from rtctl.diagnosis.search.holdout_rivals import add_untold_rivals
 from rtctl.diagnosis.search.holdout_support import drop_unsupported
-from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
+from rtctl.diagnosis.search.hysteresis_refit import (
+    LoopRefitter,
+    compute_error_over_noise,
+    measure_gains,
+)
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.state import SearchSettings
@@ -182,7 +186,7 @@ def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> Foun
     """Search once more with refitted loops where those that were identified may hide a cause behind their own error.
 
     That is where nothing is named, although a misfit is allowed. What is found must be an effect of its own: loops that
-    were refitted without it are no cause.
+    were refitted without it are no cause, and it has to lower the error on the test records by itself.
     """
     result, subject = found.result, request.problem.subject
     names_cause = result.passes and result.chosen.hypothesis is not result.nominal.hypothesis
@@ -199,7 +203,11 @@ def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> Foun
     except CancelledError:
         return found
     is_alone = again.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
-    return found if is_alone or again.cancelled or not again.result.passes else again
+    if is_alone or again.cancelled or not again.result.passes:
+        return found
+    bare, least = refitted.chosen.hypothesis, request.problem.thresholds.search.least_holdout_gain
+    gains = measure_gains(bare, again.result.chosen, request.problem, request.tests)
+    return again if any(one.ratio > least and one.ratio_low > 1.0 for one in gains) else found
 
 
 def _search_behind_refitted_loops(
