@@ -18,8 +18,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error
-from rtctl.diagnosis.search.holdout_rivals import add_untold_rivals
-from rtctl.diagnosis.search.holdout_support import drop_unsupported
+from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
 from rtctl.diagnosis.search.hysteresis_refit import (
     LoopRefitter,
     compute_error_over_noise,
@@ -133,12 +132,13 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
         request: What the search needs.
         whole: Whether whole records are fitted; static loops are refitted to whole records only.
     """
-    found = _find_causes(request, whole=whole)
+    found = _search_in_turn(request, whole=whole)
     problem = found.result.refined_problem or request.problem
     return found._replace(result=add_untold_rivals(found.result, problem, request.tests)) if whole else found
 
 
-def _find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
+def _search_in_turn(request: SearchRequest, *, whole: bool) -> FoundCauses:
+    """Search behind coarse loops, then with the loops as they are, then behind loops that are off elsewhere."""
     first = _look_behind_coarse_loops(request) if whole and request.tests else None
     if first is None or (first.result.out_of_time and not _is_final(first)):
         first = _search(request, correct=whole)
