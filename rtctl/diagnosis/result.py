@@ -89,7 +89,8 @@ class Diagnosis:
     shape: MissingForce | None = None
     """Shape of the missing force, where causes do not explain all of it."""
     helps: bool = False
-    """Whether the error of another output, or that of any in units of the noise, certainly falls on test records."""
+    """Whether on test records the error of another output, or that of any in units of the noise, certainly falls, and
+    none certainly rises."""
     loop: Rehearsal | None = None
     """How the loop does with today's and with the extended model; None where no loop uses it or nothing is claimed."""
     warnings: tuple[str, ...] = field(default=())
@@ -108,7 +109,7 @@ class Diagnosis:
         """Why the extended model is not handed out; "": it is."""
         if not self.causes:
             return "no cause is claimed, so there is no extended model"
-        if self.gain is not None and not (self.helps or self.gain.ratio_low > 1.0):
+        if self.gain is not None and not (self.gain.ratio_low > 1.0 or self.helps):
             return (
                 "there is no extended model, because a gain on the test records is not certain: with the causes the "
                 f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "

@@ -85,6 +85,11 @@ class Vo2Model:
     """Extensions by their ids; estimators and tuning do not use them."""
 
     @property
+    def reads_after(self) -> bool:
+        """Whether a row's readings answer its own current, and not only that of the row before."""
+        return self.timing_skew_rows > 0.5
+
+    @property
     def kind(self) -> str:
         """Name of the model's kind of plant."""
         return "vo2"

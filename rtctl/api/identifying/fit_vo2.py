@@ -28,6 +28,10 @@ NOT_TRUSTED = (
     "do not use this model: its static loops are those of a device on the way, not at rest; acquire again with holds "
     "as long as the next notes say"
 )
+READS_AFTER = (
+    "the readings of a row answer the current of that row: they are taken at the end of its sample period, or the "
+    "columns of the file are shifted by one row (timing_skew_rows = 1 in the model)"
+)
 SHOWN = {"resistance_preisach": "resistance", "deflection_preisach": "deflection"}
 """Fine read-outs whose residuals stand for the fit."""
 
@@ -63,6 +67,7 @@ def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]
     notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
     settled = assess_staircases(model, dataset)
     notes += [describe_settling(record, one) for record, one in settled if one.is_short]
+    notes += [READS_AFTER] if model.reads_after else []
     trusted = not any(one.is_useless for _, one in settled)
     return (*(() if trusted else (NOT_TRUSTED,)), *notes), trusted
 

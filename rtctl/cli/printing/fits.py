@@ -54,6 +54,11 @@ def _print_vo2(fit: Fit, path: Path) -> None:
         f"deflection {model.deflection.low:.2f} to {model.deflection.high:.2f} um, resistance "
         f"{model.resistance.low / 1e3:.2f} to {model.resistance.high / 1e3:.2f} kohm"
     )
+    if model.deflection_error_elsewhere and model.reading_error_elsewhere:
+        print(
+            f"on swings of the staircases that took no part in a fit: {model.deflection_error_elsewhere:.3g} um of the "
+            f"deflection, {model.reading_error_elsewhere:.3g} of ln R (RMS); expect as much on other records"
+        )
     print(f"wrote {path}")
     for warning in fit.warnings:
         print(f"note: {warning}")

@@ -148,10 +148,8 @@ def _visible_history(
         good = rms < thresholds.history_usual_ratio * usual
         over = np.flatnonzero(good[:-1] & good[1:])
         if len(over) and over[0] <= count // 2:
-            samples, worst = (
-                max(samples, record.first + int(over[0]) * block),
-                max(worst, offset / size),
-            )
+            samples = max(samples, record.first + int(over[0]) * block)
+            worst = max(worst, offset / size)
     return _History(samples, worst)
 
 

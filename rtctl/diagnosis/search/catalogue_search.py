@@ -17,13 +17,9 @@ from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledErr
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.search.holdout_error import compute_free_run_error
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
-from rtctl.diagnosis.search.hysteresis_refit import (
-    LoopRefitter,
-    compute_error_over_noise,
-    measure_gains,
-)
+from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.state import SearchSettings
@@ -120,6 +116,8 @@ class FoundCauses(NamedTuple):
     """What is said of it in the answer."""
     cancelled: bool
     """Whether the user stopped it."""
+    behind_refitted_loops: bool = False
+    """Whether the catalogue was searched with refitted loops too."""
 
 
 def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
@@ -145,7 +143,9 @@ def _search_in_turn(request: SearchRequest, *, whole: bool) -> FoundCauses:
     if not whole or _is_final(first):
         return first
     finished = _finish_by_test_records(request, first)
-    return finished if _is_final(finished) else _look_behind_loop_errors(request, finished)
+    if first.behind_refitted_loops or _is_final(finished):
+        return finished
+    return _look_behind_loop_errors(request, finished)
 
 
 def _is_final(found: FoundCauses) -> bool:
@@ -179,7 +179,9 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
         return FoundCauses(refitted, [], cancelled=False)
     found = _search_behind_refitted_loops(request, refitted, refitter)
     is_alone = found.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
-    return first if is_alone and not found.cancelled and first.result.passes else found
+    if is_alone and not found.cancelled and first.result.passes:
+        return first._replace(behind_refitted_loops=True)
+    return found
 
 
 def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> FoundCauses:
@@ -220,14 +222,15 @@ def _search_behind_refitted_loops(
     if found.cancelled:
         return FoundCauses(refitted, found.notes, cancelled=True)
     problem = found.result.refined_problem or problem
-    result, _ = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
+    result, unsupported = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
+    notes = [*found.notes, *_note_unsupported(unsupported)]
     if result.chosen.hypothesis.mechanisms == refitted.chosen.hypothesis.mechanisms:
         return FoundCauses(refitted, [], cancelled=False)
     whole = result._replace(nominal=refitted.nominal, hysteresis_refit=refitted.hysteresis_refit)
     try:
-        return FoundCauses(refitter.refit_behind(whole), found.notes, cancelled=False)
+        return FoundCauses(refitter.refit_behind(whole), notes, cancelled=False)
     except CancelledError:
-        return FoundCauses(whole, [*found.notes, LOOPS_NOT_REFITTED], cancelled=True)
+        return FoundCauses(whole, [*notes, LOOPS_NOT_REFITTED], cancelled=True)
 
 
 def _allow_no_more_than_left(problem: Problem, refitted: Hypothesis, tests: Sequence[FitRecord]) -> Problem:
@@ -256,11 +259,15 @@ def _finish_by_test_records(request: SearchRequest, found: FoundCauses) -> Found
     """Drop causes that test records do not support, then correct the static loops behind the others."""
     problem = found.result.refined_problem or request.problem
     result, unsupported = drop_unsupported(found.result, problem, request.tests, request.ids, request.budget)
-    notes = [*found.notes, *([UNSUPPORTED.format(" and ".join(unsupported))] if unsupported else [])]
+    notes = [*found.notes, *_note_unsupported(unsupported)]
     try:
         return FoundCauses(correct_after_search(request, result), notes, cancelled=False)
     except CancelledError:
         return FoundCauses(result, [*notes, LOOPS_NOT_REFITTED], cancelled=True)
+
+
+def _note_unsupported(names: Sequence[str]) -> list[str]:
+    return [UNSUPPORTED.format(" and ".join(names))] if names else []
 
 
 def correct_loops(request: SearchRequest, result: SearchResult) -> SearchResult | None:

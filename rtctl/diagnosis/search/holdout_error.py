@@ -14,6 +14,9 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Prediction, Simulation
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.thresholds import SearchThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.least_squares.levenberg_marquardt import minimise
@@ -42,6 +45,11 @@ class Gain(NamedTuple):
     """Lower end of its 95 % interval."""
     ratio_high: float
     """Upper end of its 95 % interval."""
+
+    def falls_to(self, least: float) -> bool:
+        """Return whether the error beyond the noise falls to less than one over `least`."""
+        before, after = (max(error**2 - self.noise_floor**2, 0.0) for error in (self.before, self.after))
+        return after < before / least**2
 
 
 class ScoredOutput(NamedTuple):
@@ -92,6 +100,37 @@ def measure_gain(
     first, second = _rms(old), _rms(new)
     ratio = first / second if second > 0.0 else math.inf
     return Gain(output.name, output.unit, first, second, output.noise_rms, ratio, low, high)
+
+
+def measure_gains(
+    before: Hypothesis,
+    after: TestedHypothesis,
+    problem: Problem,
+    tests: Sequence[FitRecord],
+    *,
+    whitened: bool = False,
+) -> list[Gain]:
+    """Return the gain of each output on the test records that have it.
+
+    Args:
+        before: Fitted set.
+        after: Another one; the noise is that of its tests.
+        problem: Records that were fitted.
+        tests: Records that took no part in a fit.
+        whitened: Whether errors are compared in units of the noise.
+    """
+    gains = []
+    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
+        seen = [record for record in tests if name in record.measured]
+        output = ScoredOutput(name, "", float(np.sqrt(noise.mean_square)))
+        if whitened:
+            output = ScoredOutput(name, "", 1.0, noise)
+        gain = measure_gain(
+            before.simulation, after.hypothesis.simulation, seen, output, problem.scales.rate,
+            problem.thresholds.search,
+        )  # fmt: skip
+        gains += [] if gain is None else [gain]
+    return gains
 
 
 def compute_free_run_error(

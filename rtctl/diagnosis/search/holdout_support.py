@@ -18,7 +18,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without_each
-from rtctl.diagnosis.search.holdout_error import ScoredOutput, compute_free_run_error, measure_gain
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
 from rtctl.identification.fit_record import FitRecord
 
@@ -109,16 +109,9 @@ def _shows_whitened(
     """
     if not problem.allowed or not result.passes:
         return False
-    chosen, limits = result.chosen, problem.thresholds.search
-    for name, noise in zip(chosen.hypothesis.sensitivity.outputs, chosen.noise, strict=True):
-        seen = [one for one in tests if name in one.measured]
-        output = ScoredOutput(name, "", 1.0, noise)
-        gain = measure_gain(
-            fewer.simulation, chosen.hypothesis.simulation, seen, output, problem.scales.rate, limits
-        )
-        if gain is not None and gain.ratio_low > limits.whitened_gain:
-            return True
-    return False
+    least = problem.thresholds.search.whitened_gain
+    gains = measure_gains(fewer, result.chosen, problem, tests, whitened=True)
+    return any(one.ratio_low > least for one in gains)
 
 
 def _causes(result: SearchResult) -> set[str]:
@@ -177,12 +170,9 @@ def _is_told_apart(
     result: SearchResult, own: Hypothesis, rival: Hypothesis, problem: Problem, tests: Sequence[FitRecord]
 ) -> bool:
     """Return whether an output's error on test records is certainly smaller with `own` than with `rival`."""
-    for name, noise in zip(result.chosen.hypothesis.sensitivity.outputs, result.chosen.noise, strict=True):
-        seen = [one for one in tests if name in one.measured]
-        for output in (ScoredOutput(name, "", 1.0), ScoredOutput(name, "", 1.0, noise)):
-            gain = measure_gain(
-                rival.simulation, own.simulation, seen, output, problem.scales.rate, problem.thresholds.search
-            )
-            if gain is not None and gain.ratio_low > 1.0:
-                return True
-    return False
+    tested = result.chosen._replace(hypothesis=own)
+    return any(
+        one.ratio_low > 1.0
+        for whitened in (False, True)
+        for one in measure_gains(rival, tested, problem, tests, whitened=whitened)
+    )

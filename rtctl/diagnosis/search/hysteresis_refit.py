@@ -22,7 +22,7 @@ from rtctl.diagnosis.problem.subject import RefittedParts
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
-from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, compute_free_run_error, measure_gain
+from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord
 
@@ -124,7 +124,7 @@ class LoopRefitter:
     def _helps(self, before: Hypothesis, after: TestedHypothesis, least: float) -> bool:
         """Return whether an output's error on test records falls to one over `least` beyond the noise, none rising."""
         gains = measure_gains(before, after, self.problem, self.tests)
-        lower = any(one.ratio_low > 1.0 and _falls(one, least) for one in gains)
+        lower = any(one.ratio_low > 1.0 and one.falls_to(least) for one in gains)
         return lower and all(one.ratio > self.problem.thresholds.search.rising_error for one in gains)
 
     def _has_left(self, steps: float) -> bool:
@@ -232,24 +232,3 @@ def compute_error_over_noise(tested: TestedHypothesis, tests: Sequence[FitRecord
         if errors and noise.variance > 0.0:
             most = max(most, float(np.sqrt(np.mean(np.concatenate(errors) ** 2) / noise.variance)))
     return most
-
-
-def measure_gains(
-    before: Hypothesis, after: TestedHypothesis, problem: Problem, tests: Sequence[FitRecord]
-) -> list[Gain]:
-    """Return the gain of each output on the test records that have it."""
-    gains, rate = [], problem.scales.rate
-    for name, noise in zip(after.hypothesis.sensitivity.outputs, after.noise, strict=True):
-        seen = [record for record in tests if name in record.measured]
-        output = ScoredOutput(name, "", float(np.sqrt(noise.mean_square)))
-        measured = measure_gain(
-            before.simulation, after.hypothesis.simulation, seen, output, rate, problem.thresholds.search
-        )
-        gains += [measured] if measured is not None else []
-    return gains
-
-
-def _falls(measured: Gain, least: float) -> bool:
-    """Return whether the error beyond the noise falls to one over `least`."""
-    floor = measured.noise_floor**2
-    return max(measured.after**2 - floor, 0.0) < (measured.before**2 - floor) / least**2

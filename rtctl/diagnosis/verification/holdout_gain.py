@@ -67,7 +67,13 @@ def require_holdout_gain(
     )  # fmt: skip
     if claim == verdict.claim:
         return verdict
-    shown = any(one is not None and _removes_excess(one, problem.thresholds) for one in whitened)
+    search_limits = problem.thresholds.search
+    shown = any(
+        one is not None
+        and one.ratio_low > search_limits.whitened_gain
+        and one.falls_to(search_limits.least_holdout_gain)
+        for one in whitened
+    )
     if shown and verdict.claim == "explained" and not correction and _leaves_allowed(search, problem, gains):
         return verdict
     names = ", ".join(added)
@@ -91,13 +97,6 @@ def _leaves_allowed(search: SearchResult, problem: Problem, gains: Sequence[Gain
             if not gain.after < limits.innovation_ratio * expected:
                 return False
     return True
-
-
-def _removes_excess(gain: Gain, thresholds: Thresholds) -> bool:
-    """Return whether an error in units of the noise certainly falls, and most of what it has beyond the noise."""
-    before, after = (max(error**2 - gain.noise_floor**2, 0.0) for error in (gain.before, gain.after))
-    falls = gain.ratio_low > thresholds.search.whitened_gain
-    return falls and after < (1.0 - thresholds.search.removed_share) * before
 
 
 def is_doubtful(search: SearchResult, allowed: bool, removed_share: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from rtctl.diagnosis.search.catalogue_search import SearchRequest
@@ -23,7 +24,8 @@ class Verified(NamedTuple):
     gain: Gain | None
     """Gain of the subject's output; None without test records."""
     helps: bool
-    """Whether the error of another output, or that of any in units of the noise, certainly falls on test records."""
+    """Whether on test records the error of another output, or that of any in units of the noise, certainly falls, and
+    none certainly rises."""
 
 
 def verify(
@@ -44,7 +46,8 @@ def verify(
     gains = [holdout.gain_of(fits, name) for name in measured]
 
     verdict = judge_search(search, problem)
-    whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if problem.allowed else []
+    asked = verdict.names_causes and problem.allowed
+    whitened = [holdout.whitened_gain_of(fits, name) for name in measured] if asked else []
     verdict = require_holdout_gain(verdict, search, problem, gains, whitened)
     verdict = compare_nonparametric(verdict, search, problem, request.budget, request.report)
     verdict = require_model_follows(verdict, fits.after if verdict.names_causes else fits.before, problem)
@@ -53,6 +56,18 @@ def verify(
     final_gain = holdout.gain_of(fits, problem.subject.output)
     if uncut:
         verdict = require_holdout_residual(verdict, final_gain, fits.after, problem, holdout.tests)
-    others = [holdout.gain_of(fits, name) for name in measured if name != problem.subject.output]
-    helps = any(one is not None and one.ratio_low > 1.0 for one in (*others, *whitened))
-    return Verified(verdict, fits, final_gain, helps=verdict.names_causes and helps)
+    return Verified(
+        verdict,
+        fits,
+        final_gain,
+        helps=verdict.names_causes and _helps(gains, whitened, problem.subject.output),
+    )
+
+
+def _helps(gains: Sequence[Gain | None], whitened: Sequence[Gain | None], output: str) -> bool:
+    """Return whether an error other than that of `output` certainly falls, and none certainly rises."""
+    plain, white = ([one for one in several if one is not None] for several in (gains, whitened))
+    others = [*(one for one in plain if one.output != output), *white]
+    return any(one.ratio_low > 1.0 for one in others) and all(
+        one.ratio_high >= 1.0 for one in (*plain, *white)
+    )

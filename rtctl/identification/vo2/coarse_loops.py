@@ -208,7 +208,7 @@ def _find_steady_states(dataset: Dataset) -> SteadyStates | None:
 
 def _collect_given(model: Vo2Model, dataset: Dataset, ends: SteadyStates) -> dict[str, _GivenReadOut]:
     """Return the given read-outs and their residuals by output, for the measured outputs."""
-    v = simulate_hold_ends(dataset, model.time_constant_s, reads_after=model.timing_skew_rows > 0.0)
+    v = simulate_hold_ends(dataset, model.time_constant_s, reads_after=model.reads_after)
     reading = -np.log(np.maximum(ends.resistance_ohm, 1e-300))
     found = {}
     for output, read, claimed, y in (

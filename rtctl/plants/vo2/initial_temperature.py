@@ -8,6 +8,7 @@ follows them best, over as many rows as the film needs to forget it.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -44,49 +45,51 @@ def find_initial_temperature(simulation: Simulation, record: FitRecord) -> FitRe
         simulation: The model in the outputs of `record`.
         record: Record whose start may be given already; then it stays.
     """
-    name = SURROGATE[0]
-    if name in record.stimulus.initial:
-        return record
     values = np.array([one.value for one in simulation.parameters])
     tau_s = next(
         (one.value for one in simulation.parameters if one.name == "time_constant"), NOMINAL_TIME_CONSTANT_S
     )
     rows = max(LEAST_ROWS, math.ceil(TIME_CONSTANTS * tau_s / record.period_s)) + 1
-    if record.samples < 2 * rows:
+    if SURROGATE[0] in record.stimulus.initial or record.samples < 2 * rows:
         return record
     sizes = {output: float(np.std(readings)) or 1.0 for output, readings in record.measured.items()}
 
-    def misses(one: FitRecord) -> FloatArray:
+    def squares(one: FitRecord) -> FloatArray:
+        """Return the squared errors (n,) of a run, the mean of all outputs, each over its size."""
         run = simulation.predict(one.stimulus, values)
-        off = [(run.outputs[output][0] - one.measured[output]) / size for output, size in sizes.items()]
-        missed: FloatArray = np.nan_to_num(np.sqrt(np.mean(np.square(off), axis=0)), nan=np.inf)
-        return missed
+        errors = [(run.outputs[output][0] - one.measured[output]) / size for output, size in sizes.items()]
+        found: FloatArray = np.nan_to_num(np.mean(np.square(errors), axis=0), nan=np.inf)
+        return found
 
-    def begun_at(surrogate: float) -> FitRecord:
-        return replace(
-            head, stimulus=replace(head.stimulus, initial={**head.stimulus.initial, name: surrogate})
-        )
-
-    def cost(surrogate: float) -> float:
-        return float(np.sum(misses(begun_at(surrogate)) ** 2))
-
-    whole, head = misses(record), record.truncate(rows)
-    rest = float(np.sum(whole[:rows] ** 2))
-    if not rest > rows * (USUAL_RATIO * float(np.median(whole))) ** 2:
+    whole = squares(record)
+    rest = float(whole[:rows].sum())
+    if not rest > rows * USUAL_RATIO**2 * float(np.median(whole)):
         return record
+    model = _model_of(simulation)
+    if model is not None and _reads_colder(record, model):
+        found_mA = 0.0  # any that is colder than the loops know: it is not scored
+    else:
+        head = record.truncate(rows)
+        found_mA, left = _search_surrogate(lambda v: float(squares(_begun_at(head, v)).sum()), record)
+        if not rest > CERTAIN_RATIO**2 * left:
+            return record
+    is_below = model is not None and found_mA < model.current.low
+    skipped = math.ceil(FORGOTTEN_AFTER * tau_s / record.period_s) if is_below else 0
+    return replace(_begun_at(record, found_mA), first=max(record.first, skipped))
+
+
+def _begun_at(record: FitRecord, surrogate_mA: float) -> FitRecord:
+    initial = {**record.stimulus.initial, SURROGATE[0]: surrogate_mA}
+    return replace(record, stimulus=replace(record.stimulus, initial=initial))
+
+
+def _search_surrogate(cost: Callable[[float], float], record: FitRecord) -> tuple[float, float]:
+    """Return the initial surrogate [mA] of the least cost, and that cost."""
     grid = np.linspace(0.0, 1.1 * float(record.stimulus.inputs["current"].max()), CANDIDATES)
     best = int(np.argmin([cost(float(one)) for one in grid]))
     bounds = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, CANDIDATES - 1)])
-    found = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-3 * grid[1]}).x)
-    model = _model_of(simulation)
-    if model is not None and _reads_colder(record, model):
-        found = 0.0  # any that is colder than the loops know: it is not scored
-    elif not rest > CERTAIN_RATIO**2 * cost(found):
-        return record
-    stimulus = replace(record.stimulus, initial={**record.stimulus.initial, name: found})
-    is_below = model is not None and found < model.current.low
-    skipped = math.ceil(FORGOTTEN_AFTER * tau_s / record.period_s) if is_below else 0
-    return replace(record, stimulus=stimulus, first=max(record.first, skipped))
+    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-3 * grid[1]})
+    return float(found.x), float(found.fun)
 
 
 def _model_of(simulation: Simulation) -> Vo2Model | None:

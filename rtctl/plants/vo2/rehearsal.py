@@ -50,7 +50,7 @@ def sense_record(model: Vo2Model, record: Record) -> FloatArray:
     A reading is taken before the current of its own row acts, so it answers the current of the row before; or that of
     its own row, where the model says so.
     """
-    estimator, late = observer_of(model), 0 if model.timing_skew_rows > 0.5 else 1
+    estimator, late = observer_of(model), 0 if model.reads_after else 1
     current = np.asarray(record.signals["current"]).tolist()
     resistance = np.asarray(record.signals["resistance"]).tolist()
     values = [estimator.start((current[0],), (resistance[0],)).value]
