@@ -1,6 +1,6 @@
 """Blind cases of VO2 actuators: a drift, a leak and a transition that lags are named, a sound device is left alone.
 
-None of these seeds was used to develop the diagnosis.
+The `slow` seeds of 52 thousand were diagnosed wrongly once; no other seed was used to develop the diagnosis.
 """
 
 from __future__ import annotations
@@ -40,6 +40,13 @@ SMALL: dict[str, Any] = {
 def test_what_ails_the_reading_or_lags_in_it_is_named(seed: int, effect: str) -> None:
     found = run_case(seed, kind="single", effects=(effect,), **SMALL)
     assert found["judgement"] in ("right", "set"), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [52375, 52454, 52456])
+def test_slow_noise_and_a_reading_that_ages_are_told_apart(seed: int) -> None:
+    """Of the second and third the gain walks at random, which is in no catalogue."""
+    assert run_case(seed, plant="vo2")["judgement"] == "right"
 
 
 def test_nothing_is_claimed_of_a_sound_device() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,8 +17,8 @@ from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.backward_elimination import drop_inactive_causes, refit_without_each
-from rtctl.diagnosis.search.holdout_support import drop_unsupported
-from rtctl.diagnosis.search.model_selection import rank_hypotheses
+from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
+from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
@@ -141,3 +142,22 @@ def test_a_cause_of_which_the_size_ended_at_nothing_is_not_told(
     assert left.chosen.hypothesis.mechanisms == ("friction.coulomb",)
     assert left.chosen.tests == both.tests
     assert drop_inactive_causes(problem, found, IDS) is found
+
+
+def test_a_rival_that_the_test_records_do_not_tell_apart_stands_beside_the_chosen_set(
+    searched: tuple[Problem, SearchResult],
+) -> None:
+    """One rival predicts the same, the other knows nothing of the offset; both fit about as well as the chosen set."""
+    problem, found = searched
+    own, near = found.chosen.hypothesis, 1.02 * found.chosen.hypothesis.cost
+    same = replace(own, mechanisms=("friction.coulomb", "sensor.lag"), cost=near)
+    worse = replace(fit_of(problem, "friction.coulomb", "stiffness.cubic"), cost=near)
+    far = replace(same, mechanisms=("friction.coulomb", "drive.lag"), cost=1.2 * own.cost)
+    ranking = tuple(RankedHypothesis(one, 0.0) for one in (own, same, worse, far))
+    found = found._replace(rankings=(found.rankings[0], ranking))
+    tests = [record_of(7, OFFSET_MM), record_of(8, OFFSET_MM)]
+    tolerant = replace(problem, allowed={"displacement": 1e-12})
+    assert add_untold_rivals(found, tolerant, tests).equivalent == (same,)
+    assert add_untold_rivals(found, problem, tests) is found, (
+        "where no misfit is allowed, the likelihood decides"
+    )

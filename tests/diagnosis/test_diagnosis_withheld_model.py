@@ -14,8 +14,10 @@ from diagnosis_cases import answer_to, device, friction_case, measured, noise_dr
 import rtctl
 from rtctl.cli import main
 from rtctl.diagnosis.problem.subject import Rehearsal
+from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
+from rtctl.diagnosis.verification.verify import falls_elsewhere
 from rtctl.models.provenance import doubt_of_model
 
 FEW = "friction.coulomb,damping.quadratic"
@@ -151,3 +153,30 @@ def test_a_model_that_makes_the_loop_worse_is_withheld(
     assert (replace(friction, answer=found).model is None) is withheld
     assert found.json["loop"] == {"scenario": "self-sensing", "before": 1.0, "after": after, "unit": "um"}
     assert ("the loop would do worse with it" in found.withheld) is withheld
+
+
+def gain_of(output: str, low: float, high: float) -> Gain:
+    """The gain of an output whose interval is `low` to `high`."""
+    ratio = 0.5 * (low + high)
+    return Gain(output, "", ratio, 1.0, 0.1, ratio, low, high)
+
+
+@pytest.mark.parametrize(
+    ("deflection", "resistance", "helps"),
+    [((0.9, 1.1), (1.2, 1.4), True), ((0.7, 0.9), (1.2, 1.4), False), ((1.2, 1.4), (0.9, 1.1), False)],
+    ids=["another reading gets better", "but this one worse", "this one alone"],
+)
+def test_a_model_helps_if_another_reading_gets_better_and_none_worse(
+    deflection: tuple[float, float], resistance: tuple[float, float], helps: bool
+) -> None:
+    gains = [gain_of("log_resistance", *resistance), gain_of("deflection", *deflection)]
+    assert falls_elsewhere(gains, [], "deflection") == helps
+
+
+def test_an_error_falls_beyond_the_noise_or_it_does_not() -> None:
+    noisy = Gain("deflection", "um", 2.0, 1.1, 1.0, 1.8, 1.7, 1.9)
+    assert noisy.falls_to(1.5)
+    assert not noisy._replace(after=1.6).falls_to(1.5)
+    assert not noisy._replace(before=0.9, after=0.9).falls_to(1.5), (
+        "below the noise there is nothing to remove"
+    )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.identification.vo2.cross_validation import cross_validate, number_swings
+from rtctl.identification.vo2.preisach_fit import fit_preisach
 
 NOISE = 0.05
 
@@ -61,6 +62,22 @@ def test_loops_that_are_no_sum_of_relays_are_predicted_far_worse_than_they_are_f
     assert of_relays is not None
     assert others is not None
     assert others > 3.0 * of_relays
+
+
+def test_a_swing_is_predicted_by_loops_that_did_not_see_it() -> None:
+    """Swings 1 to 12 are inner ones; every third is left out in turn, and its own readings change no prediction."""
+    v = oscillation()
+    scored, swing = v > 0.0, number_swings(v, 0.1)
+    y = relays(v) + NOISE * np.random.default_rng(1).normal(size=len(v))
+    inner = [k for k in range(swing.max() + 1) if np.ptp(v[scored & (swing == k)]) < 0.8 * np.ptp(v[scored])]
+    squares, count = 0.0, 0
+    for part in range(3):
+        unseen = scored & np.isin(swing, inner[part::3])
+        spoilt = np.where(unseen, 1e3, y)
+        predicted = fit_preisach(v, spoilt, scored & ~unseen, cells=24).model.simulate(v)
+        squares += float(np.sum((predicted - y)[unseen] ** 2))
+        count += int(unseen.sum())
+    assert cross_validate(v, y, scored) == pytest.approx(np.sqrt(squares / count), rel=1e-9)
 
 
 @pytest.mark.parametrize("swings", [1, 3])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from vo2_cases import RANGE_MA, measure
 
+from rtctl.api.identifying.fit_vo2 import READS_AFTER, check_vo2
 from rtctl.border.errors import InputError
 from rtctl.hysteresis.gpi_inverse import GpiInverse
 from rtctl.identification.vo2 import identify as vo2
@@ -282,3 +283,25 @@ def test_every_bad_record_is_named_at_once(small):
 def test_the_data_of_another_plant_are_refused(small):
     with pytest.raises(InputError, match='"oscillator", --kind vo2 needs "vo2"'):
         quick(dataclasses.replace(small, plant="oscillator"))
+
+
+def test_a_bench_that_reads_at_the_end_of_a_period_is_recognised_and_told(small, small_model):
+    later = with_records(
+        small,
+        *(
+            dataclasses.replace(
+                record,
+                signals={
+                    name: values[:-1] if name == "current" else values[1:]
+                    for name, values in record.signals.items()
+                },
+            )
+            for record in small.records
+        ),
+    )
+    model = quick(later)
+    assert model.reads_after
+    assert model.time_constant_s == pytest.approx(small_model.time_constant_s, rel=0.01)
+    assert READS_AFTER in check_vo2(model, later)[0]
+    assert not small_model.reads_after
+    assert READS_AFTER not in check_vo2(small_model, small)[0]

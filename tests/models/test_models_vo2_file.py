@@ -56,7 +56,8 @@ def model():
         resistance_gap_free=GapFreeModel(**plays(q1=THIRD, c=1.0)), gap_free_egpi=egpi, deflection_egpi=egpi,
         resistance_preisach=fine, deflection_preisach=fine, direct_preisach=fine, direct_egpi=egpi,
         quality=dict.fromkeys(QUALITY, FitQuality(THIRD, 1.0, 0.5, "um", 57.0)),
-        provenance={"dataset": "d", "note": 'a "b"'},
+        provenance={"dataset": "d", "note": 'a "b"'}, timing_skew_rows=1.0, reading_error_elsewhere=7e-3 * THIRD,
+        deflection_error_elsewhere=0.2 * THIRD,
     )  # fmt: skip
 
 

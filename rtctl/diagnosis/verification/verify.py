@@ -60,11 +60,11 @@ def verify(
         verdict,
         fits,
         final_gain,
-        helps=verdict.names_causes and _helps(gains, whitened, problem.subject.output),
+        helps=verdict.names_causes and falls_elsewhere(gains, whitened, problem.subject.output),
     )
 
 
-def _helps(gains: Sequence[Gain | None], whitened: Sequence[Gain | None], output: str) -> bool:
+def falls_elsewhere(gains: Sequence[Gain | None], whitened: Sequence[Gain | None], output: str) -> bool:
     """Return whether an error other than that of `output` certainly falls, and none certainly rises."""
     plain, white = ([one for one in several if one is not None] for several in (gains, whitened))
     others = [*(one for one in plain if one.output != output), *white]
