@@ -122,11 +122,11 @@ _QUALITY = (
     "direct_egpi",
 )
 _OPTIONAL = {
-    "timing_skew_rows": "dimensionless",
-    "reading_error_elsewhere": "dimensionless",
-    "deflection_error_elsewhere": "um",
+    "timing_skew_rows": ("dimensionless", 1.0),
+    "reading_error_elsewhere": ("dimensionless", np.inf),
+    "deflection_error_elsewhere": ("um", np.inf),
 }
-"""Fields that a model file need not have, with their units."""
+"""Fields that a model file need not have: unit and highest value; the lowest is 0."""
 _SPANS = {"current": "mA", "resistance": "ohm", "deflection": "um"}
 
 
@@ -137,7 +137,7 @@ def model_tables(model: Vo2Model) -> dict[str, Any]:
         "reading_error": {"value": model.reading_error, "unit": "dimensionless"},
         "deflection_error": {"value": model.deflection_error, "unit": "um"},
     }
-    for name, unit in _OPTIONAL.items():
+    for name, (unit, _) in _OPTIONAL.items():
         value = getattr(model, name)
         if value:
             parameters[name] = {"value": value, "unit": unit}
@@ -219,7 +219,9 @@ def _from_tables(model: dict[str, Any]) -> Vo2Model:
         for name, kind in _HYSTERESIS.items()
     }
     optional: dict[str, Any] = {
-        name: _number(parameters, name, unit) for name, unit in _OPTIONAL.items() if name in parameters
+        name: _within(parameters, name, unit, high)
+        for name, (unit, high) in _OPTIONAL.items()
+        if name in parameters
     }
     tau_s = _positive(parameters, "thermal_time_constant", "s")
     return Vo2Model(
@@ -268,6 +270,15 @@ def _positive(parameters: dict[str, Any], name: str, unit: str) -> float:
     number = _number(parameters, name, unit)
     if not number > 0.0:
         raise _WrongKeyError(f"parameters.{name}", f"must be > 0 {unit}, got {number:g}")
+    return number
+
+
+def _within(parameters: dict[str, Any], name: str, unit: str, high: float) -> float:
+    """Return the quantity, from 0 to `high`."""
+    number = _number(parameters, name, unit)
+    if not 0.0 <= number <= high:
+        limits = f"0 to {high:g}" if np.isfinite(high) else ">= 0"
+        raise _WrongKeyError(f"parameters.{name}", f"must be {limits} {unit}, got {number:g}")
     return number
 
 
