@@ -222,6 +222,8 @@ class Subject:
     find_initial_state: Callable[[Simulation, FitRecord], FitRecord] | None = None
     """Return a record with the state in which it begins, where its first readings show that it was not at rest; None:
     the fits find that state."""
+    describe_response: Callable[[Simulation], str] = lambda simulation: ""
+    """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]

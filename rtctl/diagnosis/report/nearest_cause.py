@@ -8,8 +8,8 @@ from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData
 
 NEAREST = (
     "of all single causes {id} comes nearest: on the test records, which no fit saw, it would lower the error of the "
-    "{output} from {before:.3g} to {after:.3g} {unit} ({share:.0%} of the squared error). It is not named, because "
-    "what is left is no noise; it may be a part of what is missing, or only look like it"
+    "{output} from {before:.3g} to {after:.3g} {unit} ({share:.0%} of the squared error). It is not named: others "
+    "come as near, or a law of no name explains more; it may be a part of what is missing, or only look like it"
 )
 
 

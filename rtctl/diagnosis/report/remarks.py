@@ -6,13 +6,18 @@ from collections.abc import Mapping
 
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.bursts import describe_bursts, simulation_errors
+from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.residual.tones import describe_tones
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.verify import Verified
 
 REMAINING = "with these causes the residual is {:.3g} times the noise (RMS)"
+REMAINING_ALONG = ", and lives along {}"
+LOCATIONS = 3
+"""Coordinates along which a remark locates what is left, most."""
 NO_GAIN = (
     "with these causes the error of the {} on the test records is {:.3g} times as large as without: they help another "
     "reading or the fitted records only; do not use the extended model before that is understood"
@@ -41,14 +46,23 @@ def remark(
     """
     verdict, gain, notes = verified.verdict, verified.gain, list[str]()
     if verdict.claim == "partly_explained":
-        notes.append(REMAINING.format(residual_over_noise(search.chosen)))
+        notes.append(_describe_remainder(search.chosen, problem.thresholds.residual.least_located_share))
     if verdict.names_causes and gain is not None and gain.ratio < 1.0:
         notes.append(NO_GAIN.format(gain.output, 1.0 / gain.ratio))
     if not verdict.leaves_gap:
         residuals = simulation_errors(search.chosen if verdict.names_causes else search.nominal, problem)
         return [*notes, *describe_bursts(residuals, problem), *describe_tones(residuals, problem, units)]
+    response = problem.subject.describe_response(search.nominal.hypothesis.simulation)
+    notes += [response] if response else []
     finished = not (stopped or search.out_of_time)
     if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
         notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, sharpest.p_value))
     return notes
+
+
+def _describe_remainder(chosen: TestedHypothesis, least_share: float) -> str:
+    """Return how much the named causes leave, and along which coordinates."""
+    said = REMAINING.format(residual_over_noise(chosen))
+    places = [f"{one.coordinate} ({one.share:.0%})" for one in localize_residual(chosen, least_share)]
+    return said + (REMAINING_ALONG.format(", ".join(places[:LOCATIONS])) if places else "")

@@ -40,6 +40,6 @@ def apply_checks(records: Sequence[Record], checks: Sequence[RecordCheck]) -> Ke
 def apply_steps(screened: Screened, steps: Sequence[ScreeningStep]) -> Screened:
     """Apply `steps` one after the other; the notes of each follow those before."""
     for step in steps:
-        after = step(screened)
+        after = step(screened._replace(notes=()))
         screened = after._replace(notes=(*screened.notes, *after.notes))
     return screened

@@ -20,6 +20,7 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
 from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
+from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.state import SearchSettings
@@ -131,8 +132,12 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
         whole: Whether whole records are fitted; static loops are refitted to whole records only.
     """
     found = _search_in_turn(request, whole=whole)
-    problem = found.result.refined_problem or request.problem
-    return found._replace(result=add_untold_rivals(found.result, problem, request.tests)) if whole else found
+    problem, result = found.result.refined_problem or request.problem, found.result
+    if whole:
+        result = add_untold_rivals(result, problem, request.tests)
+    if not found.cancelled:
+        result = choose_largest_part(result, problem, request.tests, request.ids)
+    return found._replace(result=result)
 
 
 def _search_in_turn(request: SearchRequest, *, whole: bool) -> FoundCauses:

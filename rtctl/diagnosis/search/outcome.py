@@ -55,6 +55,8 @@ class SearchResult(NamedTuple):
     """The refitted static hysteresis, which `chosen` has and `nominal` has not; None: as identified."""
     better_alternative: str | None = None
     """Sentence of a nonparametric alternative that explains more; "": none does; None: not compared."""
+    is_part: bool = False
+    """Whether `chosen` is but the largest part, by the test records, of what no set explains."""
     refined_problem: Problem | None = None
     """The problem with the finer integration steps that the causes need; None: as given."""
 
@@ -79,6 +81,8 @@ def classify_outcome(result: SearchResult, least_removed: float, limits: SearchT
     """
     if result.passes:
         return "adequate" if result.chosen.hypothesis is result.nominal.hypothesis else "explained"
+    if result.is_part:
+        return "partly_explained"
     nominal, best = result.nominal.hypothesis.cost, result.chosen.hypothesis.cost
     almost = result.chosen.p_value > limits.almost_passing_p
     least = min(least_removed, limits.removed_share) if almost else least_removed

@@ -36,7 +36,8 @@ class ResidualThresholds:
     """The first share for a direction that corrects what was identified: there is where a static model errs. These
     devices had 0.053 at most."""
     allowed_by_size: tuple[float, float] = (0.25, 1.0)
-    """The same shares by plain squares, where the foreign ones had 0.10 at most along one direction, of ours one 0.27 and the others 0.14."""
+    """The same shares by plain squares, where the foreign ones had 0.10 at most along one direction, of ours one 0.27
+    and the others 0.14."""
     least_noncentral_share: float = 1e-6
     """Fraction of the noncentrality below which a statistic has p = 1 within 0.1 %; avoids an overflow in `ncx2`."""
     robust_below_excess: float = 1.5

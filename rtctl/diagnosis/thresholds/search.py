@@ -29,6 +29,9 @@ class SearchThresholds:
     confirmed on the test records, whatever it removes of a static model's own error."""
     least_holdout_gain: float = 1.5
     """Ratio of errors (RMS) on test records, before over after, that a claimed part of an explanation must exceed."""
+    most_part_rivals: int = 1
+    """Number of other single causes that test records do not tell from the largest part of an explanation, up to which
+    it is named beside them: with more it is no name."""
 
     # Forward selection: how sets grow.
     largest_set: int = 6

@@ -29,9 +29,9 @@ SCALES = (1.0, 30.0, 900.0, 1.0 / 30.0)
 """Multiples of the nominal value about which the search runs, one after the other, until one shows: their ranges
 overlap, from 5 us to 16 s about 1.8 ms."""
 READS_AFTER_COST = 0.9
-"""Share of the cost below which readings at the end of a period are believed. Of twelve foreign devices with
-nothing hidden (`benchmarks/static_loop_errors.py`, seeds 200 to 203) the four that are read there had 0.26 at most, the
-eight that are read at the start 2.0 at least; beside a hidden effect the former had up to 0.71. In a device that is slow
+"""Share of the cost below which readings at the end of a period are believed. Of twelve foreign devices with nothing
+hidden (`benchmarks/static_loop_errors.py`, seeds 200 to 203) the four that are read there had 0.26 at most, the eight
+that are read at the start 2.0 at least; beside a hidden effect the former had up to 0.71. In a device that is slow
 against its sample period either fits."""
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 

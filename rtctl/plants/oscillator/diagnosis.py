@@ -27,6 +27,7 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
+from rtctl.plants.oscillator.response import describe_response
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
     ("z^2", "displacement", lambda z, v, u, t: z**2),
@@ -220,6 +221,7 @@ OSCILLATOR = Subject(
     session_corrections={},
     output_offsets={},
     offset_mechanism="sensor.offset",
+    describe_response=describe_response,
     read_model=read_oscillator_model,
     relative_errors=_relative_errors,
     extended_model=extended_model,

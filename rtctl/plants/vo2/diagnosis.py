@@ -62,9 +62,9 @@ ON_OTHER_LOOPS = 2.0
 """Times what an identification left on its own data: its misfit on loops that it did not see. Of twelve devices of the
 blind generator with nothing hidden 0.3 to 1.7 of the deflection's, 0.4 to 3.1 of the resistance's."""
 ON_OTHER_RECORDS = 1.5
-"""Times the error of a cross-validation among swings of the staircases: the misfit on records of another kind. Twelve foreign
-devices with nothing hidden had 0.6 to 2.4 (`benchmarks/static_loop_errors.py`, seeds 200 to 203): up to 1.3 where films switch
-by domains, about 2 where the whole loop is one smooth law."""
+"""Times the error of a cross-validation among swings of the staircases: the misfit on records of another kind. Twelve
+foreign devices with nothing hidden had 0.6 to 2.4 (`benchmarks/static_loop_errors.py`, seeds 200 to 203): up to 1.3
+where films switch by domains, about 2 where the whole loop is one smooth law."""
 
 
 class Course(NamedTuple):

@@ -1,0 +1,52 @@
+"""What the fitted poles say of the kind of plant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis_cases import answer_to, device, noise_drive
+
+from rtctl.plants.oscillator.response import describe_response
+
+
+def test_a_response_with_a_resonance_is_not_remarked_on() -> None:
+    assert describe_response(device()) == ""
+    assert describe_response(device(damping=(120.0, "1/s"))) == ""
+
+
+def test_a_response_that_hardly_has_a_resonance_is() -> None:
+    """Quality factor sqrt(1.6e4) / 180."""
+    said = describe_response(device(damping=(180.0, "1/s")))
+    assert "hardly has a resonance" in said
+    assert "0.7" in said
+
+
+@pytest.mark.parametrize(("damping", "both"), [(1260.0, False), (300.0, True)])
+def test_stages_of_the_first_order_are_told_with_their_times(damping: float, both: bool) -> None:
+    """Poles by numpy, of s^2 + damping s + 1.6e4."""
+    said = describe_response(device(damping=(damping, "1/s")))
+    fast, slow = np.sort(1.0 / np.abs(np.roots([1.0, damping, 1.6e4])))
+    assert f"{slow:.3g} s" in said
+    assert (f"another stage with {fast:.3g} s" in said) == both
+
+
+def test_two_tanks_are_said_to_be_no_oscillator(tmp_path: Path) -> None:
+    """Two tanks one above the other, whose outflow goes with the root of the level: no law of the catalogue."""
+    records = []
+    for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
+        drive = 0.5 + 0.25 * np.tanh(noise_drive(seed, 2.0))
+        upper = lower = 0.0
+        reading = []
+        for flow in drive:
+            reading.append(lower)
+            for _ in range(4):
+                out = 12.0 * np.sqrt(upper)
+                upper = max(upper + 5e-4 * (40.0 * flow - out), 0.0)
+                lower = max(lower + 5e-4 * (out - 14.0 * np.sqrt(lower)), 0.0)
+        rng = np.random.default_rng(seed)
+        records.append((drive, np.array(reading) + 0.004 * rng.standard_normal(len(drive)), use))
+    found = answer_to(tmp_path, records, "stiffness.cubic,damping.quadratic")
+    assert found["verdict"] in ("unexplained", "partly_explained")
+    assert any("is this an oscillator?" in one.replace("Is", "is") for one in found["warnings"])
