@@ -1,0 +1,42 @@
+"""Where no set explains the data, the largest part is named where test records bear it out, and the rest is located."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from diagnosis_cases import FRICTION, answer_to, device, measured, noise_drive
+
+DRIFT = {"id": "stiffness.drift", "parameters": {"rate": {"value": 150.0, "unit": "1/s^3"}}}
+CUBIC = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 2e4, "unit": "1/(mm^2*s^2)"}}}
+
+
+def answer(folder: Path, hidden: list[dict[str, object]], ids: str) -> dict[str, object]:
+    records = []
+    for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
+        drive = noise_drive(seed, 9.0)
+        records.append((drive, measured(device(*hidden), drive), use))
+    return answer_to(folder, records, ids)
+
+
+@pytest.mark.parametrize(
+    "others", ["stiffness.cubic", "stiffness.cubic,damping.quadratic,hysteresis.bouc_wen"]
+)
+def test_friction_is_named_beside_what_no_law_on_offer_is(tmp_path: Path, others: str) -> None:
+    """The stiffness drifts besides, which the catalogue that is tried does not have."""
+    found = answer(tmp_path, [FRICTION, DRIFT], f"friction.coulomb,{others}")
+    assert found["verdict"] == "partly_explained"
+    (cause,) = found["causes"]
+    assert cause["id"] == "friction.coulomb"
+    assert cause["probability"] is None
+    assert cause["indistinguishable_from"] == []
+    assert 0.5 < cause["share_removed"] < 0.9
+    assert found["gain"]["before"] > 1.5 * found["gain"]["after"]
+    assert any("lives along time (100%)" in one for one in found["warnings"])
+
+
+def test_a_look_alike_is_not_named_where_a_law_of_no_name_explains_more(tmp_path: Path) -> None:
+    """Friction and a cubic spring, of which the catalogue that is tried has the fifth order alone."""
+    found = answer(tmp_path, [FRICTION, CUBIC], "friction.coulomb,stiffness.quintic")
+    assert (found["verdict"], found["causes"]) == ("unexplained", [])
+    assert any("a nonparametric alternative leaves a smaller residual" in one for one in found["warnings"])
