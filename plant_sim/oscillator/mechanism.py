@@ -46,13 +46,16 @@ class Moved(NamedTuple):
     """The motion at the samples, or at instants between them too, and the drive that made it."""
 
     displacement: FloatArray
-    """Displacement (samples,) that the sensor would read; mechanisms replace it."""
+    """Displacement (samples,) that the sensor would read, or whichever response it reads; mechanisms replace it."""
     velocity: FloatArray
+    """Its time derivative."""
     time_s: FloatArray
     """Time since the first sample [s]."""
     period_s: float
     drive: Driven
     substeps: int
+    derivatives: int = 0
+    """Time derivatives of the displacement that the sensor reads; 0: it reads the displacement itself."""
     shared: dict[Any, Any] | None = None
     """Results for another lane under the same drive; None: nothing is kept."""
 

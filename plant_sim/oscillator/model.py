@@ -11,19 +11,25 @@ from plant_sim.oscillator.simulation import OscillatorSimulation
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.model_file import ModelFile, Value
+from rtctl.border.motion import lowest_response, with_displacement
 from rtctl.border.simulation import FreeParameter
 
 NOMINAL_NAMES = tuple(parameter.name for parameter in NOMINAL_PARAMETERS)
 
 
 def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> OscillatorSimulation:
-    """Return the simulation of `model` in the data's `units` of "drive" and "displacement".
+    """Return the simulation of `model` in the data's `units` of "drive" and of the response.
+
+    It has the acceleration as an output where `units` have it.
 
     Raises:
         InputError: something in the model is wrong; it names `source`.
     """
-    units = {**units, "velocity": f"({units['displacement']})/s"}
-    reading = _Reading(units, source)
+    outputs = ("displacement", "velocity", *(["acceleration"] if "acceleration" in units else []))
+    response = lowest_response(units) or "displacement"
+    units = with_displacement(units)
+    units = {"velocity": f"({units['displacement']})/s", **units}
+    reading = _Reading(units, source, response)
     for name in model.model.parameters.keys() - set(NOMINAL_NAMES):
         reading.problem(f"unknown parameter model.parameters.{name}{nearest(name, NOMINAL_NAMES)}")
     parameters = [
@@ -42,14 +48,21 @@ def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: st
         mechanisms.append(mechanism)
         parameters += reading.of_mechanism(mechanism, table.parameters, where)
     reading.raise_all()
-    return OscillatorSimulation(parameters=tuple(parameters), mechanisms=tuple(mechanisms), units=units)
+    return OscillatorSimulation(
+        parameters=tuple(parameters),
+        mechanisms=tuple(mechanisms),
+        units=units,
+        outputs=outputs,
+        response=response,
+    )
 
 
 class _Reading:
     """The units, and the findings so far."""
 
-    def __init__(self, units: Mapping[str, str], source: str) -> None:
+    def __init__(self, units: Mapping[str, str], source: str, response: str) -> None:
         self._units, self._source, self._lines = units, source, list[str]()
+        self._response = response
 
     def problem(self, text: str) -> None:
         self._lines.append(f"{self._source}: {text}")
@@ -103,4 +116,5 @@ class _Reading:
         return FreeParameter(name, unit, value, low, high, fixed, declared, mechanism)
 
     def _unit(self, declared: Parameter) -> str:
-        return declared.unit_in(z=self._units["displacement"], u=self._units["drive"])
+        units = self._units
+        return declared.unit_in(z=units["displacement"], u=units["drive"], y=units[self._response])

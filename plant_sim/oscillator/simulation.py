@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_sim.oscillator.integration.derivative import differentiate
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
@@ -24,6 +25,8 @@ STEPS_OF_A_READING = 1.0
 ABSURD = 1e100
 """Displacement that only a model without bound reaches, in any unit."""
 MOST_REFINEMENTS = 4
+LEAST_INSTANTS = 4
+"""Instants in a sample period by which the velocity is differentiated: what a held drive changes is between them."""
 INSTANTS = 24.0
 """In a period of the fastest motion, of which a sensor is told that looks between samples: a cubic from one to the next
 is off by (2 pi / 24)^4 / 384, 98 dB down."""
@@ -36,9 +39,11 @@ class OscillatorSimulation:
     parameters: tuple[FreeParameter, ...]
     mechanisms: tuple[OscillatorMechanism, ...]
     units: Mapping[str, str]
-    """Units of "drive", "displacement", "velocity"."""
+    """Units of "drive", "displacement", "velocity", and of "acceleration" if that is an output."""
     kind: str = "oscillator"
     outputs: tuple[str, ...] = ("displacement", "velocity")
+    response: str = "displacement"
+    """Output that the sensor reads: the lowest derivative of the motion that was measured."""
     state: tuple[str, ...] = ("displacement", "velocity")
 
     def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
@@ -63,15 +68,15 @@ class OscillatorSimulation:
             start = np.broadcast_to(np.asarray(initial, dtype=np.float64), (len(values), 2)).copy()
         groups = self._sharing_a_drive(values)
         if len(groups) == 1:
-            displacement, velocity = self._march(stimulus, values, start, steps_per_period, refine)
+            outputs = self._march(stimulus, values, start, steps_per_period, refine)
         else:
             shape = (len(values), stimulus.samples)
-            displacement, velocity = np.empty(shape), np.empty(shape)
+            outputs = {name: np.empty(shape) for name in self.outputs}
             for lanes in groups:
-                displacement[lanes], velocity[lanes] = self._march(
-                    stimulus, values[lanes], start[lanes], steps_per_period, refine
-                )
-        return Prediction({"displacement": displacement, "velocity": velocity}, _diverged(displacement))
+                marched = self._march(stimulus, values[lanes], start[lanes], steps_per_period, refine)
+                for name, of_lanes in marched.items():
+                    outputs[name][lanes] = of_lanes
+        return Prediction(outputs, _diverged(outputs["displacement"]))
 
     def with_values(self, values: FloatArray) -> OscillatorSimulation:
         """Return the same model with `values` (parameters,) as its own."""
@@ -84,7 +89,9 @@ class OscillatorSimulation:
         more = [
             FreeParameter(
                 name=f"{mechanism.id}.{declared.name}",
-                unit=declared.unit_in(z=self.units["displacement"], u=self.units["drive"]),
+                unit=declared.unit_in(
+                    z=self.units["displacement"], u=self.units["drive"], y=self.units[self.response]
+                ),
                 value=_neutral(declared.neutral, declared.default),
                 low=declared.low, high=declared.high, fixed=False, declared=declared, mechanism=mechanism.id,
             )
@@ -108,8 +115,8 @@ class OscillatorSimulation:
         start: FloatArray,
         steps_per_period: float | None,
         refine: int,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return displacement and velocity readings (lanes, samples) of lanes that share a drive."""
+    ) -> dict[str, FloatArray]:
+        """Return the outputs (lanes, samples) of lanes that share a drive, by name."""
         active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
@@ -129,10 +136,10 @@ class OscillatorSimulation:
                 duration_s=duration_s,
                 swing=swing,
             )
-            instants = 1
-            if any(mechanism.looks_between for mechanism in active):
+            instants = LEAST_INSTANTS if "acceleration" in self.outputs else 1
+            if instants > 1 or any(mechanism.looks_between for mechanism in active):
                 rate, _ = equation.rates(reach, largest, duration_s, swing)
-                instants = max(1, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))
+                instants = max(instants, math.ceil(INSTANTS * rate * stimulus.period_s / (2.0 * math.pi)))
             wanted = wanted._replace(substeps=instants * math.ceil(wanted.substeps * refine / instants))
             check_work(wanted.substeps, stimulus.samples)
             if wanted.splitting == how.splitting and wanted.substeps <= how.substeps:
@@ -147,12 +154,21 @@ class OscillatorSimulation:
                 break
             reach = max(reach, float(np.abs(z).max()))
         step_s = stimulus.period_s / between
+        courses = [z, v]
+        if "acceleration" in self.outputs:
+            before = stimulus.holds.get("drive", "linear") == "zero"
+            courses.append(differentiate(v, between, step_s, before=before))
+        read = self.outputs.index(self.response)
+        slopes = courses[read + 1] if read + 1 < len(courses) else np.gradient(courses[read], step_s, axis=1)
         time_s = step_s * np.arange(z.shape[1], dtype=np.float64)
-        moved = Moved(z[0], v[0], time_s, step_s, drive, how.substeps // between, {})
+        moved = Moved(z[0], v[0], time_s, step_s, drive, how.substeps // between, read, {})
         for lane, own in enumerate(values):
-            moved = moved._replace(displacement=z[lane], velocity=v[lane])
-            z[lane], v[lane] = self._reading(moved, active, own)
-        return np.ascontiguousarray(z[:, ::between]), np.ascontiguousarray(v[:, ::between])
+            moved = moved._replace(displacement=courses[read][lane], velocity=slopes[lane])
+            courses[read][lane], slopes[lane] = self._reading(moved, active, own)
+        return {
+            name: np.ascontiguousarray(course[:, ::between])
+            for name, course in zip(self.outputs, courses, strict=True)
+        }
 
     def _drive(
         self, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray, count: int

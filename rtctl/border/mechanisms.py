@@ -30,13 +30,16 @@ class Scales(NamedTuple):
     """RMS displacement about each record's mean: in one of two wells it is much less than `displacement`."""
     sensed: float = 1.0
     """RMS of the signal that is read in place of the displacement: a film's resistance [ohm]."""
+    reading: float = 1.0
+    """RMS of the response that was measured: displacement, velocity or acceleration, in its own unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
     """One number of a nominal model or of a mechanism.
 
-    `unit` may name the data's own units: `{z}` for displacement, `{u}` for drive, as in "1/({z}^2*s^2)".
+    `unit` may name the data's own units: `{z}` for displacement, `{u}` for drive, `{y}` for the response that is read,
+    as in "1/({z}^2*s^2)".
     """
 
     name: str
@@ -87,7 +90,8 @@ def plain_unit(unit: str) -> str:
     before = ""
     while before != unit:
         before, unit = unit, re.sub(r"\(\(([^()]*)\)\)", r"(\1)", re.sub(r"\((\w+)\)", r"\1", unit))
-    return unit.removeprefix("dimensionless")
+    whole = re.fullmatch(r"\(([^()]*)\)", unit)
+    return (whole[1] if whole else unit).removeprefix("dimensionless")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

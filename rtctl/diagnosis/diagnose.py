@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+from rtctl.border.motion import with_displacement
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import metered
 from rtctl.diagnosis.experiment_design.isolability import compute_isolability
@@ -81,7 +82,7 @@ def diagnose(
         search = found.result
         request = request._replace(problem=search.refined_problem or problem)
         whole = fit_whole_records(first, request.problem, search)
-        units = dict(subject.output_units) | dict(dataset.units)
+        units = dict(subject.output_units) | with_displacement(dataset.units)
         holdout = HoldoutData(tests, units, search.chosen, problem.scales.rate)
         fits = whole or Fits(search.nominal, search.chosen)
         verified = verify(search, request, fits, holdout, uncut=first.uncut)

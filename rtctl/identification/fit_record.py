@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.motion import DERIVATIVES
 from rtctl.border.simulation import Stimulus
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.stimulus import make_stimulus
@@ -84,3 +85,14 @@ def select_fit_records(dataset: Dataset, uses: Iterable[str] = ("fit", "identify
     """Return the records whose use is one of `uses`, in the dataset's order; never the test records."""
     wanted = set(uses) - {"test"}
     return tuple(make_fit_record(record, dataset.holds) for record in dataset.records if record.use in wanted)
+
+
+def response_of(records: Iterable[FitRecord]) -> str:
+    """Return the lowest derivative of the motion that all records have; "displacement" where there is none."""
+    named = [set(record.measured) for record in records]
+    return next((name for name in DERIVATIVES if all(name in one for one in named)), "displacement")
+
+
+def derivative_order(output: str) -> int:
+    """Return how many time derivatives of the displacement an output is; 0 for any other reading."""
+    return DERIVATIVES.get(output, 0)

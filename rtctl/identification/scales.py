@@ -9,19 +9,24 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import FreeParameter
-from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.fit_record import FitRecord, derivative_order, response_of
 
 LONGEST_SPECTRUM = 2**16
 FLOOR_MARGIN = 20.0
 """Multiple of the noise floor that no bin of a white noise's spectrum reaches, even of a long one."""
 
 
-def estimate_scales(
-    records: Sequence[FitRecord], output: str = "displacement", drive: str = "drive"
-) -> Scales:
-    """Return RMS sizes over all `records`; velocity and acceleration follow from the dominant angular frequency."""
+def estimate_scales(records: Sequence[FitRecord], output: str | None = None, drive: str = "drive") -> Scales:
+    """Return RMS sizes over all `records`; what is not measured follows from the dominant angular frequency.
+
+    Args:
+        records: Records of the motion.
+        output: Reading of the motion; None: the first of displacement, velocity and acceleration that all records have.
+        drive: Input of the plant.
+    """
+    output = output or response_of(records)
     rate = find_dominant_rate(records, output)
-    readings = [record.measured[output] for record in records]
+    readings = [record.measured[output] / rate ** derivative_order(output) for record in records]
     displacement = _rms(readings)
     return Scales(
         displacement=displacement,
@@ -32,17 +37,19 @@ def estimate_scales(
         duration=max(record.samples * record.period_s for record in records),
         period=min(record.period_s for record in records),
         excursion=_rms([values - values.mean() for values in readings]),
+        reading=rate ** derivative_order(output) * displacement,
     )
 
 
-def find_dominant_rate(records: Sequence[FitRecord], output: str = "displacement") -> float:
-    """Return the angular frequency [1/s] at the peak of the mean velocity spectrum of `output`.
+def find_dominant_rate(records: Sequence[FitRecord], output: str | None = None) -> float:
+    """Return the angular frequency [1/s] at the peak of the mean spectrum of the velocity, that of `output`.
 
     The velocity is used because hopping between two wells is slow and large. The noise floor is subtracted first, as
     the
     factor from displacement to velocity would make it steep. Records are cut into pieces of one length, so that a long
     record counts as much as many short ones.
     """
+    output = output or response_of(records)
     period_s = min(record.period_s for record in records)
     length = int(min(LONGEST_SPECTRUM, max(record.samples for record in records)))
     window = np.hanning(length)
@@ -54,8 +61,9 @@ def find_dominant_rate(records: Sequence[FitRecord], output: str = "displacement
             piece = piece - piece.mean()
             power += np.abs(np.fft.rfft(piece * window[: len(piece)], length)) ** 2
     floor = float(np.median(power[-max(1, len(power) // 5) :]))
-    above = np.maximum(power - FLOOR_MARGIN * floor, 0.0) * np.arange(len(power)) ** 2
-    peak = max(1, int(np.argmax(above)))
+    to_velocity = np.arange(1, len(power)) ** (1.0 - derivative_order(output))
+    above = np.maximum(power[1:] - FLOOR_MARGIN * floor, 0.0) * to_velocity**2
+    peak = 1 + int(np.argmax(above))
     return 2.0 * np.pi * peak / (length * period_s)
 
 

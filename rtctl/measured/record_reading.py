@@ -44,8 +44,10 @@ class Reading:
         return held_unit(self.manifest.dataset.plant, signal, units)
 
     def is_optional(self, signal: str) -> bool:
-        """Return whether a record may lack the signal."""
-        return plant_kind(self.manifest.dataset.plant).signals[signal].optional
+        """Return whether a record may lack the signal: not the first response that the manifest has."""
+        kind = plant_kind(self.manifest.dataset.plant)
+        responses = [name for name in kind.responses if name in self.manifest.signals]
+        return kind.signals[signal].optional and signal not in responses[:1]
 
     def present(self, entry: RecordTable) -> dict[str, str]:
         """Return the column of each signal that the record's file has to have, or has."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pint
 
@@ -38,6 +40,14 @@ def check_unit(unit: str, to: str | None = None) -> None:
     known = _parsed(unit)
     if to is not None and known.dimensionality != _parsed(to).dimensionality:
         raise ValueError(f'unit "{unit}" is not compatible with {to}')
+
+
+def is_unit(unit: Any) -> bool:
+    """Return whether `unit` is a text that pint reads."""
+    try:
+        return isinstance(unit, str) and _parsed(unit) is not None
+    except ValueError:
+        return False
 
 
 def same_unit(one: str, other: str) -> bool:

@@ -26,7 +26,9 @@ class SignalKind:
     unit: str | None = None
     """Unit in which the signal is held; None: the manifest's own unit."""
     derivative_of: str | None = None
-    """Signal of which this one is the time derivative: it is held in that signal's unit per second."""
+    """Signal of which this one is a time derivative: it is held in that signal's unit per second, if that is there."""
+    derivatives: int = 1
+    """Which derivative of `derivative_of` it is."""
     optional: bool = False
     """Whether the signal may be missing in a manifest or in single records."""
 
@@ -107,6 +109,8 @@ class PlantKind:
     own units hold."""
     signals: Mapping[str, SignalKind] = field(default_factory=dict)
     """Signals of a dataset by name; empty: there are no datasets of this kind."""
+    responses: tuple[str, ...] = ()
+    """Outputs of which at least one must be there; empty: `SignalKind.optional` says all."""
     initial: tuple[str, ...] = ()
     """Signals whose value at the first sample a record may set under `initial`."""
     model: ModelFiles | None = None

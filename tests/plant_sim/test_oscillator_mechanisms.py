@@ -370,7 +370,15 @@ def scales() -> Scales:
         return float(np.sqrt(np.mean(values**2)))
 
     return Scales(
-        rms(z), rms(v), rms(a), rms(u), rms(v) / rms(z), SAMPLES * PERIOD_S, PERIOD_S, rms(z - z.mean())
+        rms(z),
+        rms(v),
+        rms(a),
+        rms(u),
+        rms(v) / rms(z),
+        SAMPLES * PERIOD_S,
+        PERIOD_S,
+        rms(z - z.mean()),
+        reading=rms(z),
     )
 
 
@@ -407,10 +415,12 @@ def test_the_unit_is_one_and_is_that_of_the_scale(identity: str, declared: Param
     registry = unit_registry()
     plain = declared.scale(Scales(*(1.0,) * 8))
     for z, u in itertools.product(("mm", "m", "V"), ("V", "N", "m/s^2")):
-        unit = registry.Quantity(1.0, declared.unit_in(z=z, u=u))
+        unit = registry.Quantity(1.0, declared.unit_in(z=z, u=u, y=z))
         one, second = registry.Quantity(1.0, z), registry.Quantity(1.0, "s")
         drive = registry.Quantity(1.0, u)
-        sizes: Any = Scales(one, one / second, one / second**2, drive, 1 / second, second, second, one)
+        sizes: Any = Scales(
+            one, one / second, one / second**2, drive, 1 / second, second, second, one, reading=one
+        )
         scale = declared.scale(sizes)
         if isinstance(scale, registry.Quantity):
             assert (scale / unit).to("dimensionless").magnitude == pytest.approx(plain, rel=1e-12)
@@ -420,11 +430,11 @@ def test_the_unit_is_one_and_is_that_of_the_scale(identity: str, declared: Param
 
 @pytest.mark.parametrize(("z", "u"), [("mm", "V"), ("m", "N"), ("V", "m/s^2")])
 def test_every_mechanism_takes_its_values_in_units_of_the_data(z: str, u: str) -> None:
-    nominal = {p.name: {"value": 1.0, "unit": p.unit_in(z=z, u=u)} for p in NOMINAL_PARAMETERS}
+    nominal = {p.name: {"value": 1.0, "unit": p.unit_in(z=z, u=u, y=z)} for p in NOMINAL_PARAMETERS}
     extensions = [
         {
             "id": m.id,
-            "parameters": {p.name: {"value": 0.25, "unit": p.unit_in(z=z, u=u)} for p in m.parameters},
+            "parameters": {p.name: {"value": 0.25, "unit": p.unit_in(z=z, u=u, y=z)} for p in m.parameters},
         }
         for m in MECHANISMS.values()
     ]

@@ -226,7 +226,7 @@ def test_beyond_its_range_the_sensor_has_no_reading(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("z", "u"), [("mm", "V"), ("mm", "m/s^2"), ("m/s", "N/(kg*m)")])
 def test_a_model_that_the_program_wrote_tells_the_units_of_its_device(z: str, u: str, tmp_path: Path) -> None:
     """Compound ones too: an extended model is rehearsed on as it stands."""
-    gain = next(one for one in NOMINAL_PARAMETERS if one.name == "drive_gain").unit_in(z=z, u=u)
+    gain = next(one for one in NOMINAL_PARAMETERS if one.name == "drive_gain").unit_in(z=z, u=u, y=z)
     tables = {"drive_gain": {"value": 3.0, "unit": gain}}
     model = ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}})
     report = read_device_table(model, tmp_path / "model.toml")

@@ -19,7 +19,8 @@ from rtctl.diagnosis.screening.unknown_initial_state import (
 from rtctl.diagnosis.thresholds import Thresholds
 from rtctl.measured.dataset import Dataset
 
-NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone, and the gain is that of the {1}'s logarithm"
+NO_SIGNAL = "no record to fit has a {0}: the diagnosis used the {1} alone"
+OF_LOGARITHM = ", and the gain is that of the {}'s logarithm"
 NOT_AT_REST = (
     "{} of {} records do not begin at rest in their first current: the temperature at which they begin was taken from "
     "their first readings, and what is colder than the model was identified is not scored"
@@ -58,12 +59,13 @@ def screen_dataset(
     limits = thresholds.screening
 
     def note_missing_signal(records: Screened) -> Screened:
-        missing = (
-            []
-            if subject.required_signal == usual_signal
-            else [NO_SIGNAL.format(usual_signal, subject.required_signal)]
+        signal = subject.required_signal
+        if signal == usual_signal:
+            return records._replace(notes=())
+        missing = NO_SIGNAL.format(usual_signal, signal)
+        return records._replace(
+            notes=(missing + (OF_LOGARITHM.format(signal) if subject.output != signal else ""),)
         )
-        return records._replace(notes=tuple(missing))
 
     def skip_what_history_decides(records: Screened) -> Screened:
         if subject.is_at_rest_undriven:

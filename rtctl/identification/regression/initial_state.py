@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.motion import DERIVATIVES
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.regression.integrated_motion import estimate_motion
 
 DEGREE = 3
 SHARE_OF_HALF_WIDTH = 1.0 / 3.0
@@ -20,10 +22,11 @@ def estimate_initial_state(
 ) -> FloatArray:
     """Estimate the states (states,) at a sample; one-sided at the record's ends.
 
-    A velocity that was measured is smoothed itself; a state that is neither displacement nor velocity is 0.
+    A velocity that was measured is smoothed itself, and what is below the measured derivative is integrated; a state
+    that is neither displacement nor velocity is 0.
 
     Args:
-        record: Record with measured displacements.
+        record: Record with a measured response.
         at: Index of the sample.
         half_width_s: Half-width of the weak form [s].
         states: Names of the states.
@@ -33,12 +36,13 @@ def estimate_initial_state(
     x = (np.arange(begin, end) - at) / reach
     found = []
     for name in states:
-        source, derivative = (name, 0) if name in record.measured else ("displacement", 1)
-        if name not in ("displacement", "velocity") or source not in record.measured:
+        if name not in ("displacement", "velocity") or not record.measured.keys() & set(DERIVATIVES):
             found.append(0.0)
             continue
+        slope = name == "velocity" and name not in record.measured and "displacement" in record.measured
+        source, derivative = ("displacement", 1) if slope else (name, 0)
         degree = min(DEGREE, end - begin - 1)
-        fit = np.polynomial.polynomial.polyfit(x, record.measured[source][begin:end], degree)
+        fit = np.polynomial.polynomial.polyfit(x, estimate_motion(record, source)[begin:end], degree)
         found.append(float(fit[derivative]) / (reach * record.period_s) ** derivative)
     return np.array(found)
 
@@ -47,6 +51,7 @@ def read_initial_state(record: FitRecord, states: Sequence[str] = ("displacement
     """Return the initial state that the record gives: `initial`, else its first sample at rest."""
     found = []
     for name in states:
-        default = float(record.measured[name][0]) if name == "displacement" else 0.0
+        known = name == "displacement" and name in record.measured
+        default = float(record.measured[name][0]) if known else 0.0
         found.append(float(record.stimulus.initial.get(name, default)))
     return np.array(found)

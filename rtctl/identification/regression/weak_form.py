@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.regression.integrated_motion import estimate_motion, without_slow_part
 
 ORDER = 8
 HALF_WIDTH_PERIODS = 0.35
@@ -204,9 +205,11 @@ def _integrate_windows(
 
 
 def _sample_signals(record: FitRecord, m: int) -> Sampled:
-    z = record.measured["displacement"]
+    z = estimate_motion(record, "displacement")
     u = record.stimulus.inputs.get("drive", np.zeros_like(z))
-    if "velocity" in record.measured:
+    if "displacement" not in record.measured:
+        v, u = estimate_motion(record, "velocity"), without_slow_part(record, u)
+    elif "velocity" in record.measured:
         v = record.measured["velocity"]
     else:
         narrow = max(2, m // 2)

@@ -177,7 +177,7 @@ def _close_gaps(
     errors = np.sqrt(np.median(np.linalg.inv(equations.diagonal).diagonal(axis1=1, axis2=2), axis=0))
     one = errors * cost.sensitivity.state_scale
     names = cost.sensitivity.simulation.state
-    size = np.array([one[names.index(name)] for name in cost.sensitivity.simulation.outputs])
+    size = np.array([one[names.index(name)] for name in cost.sensitivity.continued])
     found = found._replace(equations=equations)
     for number, factor in enumerate(options.gaps):
         stricter = replace(cost, gap=factor * size)

@@ -20,7 +20,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import adopt_meter, current_meter
 from rtctl.identification.fit import Fit, FitError
-from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.fit_record import FitRecord, response_of
 from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
 from rtctl.identification.regression.initial_state import estimate_initial_state, read_initial_state
 from rtctl.identification.regression.weak_form import choose_half_width
@@ -101,14 +101,14 @@ def fit_output_error(
 
 
 def cut_liveliest(record: FitRecord, span_s: float) -> FitRecord:
-    """Return a part of `record` of length `span_s` that ends a quarter of it after the largest displacement.
+    """Return a part of `record` of length `span_s` that ends a quarter of it after the largest response.
 
     Starts are compared on it: it is cheap, and the basin of a short record is wide.
     """
     length = round(span_s / record.period_s)
     if length < MIN_SCREENED_SAMPLES or record.samples - record.first <= 2 * length:
         return record
-    peak = record.first + int(np.abs(record.measured["displacement"][record.first :]).argmax())
+    peak = record.first + int(np.abs(record.measured[response_of([record])][record.first :]).argmax())
     end = min(max(peak + length // 4, record.first + length), record.samples)
     return record.cut(end - length, end)
 

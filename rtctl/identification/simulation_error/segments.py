@@ -1,7 +1,7 @@
 """The cost of a fit: free runs over segments of records, each from its own state, joined where they follow each other.
 
 A segment that is a whole record makes it an output-error fit. Shorter ones make it multiple shooting: the reading at
-a segment's end minus that at the next one's start, over `gap` (all outputs,), is one more residual.
+a segment's end minus that at the next one's start, over `gap` (continued outputs,), is one more residual.
 
 Reference: H. Bock, Recent advances in parameter identification techniques for ODE (1983).
 """
@@ -58,9 +58,9 @@ class SegmentTerms(NamedTuple):
     square: FloatArray
     """Sums of squared residuals (outputs,) in squared units."""
     begin: FloatArray
-    """The reading at the start and its derivatives (1 + p + q, all outputs)."""
+    """The reading at the start and its derivatives (1 + p + q, continued outputs)."""
     end: FloatArray
-    """The reading at the end and its derivatives (1 + p + q, all outputs)."""
+    """The reading at the end and its derivatives (1 + p + q, continued outputs)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ class SegmentCost:
     executor: Executor | None = None
     steps_per_period: float | None = None
     gap: FloatArray | None = None
-    """Scale of the continuity residual (all outputs,) in units; None where nothing is joined."""
+    """Scale of the continuity residual (continued outputs,) in units; None where nothing is joined."""
     cache_size: int = 0
     """Number of recent points whose derivatives are kept for `compute_second_derivative`."""
     cache: list[tuple[Unknowns, list[Linearisation | None]]] = field(

@@ -42,9 +42,9 @@ class Linearisation(NamedTuple):
     local: FloatArray
     """Derivatives by the local unknowns (q, outputs, n)."""
     begin: FloatArray
-    """The reading at the first sample and its derivatives (1 + p + q, all outputs of the simulation)."""
+    """The reading at the first sample and its derivatives (1 + p + q, continued outputs)."""
     end: FloatArray
-    """The reading at the last sample and its derivatives (1 + p + q, all outputs of the simulation)."""
+    """The reading at the last sample and its derivatives (1 + p + q, continued outputs)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +98,13 @@ class Sensitivity:
             state_scale=np.append(states, apart),
             outputs=tuple(name for name in simulation.outputs if name in measured),
             record_parameters=np.array(record_parameters, dtype=np.intp),
+        )
+
+    @property
+    def continued(self) -> tuple[str, ...]:
+        """Names of the outputs that are states, which go on where one segment ends and the next begins."""
+        return (
+            tuple(name for name in self.simulation.outputs if name in self.simulation.state) or self.outputs
         )
 
     @property
@@ -231,8 +238,8 @@ class Sensitivity:
         return small, behind
 
     def _reading(self, run: Prediction, sample: int, behind: FloatArray, moves: FloatArray) -> FloatArray:
-        """Return the reading at a sample and its derivatives (1 + p + q, all outputs)."""
-        lanes = np.stack([run.outputs[name][:, sample] for name in self.simulation.outputs], axis=1)
+        """Return the continued reading at a sample and its derivatives (1 + p + q, continued outputs)."""
+        lanes = np.stack([run.outputs[name][:, sample] for name in self.continued], axis=1)
         return np.concatenate((lanes[:1], _compute_slopes(lanes[..., None], behind, moves)[..., 0]))
 
     def _steps(self, shared: FloatArray, start: FloatArray) -> FloatArray:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.border.errors import nearest
-from rtctl.measured.units import check_unit
+from rtctl.border.motion import lowest_response, with_displacement
+from rtctl.measured.units import check_unit, is_unit
 from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 
@@ -18,9 +19,9 @@ def measured_kinds() -> dict[str, PlantKind]:
 def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
     """Return the unit in which `signal` is held; `units` are the manifest's."""
     kind = plant_kind(plant).signals[signal]
-    if kind.derivative_of is not None:
-        return f"{units[kind.derivative_of]}/s"
-    return kind.unit or str(units[signal])
+    if kind.derivative_of is None or signal == lowest_response(units):
+        return kind.unit or str(units[signal])
+    return f"{with_displacement(units)[kind.derivative_of]}/s" + ("^2" if kind.derivatives == 2 else "")
 
 
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
@@ -40,6 +41,12 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
                 f'signal "{name}" is missing: a plant "{plant}" needs its {kind.role}; '
                 f'add [signals.{name}] with role = "{kind.role}" and its unit{unit}'
             )
+    responses = plant_kind(plant).responses
+    if responses and not set(responses) & signals.keys():
+        found.append(
+            f'no response is there: a plant "{plant}" needs one of {", ".join(responses)}; '
+            f'add [signals.{responses[0]}] with role = "output" and its unit'
+        )
     return found
 
 
@@ -51,9 +58,9 @@ def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[st
         found.append(f'key "signals.{name}.role": "{name}" of a plant "{plant}" is its {kind.role}')
     if isinstance(unit, str):
         units = {key: value.get("unit") for key, value in signals.items() if isinstance(value, dict)}
-        anchored = kind.derivative_of is None or isinstance(units.get(kind.derivative_of), str)
         try:
-            check_unit(unit, held_unit(plant, name, units) if anchored else None)
+            check_unit(unit)
+            check_unit(unit, held_unit(plant, name, {key: one for key, one in units.items() if is_unit(one)}))
         except ValueError as error:
             found.append(f'key "signals.{name}.unit": {error}')
     return found

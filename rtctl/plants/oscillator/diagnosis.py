@@ -227,3 +227,13 @@ OSCILLATOR = Subject(
     extended_model=extended_model,
     write_model=_write,
 )
+BY_VELOCITY = replace(
+    OSCILLATOR, output="velocity", required_signal="velocity", clippable_outputs=("velocity",),
+    spike_outputs=("velocity",),
+)  # fmt: skip
+BY_ACCELERATION = replace(
+    OSCILLATOR, output="acceleration", required_signal="acceleration", clippable_outputs=("acceleration",),
+    spike_outputs=("acceleration",),
+)  # fmt: skip
+SUBJECTS = (OSCILLATOR, BY_VELOCITY, BY_ACCELERATION)
+"""The oscillator by what was measured of its motion."""

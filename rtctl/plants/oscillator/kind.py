@@ -13,9 +13,11 @@ OSCILLATOR = PlantKind(
     },
     signals={
         "drive": SignalKind(role="input"),
-        "displacement": SignalKind(role="output"),
+        "displacement": SignalKind(role="output", optional=True),
         "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
+        "acceleration": SignalKind(role="output", derivative_of="displacement", derivatives=2, optional=True),
     },
+    responses=("displacement", "velocity", "acceleration"),
     initial=("displacement", "velocity"),
     model=ModelFiles(
         read="rtctl.models.oscillator:read_oscillator_model",
@@ -32,6 +34,6 @@ OSCILLATOR = PlantKind(
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,
     ),
-    diagnosis="rtctl.plants.oscillator.diagnosis:OSCILLATOR",
+    diagnosis="rtctl.plants.oscillator.diagnosis:SUBJECTS",
     device_file="plant_sim.oscillator.plant:load_plant",
 )

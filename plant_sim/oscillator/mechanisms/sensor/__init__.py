@@ -1,1 +1,1 @@
-"""Mechanisms of the displacement reading."""
+"""Mechanisms of the reading, be it of the displacement, the velocity or the acceleration."""

@@ -18,21 +18,21 @@ def humming(moved: Moved, p: Values) -> Moved:
 
 MECHANISM = OscillatorMechanism(
     id="sensor.hum",
-    statement="Hum at {frequency} is in the displacement reading ({cosine}, {sine}).",
+    statement="Hum at {frequency} is in the reading ({cosine}, {sine}).",
     parameters=(
         coefficient(
             "cosine",
-            "{z}",
+            "{y}",
             "of the hum at the record's first sample",
-            lambda s: s.displacement,
+            lambda s: s.reading,
             default=0.0,
             per_record=True,
         ),
         coefficient(
             "sine",
-            "{z}",
+            "{y}",
             "a quarter of a period later",
-            lambda s: s.displacement,
+            lambda s: s.reading,
             default=0.0,
             per_record=True,
         ),

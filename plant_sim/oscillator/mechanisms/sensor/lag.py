@@ -30,7 +30,7 @@ def lagging(moved: Moved, p: Values) -> Moved:
 
 MECHANISM = OscillatorMechanism(
     id="sensor.lag",
-    statement="The displacement sensor lags with a time constant of {time_constant}.",
+    statement="The sensor lags with a time constant of {time_constant}.",
     parameters=(
         coefficient(
             "time_constant", "s", "of the reading behind the motion", lambda s: 1.0 / s.rate, low=0.0

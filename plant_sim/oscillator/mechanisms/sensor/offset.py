@@ -10,8 +10,8 @@ def shifted(moved: Moved, p: Values) -> Moved:
 
 MECHANISM = OscillatorMechanism(
     id="sensor.offset",
-    statement="The displacement sensor reads {offset} too much.",
-    parameters=(coefficient("offset", "{z}", "of the displacement reading", lambda s: s.displacement),),
+    statement="The sensor reads {offset} too much.",
+    parameters=(coefficient("offset", "{y}", "of the reading", lambda s: s.reading),),
     sensor=shifted,
     unread=lambda reading, p: reading - p["offset"],
     stage=3,

@@ -32,26 +32,25 @@ def unread(reading: float, p: Values) -> float:
 MECHANISM = OscillatorMechanism(
     id="sensor.saturation",
     statement=(
-        "The displacement sensor saturates, with a curvature of {curvature}, and cuts {clipped} of what is beyond "
-        "{limit}."
+        "The sensor saturates, with a curvature of {curvature}, and cuts {clipped} of what is beyond {limit}."
     ),
     forms={
-        "curvature": "The displacement sensor saturates, with a curvature of {curvature}.",
-        "clipped": "The displacement sensor clips at {limit}, of either sign: {clipped} of what is beyond is cut off.",
+        "curvature": "The sensor saturates, with a curvature of {curvature}.",
+        "clipped": "The sensor clips at {limit}, of either sign: {clipped} of what is beyond is cut off.",
     },
     parameters=(
         coefficient(
             "curvature",
-            "1/({z})^2",
+            "1/({y})^2",
             "inverse square of the largest reading: z (1 - curvature z^2 / 3 + ...)",
-            lambda s: 3.0 / s.displacement**2,
+            lambda s: 3.0 / s.reading**2,
             default=0.0,
             low=0.0,
         ),
         coefficient(
             "clipped",
             "dimensionless",
-            "share of the displacement beyond the limit that is not read; 1: none of it is",
+            "share of the reading beyond the limit that is not read; 1: none of it is",
             lambda s: 1.0,
             default=0.0,
             low=0.0,
@@ -59,9 +58,9 @@ MECHANISM = OscillatorMechanism(
         ),
         shape(
             "limit",
-            "{z}",
+            "{y}",
             "beyond which less is read",
-            lambda s: s.displacement,
+            lambda s: s.reading,
             default=1.0,
             searched=True,
             shape_range=(0.6, 3.0),

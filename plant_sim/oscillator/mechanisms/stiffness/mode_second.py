@@ -12,6 +12,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.integration.linear import mode_response
 from plant_sim.oscillator.mechanism import Memory, Moved, OscillatorMechanism, Values, coefficient, shape
@@ -26,8 +28,14 @@ def beside(moved: Moved, p: Values) -> Moved:
     q, speed = moved.once(
         ("mode.second", rate, ratio), lambda: mode_response(nodes, step_s, substeps, rate, ratio)
     )
+    course = [q, speed]
+    if moved.derivatives:
+        drive = np.append(nodes[:1, 0], nodes[substeps - 1 :: substeps, 2])
+        acceleration = drive - 2.0 * ratio * rate * speed - rate**2 * q
+        course = [q, speed, acceleration, np.gradient(acceleration, moved.period_s)]
+    response, slope = course[moved.derivatives : moved.derivatives + 2]
     return moved._replace(
-        displacement=moved.displacement + p["gain"] * q, velocity=moved.velocity + p["gain"] * speed
+        displacement=moved.displacement + p["gain"] * response, velocity=moved.velocity + p["gain"] * slope
     )
 
 
