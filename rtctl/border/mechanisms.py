@@ -145,8 +145,9 @@ class Mechanism:
         )
 
     def is_related_to(self, other: Mechanism) -> bool:
-        """Return whether one of the two laws is a case of the other."""
-        return other.id in self.generalises or self.id in other.generalises
+        """Return whether one of the two laws is a case of the other, or both have one case in common."""
+        common = self.generalises.keys() & other.generalises.keys()
+        return other.id in self.generalises or self.id in other.generalises or bool(common)
 
     def sentence(self, values: Mapping[str, float]) -> str:
         """Return the sentence of the one form that acts at `values`, else the general one."""

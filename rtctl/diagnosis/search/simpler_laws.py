@@ -28,6 +28,8 @@ class _Simplification(NamedTuple):
     simulation: Simulation
     """Model with the simpler law, at the values of the more general one."""
     fixed_parameters: frozenset[str]
+    is_same: bool
+    """Whether the more general law, at its fitted values, is the simpler one already: an amplitude is zero."""
 
 
 def prefer_simpler_laws(problem: Problem, result: SearchResult, settings: SearchSettings) -> SearchResult:
@@ -53,7 +55,7 @@ def _find_sufficient(problem: Problem, result: SearchResult, ids: Sequence[str])
         known = [one for one in result.hypotheses if _is_simplified(one, simplification)]
         refitted = _refit(problem, chosen, simplification)
         best = min((*known, *([refitted] if refitted else [])), key=lambda one: one.cost, default=None)
-        if best is not None and _suffices(problem, result, best):
+        if best is not None and (simplification.is_same or _suffices(problem, result, best)):
             return best
     return None
 
@@ -83,7 +85,9 @@ def _simplify(nominal: Hypothesis, chosen: Hypothesis, ids: Sequence[str]) -> It
             simpler = values.copy()
             simpler[k] = simplest
             fixed_parameters = chosen.fixed_parameters | {parameter.name}
-            yield _Simplification(chosen.mechanisms, chosen.simulation.with_values(simpler), fixed_parameters)
+            yield _Simplification(
+                chosen.mechanisms, chosen.simulation.with_values(simpler), fixed_parameters, is_same=False
+            )
     for mechanism in added:
         for simpler_id in mechanism.generalises:
             if simpler_id in ids and simpler_id not in chosen.mechanisms:
@@ -104,7 +108,8 @@ def _replace_law(nominal: Hypothesis, chosen: Hypothesis, general: str, simpler:
     own = {one.name for one in simulation.parameters if one.mechanism == simpler}
     names = {one.name for one in simulation.parameters}
     fixed_parameters = (chosen.fixed_parameters & names) | (defaulted(simulation) & own)
-    return _Simplification(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters)
+    is_same = any(of_law[one.name] == one.neutral for one in law.amplitudes)
+    return _Simplification(mechanisms, clip_to_bounds(simulation, moved), fixed_parameters, is_same)
 
 
 def _refit(problem: Problem, chosen: Hypothesis, simplification: _Simplification) -> Hypothesis | None:
