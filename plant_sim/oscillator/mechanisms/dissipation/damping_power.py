@@ -34,7 +34,7 @@ MECHANISM = OscillatorMechanism(
         shape(
             "exponent",
             "dimensionless",
-            "of the speed",
+            "of the speed, from 1 to 3",
             lambda s: 1.0,
             low=1.0,
             high=3.0,
