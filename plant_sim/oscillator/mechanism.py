@@ -7,6 +7,7 @@ passes them: `input` (the drive between its samples), `drive` (the drive at the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -87,8 +88,8 @@ class OscillatorMechanism(Mechanism):
 
     input: Callable[[Sampled, Values], Sampled] | None = None
     drive: Callable[[Driven, Values], Driven] | None = None
-    terms: Mapping[str, str] = field(default_factory=dict)
-    """Row of `plant_sim.oscillator.equation.terms` -> parameter that is added to it."""
+    terms: Mapping[str, str | Callable[[Values], float]] = field(default_factory=dict)
+    """Row of `plant_sim.oscillator.equation.terms` -> parameter, or function of all of them, that is added to it."""
     memory: Memory | None = None
     sensor: Callable[[Moved, Values], Moved] | None = None
     looks_between: bool = False
@@ -98,6 +99,8 @@ class OscillatorMechanism(Mechanism):
     fastest_rate: Callable[[Values, float], float] = lambda values, speed: 0.0
     """Angular frequency [1/s] that it adds (in squares) to what the integrator must resolve, at speeds up to `speed`;
     of a relaxation `RELAXATION` times its rate."""
+    transition: Callable[[Values], float] = lambda values: math.inf
+    """Change of the velocity within which its force changes as the motion turns: steps resolve it."""
     stage: int = 0
     """Order among mechanisms that act at the same place: lower ones first."""
 

@@ -112,7 +112,7 @@ class _Reading:
                 )
         low, high = declared.low, declared.high
         name = f"{mechanism}.{declared.name}" if mechanism else declared.name
-        fixed = given.fixed if given is not None else True
+        fixed = given is None or given.fixed or value == declared.simplest
         return FreeParameter(name, unit, value, low, high, fixed, declared, mechanism)
 
     def _unit(self, declared: Parameter) -> str:

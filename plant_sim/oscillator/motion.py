@@ -19,15 +19,17 @@ from plant_sim.oscillator.equation.terms import (
     DAMPING_ABS,
     DRIFT,
     FRICTION,
+    FRICTION_EXCESS,
     NOMINAL,
     PARAMETRIC,
     QUADRATIC,
     QUINTIC,
+    RUBBING,
     STIFFNESS,
     TERMS,
     law_for,
 )
-from plant_sim.oscillator.integration.friction import note, resistance, settle
+from plant_sim.oscillator.integration.friction import COULOMB, STRIBECK
 from plant_sim.oscillator.integration.rk4 import bind_rk4
 from plant_sim.oscillator.integration.splitting import KICKS, kick_for, propagator, splitting
 from plant_sim.oscillator.integration.steps import Plan, plan
@@ -39,6 +41,10 @@ from rtctl.border.simulation import FreeParameter
 STATES_OF_A_HUNDREDFOLD_COST = 25.0
 """States of mechanisms with which an integration step takes about a hundred times as long as without any (measured, 8
 lanes: 28 ns without, 25 ns with 1 state, 48 ns with 5, 2.4 us with 24, which no longer fit in registers)."""
+TRANSITION = 0.02
+"""Share of the acceleration over a force's transition speed that the rate of a motion counts: at 256 steps in a period of
+that rate the velocity changes by 0.6 transition speeds a step, and the impulse of a tanh is off by exp(-pi^2 / 0.6) of a
+step's (poles of the integrand), 1e-7; at 64 steps by a fiftieth."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +58,8 @@ class Equation:
     """Number of rows of each memory."""
     own_rate: Callable[[float], float] = lambda speed: 0.0
     """Rate [1/s] that mechanisms add at speeds up to the given one."""
+    narrowest: float = math.inf
+    """Least change of the velocity within which a mechanism's force changes."""
 
     @classmethod
     def of(
@@ -65,8 +73,9 @@ class Equation:
         terms = set(NOMINAL)
         for mechanism in active:
             for row, name in mechanism.terms.items():
-                table[TERMS.index(row)] += values[:, column[f"{mechanism.id}.{name}"]]
-                terms.add(row)
+                if isinstance(name, str):
+                    table[TERMS.index(row)] += values[:, column[f"{mechanism.id}.{name}"]]
+                    terms.add(row)
         own = [
             (
                 one,
@@ -77,6 +86,11 @@ class Equation:
             )
             for one in sorted(active, key=lambda one: one.id)  # one kernel, whichever was added first
         ]
+        for one, of_all in own:
+            for row, made in one.terms.items():
+                if not isinstance(made, str):
+                    table[TERMS.index(row)] += [made(lane) for lane in of_all]
+                    terms.add(row)
         remembering = [
             (one, one.memory, of_all)
             for one, of_all in own
@@ -94,6 +108,7 @@ class Equation:
                 math.hypot(*(one.fastest_rate(of_all[j], speed) for one, of_all in own))
                 for j in range(len(values))
             ),
+            narrowest=min((one.transition(lane) for one, of_all in own for lane in of_all), default=math.inf),
         )
 
     def rest(self) -> float:
@@ -119,7 +134,8 @@ class Equation:
         rate = float(np.sqrt(stiffness.max()))
         speed = rate * min(reach, swing)
         damping = p[DAMPING] + p[DAMPING_2] * reach2 + p[DAMPING_ABS] * speed
-        return math.hypot(rate, self.own_rate(speed)), float(damping.max())
+        turning = TRANSITION * rate * speed / self.narrowest
+        return math.hypot(rate, self.own_rate(speed), turning), float(damping.max())
 
     def share(self, reach: float) -> float:
         """Return the share of the nonlinear force in the linear one at `reach`; infinite if it cannot be split."""
@@ -233,16 +249,19 @@ class Equation:
             (memory.law, memory.states, constants)
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
-        integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
+        rubbing = self.rows[[FRICTION, FRICTION_EXCESS]].any(axis=1)
+        integrator = _integrator(self.terms, tuple(layout), bool(rubbing.any()), bool(rubbing[1]))
         states = self.own_start(z, v) if own is None else own
         integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 
 
 @lru_cache(maxsize=256)
-def _integrator(terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool) -> Any:
-    """Return the compiled integrator of an equation with these parts."""
-    memoryless = law_for(terms - {"friction"}, memory=bool(memories))
-    rubbing = {"resistance": resistance, "note": note, "settle": settle} if friction else {}
+def _integrator(
+    terms: frozenset[str], memories: tuple[tuple[Any, int, int], ...], friction: bool, fades: bool
+) -> Any:
+    """Return the compiled integrator of an equation with these parts; `fades`: its dry friction does."""
+    memoryless = law_for(terms - RUBBING, memory=bool(memories))
+    rubbing = STRIBECK if fades else COULOMB if friction else {}
     if not memories:
         return bind_rk4(memoryless, 0, **rubbing)
     row, laws = len(TERMS), []

@@ -58,7 +58,7 @@ class Parameter:
     shape_range: tuple[float, float] = (0.1, 10.0)
     """Search range of a shape, in multiples of its scale."""
     redundant: bool = False
-    """Whether a diagnosis leaves a shape at its default or at one of `also`.
+    """Whether a diagnosis leaves a shape at its default (without one, at its scale) or at one of `also`.
 
     Such a shape only sets the unit of others, or describes a record's start, and is not worth a parameter of the BIC.
     """
@@ -70,6 +70,11 @@ class Parameter:
     """Number of values of a shape that a search tries, evenly in the logarithm."""
     per_record: bool = False
     """Whether each record may have its own value, as the phase of a process that continues between records."""
+    simplest: float | None = None
+    """Value of a shape, its default, at which the law is a simpler one.
+
+    A search tries that law by itself, and a fitted value has to be worth its parameter.
+    """
     of_form: str = ""
     """The only form of a mechanism that has this shape; "" for all."""
     kinked: bool = False
@@ -103,7 +108,15 @@ class Mechanism:
     """One sentence; parameters as `{level}` are filled in with value and unit."""
     parameters: tuple[Parameter, ...]
     forms: Mapping[str, str] = field(default_factory=dict)
-    """Sentence by amplitude, for a mechanism with several forms of which a device has one; they are tried in turn."""
+    """Sentence by amplitude, for a mechanism with several forms of which a device has one; they are tried in turn.
+
+    Also by a shape with a simplest value: the sentence where it has another one.
+    """
+    generalises: Mapping[str, Callable[[Mapping[str, float]], Mapping[str, float]]] = field(
+        default_factory=dict
+    )
+    """Id of a simpler mechanism, which this one is at certain values of its shapes -> the simpler one's parameters
+    from those of this one. The simpler one is told unless the data need this one, and both together are never tried."""
     of_identification: bool = False
     """Whether it corrects an identification whose records contained other effects too.
 
@@ -115,13 +128,30 @@ class Mechanism:
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):
             raise ValueError(f"{self.id}: a mechanism needs a parameter with a neutral value")
-        unknown = self.forms.keys() - {amplitude.name for amplitude in self.amplitudes}
+        names = {one.name for one in self.parameters if not one.is_shape or one.simplest is not None}
+        unknown = self.forms.keys() - names
         if unknown:
             raise ValueError(f"{self.id}: forms are named after amplitudes, {', '.join(unknown)} is none")
 
     def form_of(self, amplitude: str) -> str:
         """Return the form that an amplitude belongs to; "" where all act together."""
         return amplitude if amplitude in self.forms else ""
+
+    def form_at(self, form: str, shapes: Mapping[str, float]) -> str:
+        """Return the form at these shapes: `form`, or that of a shape that is not at its simplest value."""
+        return form or next(
+            (
+                one.name
+                for one in self.parameters
+                if one.name in self.forms and shapes.get(one.name, one.simplest) != one.simplest
+            ),
+            "",
+        )
+
+    def is_related_to(self, other: Mechanism) -> bool:
+        """Return whether one of the two laws is a case of the other, or both have one case in common."""
+        common = self.generalises.keys() & other.generalises.keys()
+        return other.id in self.generalises or self.id in other.generalises or bool(common)
 
     def sentence(self, values: Mapping[str, float]) -> str:
         """Return the sentence of the one form that acts at `values`, else the general one."""

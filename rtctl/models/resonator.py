@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtctl.border.errors import InputError
-from rtctl.border.model_file import ModelFile
+from rtctl.border.model_file import MechanismTable, ModelFile
 from rtctl.models.describing import equivalent_damping, saturated_amplitude, unsaturated_amplitude
 from rtctl.models.harmonic_balance import backbone
 from rtctl.models.oscillator import read_oscillator_model
@@ -30,6 +30,11 @@ PLACES = {
     "friction.coulomb": ("level", "um/s^2", "friction"),
 }
 """Mechanisms with a place in the loop: parameter, unit, field of `ResonatorModel`."""
+UNMODELLED = {
+    "sensor.saturation": ("clipped", "dimensionless"),
+    "friction.coulomb": ("transition_speed", "um/s"),
+}
+"""Parameters of those mechanisms, with units, which have no place in the loop where they are not 0."""
 INDIFFERENT = {
     "stiffness.quadratic": "its harmonics are even: no part of the first",
     "drive.offset": "constant",
@@ -158,15 +163,17 @@ def read_resonator(path: Path) -> ResonatorModel:
         raise InputError(f"{path}: model.parameters: {error}") from None
 
 
+def _is_set(mechanism: MechanismTable, parameter: tuple[str, str]) -> bool:
+    name, unit = parameter
+    return name in mechanism.parameters and mechanism.parameters[name].to(unit) > 0.0
+
+
 def resonator_of(file: ModelFile) -> ResonatorModel:
     """Return the model of a model file's tables. Raises InputError, ValueError."""
     bends = dict.fromkeys(BENDS, 0.0)
-    clipped = [
-        one.parameters.get("clipped") for one in file.model.mechanisms if one.id == "sensor.saturation"
-    ]
-    unknown = (
-        {"sensor.saturation"} if any(one and one.to("dimensionless") > 0.0 for one in clipped) else set()
-    )
+    unknown = {
+        one.id for one in file.model.mechanisms if one.id in UNMODELLED and _is_set(one, UNMODELLED[one.id])
+    }
     known = (BENDS.keys() | PLACES) - unknown
     ids = [mechanism.id for mechanism in file.model.mechanisms]
     places: dict[str, float] = {}

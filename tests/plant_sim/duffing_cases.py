@@ -151,11 +151,13 @@ def stick_slip(
     other: Other = without_friction,
     rates: Rates = lambda y: [],
     more: tuple[float, ...] = (),
+    sliding: Callable[[float], float] | None = None,
 ) -> FloatArray:
     """(samples, n) of an oscillator with dry friction: sliding until it stops, then held up to `level`.
 
-    `more`: states of its own at the start, which move by `rates`.
+    `more`: states of its own at the start, which move by `rates`. `sliding`: level by velocity; None: `level`.
     """
+    of_speed = sliding or (lambda v: level)
     edges, y = breakpoints(samples), np.array([Z_0, V_0, *more])
     rows = [y]
     for a, b in zip(edges[:-1], edges[1:], strict=True):
@@ -165,7 +167,10 @@ def stick_slip(
             force = other(y, u(t))
             direction = math.copysign(1.0, y[1] or force)
             sticks = y[1] == 0.0 and abs(force) <= level * (1.0 + 1e-9) and not _grows(other, y, u, t, level)
-            t, y = (_stick if sticks else _slip)(u, t, b, y, level, direction, other, rates)
+            if sticks:
+                t, y = _stick(u, t, b, y, level, other, rates)
+            else:
+                t, y = _slip(u, t, b, y, of_speed, direction, other, rates)
         rows.append(y)
     return np.array(rows)
 
@@ -177,7 +182,7 @@ def _grows(other: Other, y: FloatArray, u: Drive, t: float, level: float) -> boo
 
 
 def _stick(
-    u: Drive, t: float, end: float, y: FloatArray, level: float, direction: float, other: Other, rates: Rates
+    u: Drive, t: float, end: float, y: FloatArray, level: float, other: Other, rates: Rates
 ) -> tuple[float, FloatArray]:
     """Until the other forces exceed the level, or `end`."""
 
@@ -190,7 +195,14 @@ def _stick(
 
 
 def _slip(
-    u: Drive, t: float, end: float, y: FloatArray, level: float, direction: float, other: Other, rates: Rates
+    u: Drive,
+    t: float,
+    end: float,
+    y: FloatArray,
+    sliding: Callable[[float], float],
+    direction: float,
+    other: Other,
+    rates: Rates,
 ) -> tuple[float, FloatArray]:
     """Until the next stop, or `end`."""
 
@@ -199,7 +211,7 @@ def _slip(
 
     stops.terminal, stops.direction = True, -1.0  # type: ignore[attr-defined]
     found = solve_ivp(
-        lambda at, s: [s[1], other(s, u(at)) - level * direction, *rates(s)],
+        lambda at, s: [s[1], other(s, u(at)) - sliding(s[1]) * direction, *rates(s)],
         (t, end), y, events=stops, **OPTIONS,
     )  # fmt: skip
     last = found.y[:, -1].copy()

@@ -101,6 +101,17 @@ def bouc_wen(y: FloatArray, p: P) -> float:
     return (z_rate - p["loop"] * abs(z_rate) * h - p["bend"] * z_rate * abs(h)) / p["displacement"]
 
 
+def stribeck(v: float, p: P) -> float:
+    """Size of the friction at the velocity `v`, once it slides."""
+    return p["level"] + p["excess"] * math.exp(-((v / p["transition_speed"]) ** 2))
+
+
+def dahl(y: FloatArray, p: P) -> float:
+    """F' of the friction y[2]."""
+    stiffness = p["level"] / p["displacement"]
+    return float(stiffness * y[1] * (1.0 - y[2] / p["level"] * np.sign(y[1])))
+
+
 ORACLES: dict[str, Oracle] = {
     "stiffness.quadratic": Oracle(
         values={"coefficient": 3.0e4},
@@ -137,7 +148,7 @@ ORACLES: dict[str, Oracle] = {
         values={"coefficient": 1.5},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["coefficient"] * abs(y[1]) * y[1]],
     ),
-    "friction.coulomb": Oracle(values={"level": 350.0}, tolerance=2e-5),
+    "friction.coulomb": Oracle(values={"level": 350.0, "transition_speed": 0.0}, tolerance=2e-5),
     "hysteresis.bouc_wen": Oracle(
         values={"level": 250.0, "displacement": 0.03, "loop": 0.6, "bend": 0.3},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["level"] * y[2], bouc_wen(y, p)],
@@ -206,6 +217,23 @@ ORACLES: dict[str, Oracle] = {
         blend={"toward_zero": "zero", "toward_linear": "linear"},
         drive_side=True,
     ),
+    "friction.stribeck": Oracle(
+        values={"level": 250.0, "excess": 150.0, "transition_speed": 4.0}, tolerance=2e-5
+    ),
+    "friction.presliding": Oracle(
+        values={"level": 250.0, "displacement": 0.02},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - y[2], dahl(y, p)],
+        states=lambda first: [0.0],
+        tolerance=2e-5,
+    ),
+    "damping.power": Oracle(
+        values={"level": 400.0, "exponent": 1.6, "speed": 12.0},
+        rate=lambda t, y, u, p: [
+            y[1],
+            duffing(y[0], y[1], u) - p["level"] * math.copysign(abs(y[1] / p["speed"]) ** p["exponent"], y[1]),
+        ],
+        tolerance=2e-6,
+    ),
 }  # fmt: skip
 
 
@@ -215,6 +243,9 @@ def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatA
     t = PERIOD_S * np.arange(len(samples))
     if identity == "friction.coulomb":
         y = stick_slip(samples, hold, p["level"])
+        return y[:, 0], y[:, 1]
+    if identity == "friction.stribeck":
+        y = stick_slip(samples, hold, stribeck(0.0, p), sliding=lambda v: stribeck(v, p))
         return y[:, 0], y[:, 1]
 
     def blended(at: float) -> Any:

@@ -17,11 +17,15 @@ from plant_sim.oscillator.equation.binding import law
 TERMS = (
     "gain", "damping", "stiffness", "cubic",
     "quadratic", "quintic", "parametric", "drift", "damping_2", "damping_abs",
-    "friction",
+    "friction", "friction_excess", "friction_fading",
 )  # fmt: skip
-GAIN, DAMPING, STIFFNESS, CUBIC, QUADRATIC, QUINTIC, PARAMETRIC, DRIFT, DAMPING_2, DAMPING_ABS, FRICTION = (
-    range(len(TERMS))
-)
+(
+    GAIN, DAMPING, STIFFNESS, CUBIC,
+    QUADRATIC, QUINTIC, PARAMETRIC, DRIFT, DAMPING_2, DAMPING_ABS,
+    FRICTION, FRICTION_EXCESS, FRICTION_FADING,
+) = range(len(TERMS))  # fmt: skip
+RUBBING = frozenset(TERMS[FRICTION:])
+"""Terms of dry friction: its level, what it has more at break-away, and the inverse of the speed over which that fades."""
 NOMINAL = frozenset(TERMS[:4])
 
 
@@ -74,7 +78,7 @@ _BESIDE_MEMORY = (_LAWS[1],)
 
 
 def law_for(terms: Set[str], *, memory: bool = False) -> Any:
-    """Return the cheapest law that has these terms (friction is none of them).
+    """Return the cheapest law that has these terms (dry friction, `RUBBING`, is none of them).
 
     Beside a `memory` there are few laws: the memory's work hides what a shorter one saves, and each combination has to
     be compiled.

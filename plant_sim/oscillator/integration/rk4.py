@@ -3,7 +3,7 @@
 Lanes are the innermost loop, so that the compiler works on eight at a time; one lane costs what a scalar kernel
 costs. The drive is given at the three instants of each step that the method needs, which lets it jump between steps.
 States of the laws' own move along with displacement and velocity; `bind_rk4` leaves them out of a kernel without any.
-Dry friction, whose force jumps with the sign of the velocity, is `held` over a step and corrected after it:
+Dry friction, whose force jumps with the sign of the velocity, keeps its sign over a step and is corrected after it:
 `plant_sim.oscillator.integration.friction`.
 
 Reference: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.1, table 1.2.
@@ -18,7 +18,7 @@ import numpy as np
 from plant_sim.oscillator.equation.binding import bind, law
 from plant_sim.oscillator.equation.memory import loaded, moved, store
 from plant_sim.oscillator.equation.terms import nominal
-from plant_sim.oscillator.integration.friction import NOTED, as_it_is, no_resistance, not_noted
+from plant_sim.oscillator.integration.friction import NOTED, as_it_is, constant, no_resistance, not_noted
 
 acceleration: Any = nominal  # replaced by `bind`, as all of these
 ZEROS: Any = (0.0,)  # as many as there are states
@@ -26,6 +26,7 @@ load: Any = loaded
 move: Any = moved
 keep: Any = store
 resistance: Any = no_resistance
+within: Any = constant
 note: Any = not_noted
 settle: Any = as_it_is
 
@@ -61,13 +62,13 @@ def rk4(z: Any, v: Any, w: Any, nodes: Any, h: float, substeps: int, p: Any, out
             a1 -= held
             z2, v2 = z1 + half * v1, v1 + half * a1
             a2, d2 = acceleration(z2, v2, u2, t + half, move(w1, half, d1), p, j)
-            a2 -= held
+            a2 -= within(held, v1, v2, p, j)
             z3, v3 = z1 + half * v2, v1 + half * a2
             a3, d3 = acceleration(z3, v3, u2, t + half, move(w1, half, d2), p, j)
-            a3 -= held
+            a3 -= within(held, v1, v3, p, j)
             z4, v4 = z1 + h * v3, v1 + h * a3
             a4, d4 = acceleration(z4, v4, u4, t + h, move(w1, h, d3), p, j)
-            a4 -= held
+            a4 -= within(held, v1, v4, p, j)
             z[j] = z1 + sixth * (v1 + 2.0 * (v2 + v3) + v4)
             v[j] = v1 + sixth * (a1 + 2.0 * (a2 + a3) + a4)
             note(noted, j, z1, v1, a1, a4, held)
@@ -111,7 +112,7 @@ def bind_rk4(acceleration_law: Any, states: int, **friction: Any) -> Any:
         acceleration_law: a memoryless law (`plant_sim.oscillator.equation.terms`), or, if there are states, one that
             also returns their rates (`plant_sim.oscillator.equation.memory`).
         states: number of states of the law's own.
-        friction: `resistance`, `note` and `settle` of an equation with dry friction.
+        friction: `resistance`, `within`, `note` and `settle` of an equation with dry friction.
     """
     if states:
         return bind(rk4, acceleration=acceleration_law, **friction, ZEROS=(0.0,) * states)

@@ -6,8 +6,11 @@ The order is that of the file formats; where two act at one place, their `stage`
 from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.mechanisms.dissipation import (
     damping_nonlinear,
+    damping_power,
     damping_quadratic,
     friction_coulomb,
+    friction_presliding,
+    friction_stribeck,
     hysteresis_bouc_wen,
 )
 from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
@@ -54,5 +57,8 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         sensor_lag,
         sensor_hum,
         input_hold,
+        friction_stribeck,
+        friction_presliding,
+        damping_power,
     )
 }

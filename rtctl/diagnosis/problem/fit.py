@@ -96,7 +96,11 @@ def sensitivity_of(problem: Problem, simulation: Simulation, fixed_parameters: f
 def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = None) -> Hypothesis | None:
     """Fit a hypothesis to its optimum, with every shape free that the records identify beside the other parameters."""
     fixed_parameters = set(hypothesis.fixed_parameters)
-    redundant = {one.name for one in hypothesis.simulation.parameters if one.declared.redundant}
+    redundant = {
+        one.name
+        for one in hypothesis.simulation.parameters
+        if one.declared.redundant or one.value == one.declared.simplest
+    }
     for name in _defaulted_shapes(hypothesis.simulation, hypothesis.mechanisms)[::-1]:
         if name in fixed_parameters - redundant and _is_identifiable(
             problem, hypothesis, fixed_parameters - {name}, name
@@ -113,7 +117,7 @@ def polish(problem: Problem, hypothesis: Hypothesis, iterations: int | None = No
 
 
 def defaulted(simulation: Simulation) -> frozenset[str]:
-    """Return the names of the shapes that have a default value, where they stay until the rest is known."""
+    """Return the names of the shapes that have a default value or set a unit; they stay until the rest is known."""
     return frozenset(_defaulted_shapes(simulation, [mechanism.id for mechanism in simulation.mechanisms]))
 
 
@@ -121,7 +125,9 @@ def _defaulted_shapes(simulation: Simulation, mechanisms: Sequence[str]) -> list
     return [
         one.name
         for one in simulation.parameters
-        if one.mechanism in mechanisms and one.declared.is_shape and one.declared.default is not None
+        if one.mechanism in mechanisms
+        and one.declared.is_shape
+        and (one.declared.default is not None or one.declared.redundant)
     ]
 
 

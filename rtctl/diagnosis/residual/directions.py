@@ -76,11 +76,12 @@ def _mechanism_directions(
     for form in forms:
         amplitudes = [one for one in mechanism.amplitudes if mechanism.form_of(one.name) == form]
         for shapes, trials in shape_grid(mechanism, problem, residuals, form):
+            shaped = mechanism.form_at(form, shapes)
             for amplitude in amplitudes:
                 scale = _amplitude_scale(parameters[amplitude.name], problem.scales)
                 records = range(len(problem.records)) if amplitude.per_record else (ALL,)
                 directions += [
-                    Direction(identity, amplitude.name, "", shapes, scale, record, trials, form)
+                    Direction(identity, amplitude.name, "", shapes, scale, record, trials, shaped)
                     for record in records
                 ]
     return directions

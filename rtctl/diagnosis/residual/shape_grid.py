@@ -27,8 +27,9 @@ def shape_grid(
 ) -> Iterator[Shapes]:
     """Yield the choices of the shapes of one form of a mechanism.
 
-    A shape with a default stays there, unless the mechanism declares other values or that it is searched. A frequency
-    is also tried where the spectrum of the residuals peaks.
+    A shape with a default stays there, unless the mechanism declares other values or that it is searched; one with a
+    simplest value is tried there and over its range. A frequency is also tried where the spectrum of the residuals
+    peaks.
 
     Args:
         mechanism: Mechanism of the catalogue.
@@ -49,10 +50,13 @@ def _axis(parameter: Parameter, problem: Problem, residuals: Sequence[FloatArray
     """Return the values of one shape, in its unit, each with its number of trials."""
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
-    if parameter.default is not None and not parameter.searched:
+    if parameter.redundant and parameter.default is None:
+        values = [(size, 1)]
+    elif parameter.default is not None and not parameter.searched and parameter.simplest is None:
         values = [(value, 1) for value in (parameter.default, *parameter.also)]
     else:
         values = [(value, 1) for value in np.geomspace(low, high, parameter.grid).tolist()]
+        values += [] if parameter.simplest is None else [(parameter.simplest, 1)]
     if parameter.unit == "Hz":
         values += _peaks(problem, residuals, low, high)
     return values

@@ -32,7 +32,7 @@ def propose_candidates(
     candidates = []
     large = len(parent.hypothesis.mechanisms) >= limits.beam_size
     for identity, strength in _rank_mechanisms(parent, limits):
-        if strength < least:
+        if strength < least or _is_related(parent, identity):
             continue
         own = [k for k, direction in enumerate(parent.directions) if direction.mechanism == identity]
         groups = sorted(group_by_shapes(parent.directions, own), key=lambda group: -_score(parent, group))
@@ -70,7 +70,10 @@ def propose_pairs(parent: TestedHypothesis, limits: SearchThresholds) -> list[Ca
     that is no neighbour of the best single cause would never be tried.
     """
     best = []
-    for first, second in combinations(_group_directions(parent).values(), 2):
+    for (name, first), (rival, second) in combinations(_group_directions(parent).items(), 2):
+        laws = parent.hypothesis.simulation.extended((name, rival)).mechanisms
+        if laws[-1].is_related_to(laws[-2]):
+            continue
         groups = ([*one, *other] for one, other in product(first, second))
         best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))
     best.sort(key=lambda scored: -scored[0])
@@ -103,6 +106,12 @@ def _is_feasible(parent: TestedHypothesis, group: Sequence[int], known: Mapping[
         if parent.projected.usable[k]
     ]
     return all(one.low <= one.value + by <= one.high for one, by in reached)
+
+
+def _is_related(parent: TestedHypothesis, identity: str) -> bool:
+    """Return whether a mechanism is a case of one that the set has, or the other way round."""
+    *own, added = parent.hypothesis.simulation.extended((identity,)).mechanisms
+    return any(added.is_related_to(one) for one in own)
 
 
 def _score(parent: TestedHypothesis, group: Sequence[int]) -> float:
@@ -187,7 +196,9 @@ def _list_fixed(before: Simulation, after: Simulation, forms: Mapping[str, str])
     for mechanism in after.mechanisms[-len(forms) :]:
         amplitudes = [one.name for one in mechanism.amplitudes]
         fixed |= {
-            f"{mechanism.id}.{name}" for name in amplitudes if mechanism.form_of(name) != forms[mechanism.id]
+            f"{mechanism.id}.{name}"
+            for name in amplitudes
+            if mechanism.form_of(name) not in ("", forms[mechanism.id])
         }
     return fixed
 

@@ -35,6 +35,7 @@ from rtctl.diagnosis.search.model_selection import (
     whitened_bic,
 )
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
+from rtctl.diagnosis.search.simpler_laws import prefer_simpler_laws
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.successive_halving import halve_successively
 
@@ -204,7 +205,8 @@ def accept_passing_set(state: SearchState) -> SearchState:
 
 
 def accept_set(state: SearchState, result: SearchResult) -> SearchState:
-    """End the search with the set that `result` has chosen, beside its equivalents."""
+    """End the search with the set that `result` has chosen, in its simplest laws, beside its equivalents."""
+    result = prefer_simpler_laws(state.problem, result, state.settings)
     return replace(state, stop=StopReason.PASSED, result=_with_equivalents(state, result, plain=False))
 
 
@@ -250,6 +252,7 @@ def conclude_search(state: SearchState) -> SearchResult:
     if result is None:
         result = state.result_with(state.best, passes=False)
         result = drop_negligible_causes(state.problem, result, state.settings)
+        result = prefer_simpler_laws(state.problem, result, state.settings)
         result = _with_equivalents(state, result, plain=not result.passes)
     if state.out_of_work and not result.passes:
         result = result._replace(out_of_time=True)

@@ -11,7 +11,10 @@ from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.thresholds import Thresholds, VerificationThresholds
 from rtctl.diagnosis.verification.verdict import Verdict
 
-DISSIPATION = {"damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen"}
+DISSIPATION = {
+    "damping.nonlinear", "damping.quadratic", "damping.power",
+    "friction.coulomb", "friction.stribeck", "friction.presliding", "hysteresis.bouc_wen",
+}  # fmt: skip
 NOT_CONFIRMED = (
     "{} would reduce the error on the fitted records, but it does not reduce it on the test records by a factor of "
     "{:.3g}, or it is a sum of dissipation laws that together imitate another: it is not named"

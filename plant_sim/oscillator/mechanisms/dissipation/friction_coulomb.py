@@ -1,12 +1,54 @@
-"""`friction.coulomb`: - level sign z', with stiction as strong."""
+"""`friction.coulomb`: - level sign z', with stiction as strong, or - level tanh(z' / transition_speed) without."""
 
-from plant_sim.oscillator.mechanism import OscillatorMechanism, coefficient
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plant_sim.oscillator.equation.binding import law
+from plant_sim.oscillator.equation.elementary import soft_sign
+from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, Values, coefficient, shape
+
+
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
+@law
+def smoothed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: level, 1 / transition speed; w: one state, which a law must have and none needs."""
+    return -p[row, j] * soft_sign(v * p[row + 1, j]), (0.0 * z,)
+
+
+def is_smooth(p: Values) -> bool:
+    """Return whether the sign is smoothed; at 0 it is the ideal one, which holds a motion at rest."""
+    return p["transition_speed"] > 0.0
+
+
+def constants(p: Values) -> tuple[float, ...]:
+    """Return the constants of `smoothed`, which does nothing in a lane with the ideal sign."""
+    return (p["level"], 1.0 / p["transition_speed"]) if is_smooth(p) else (0.0, 0.0)
+
 
 MECHANISM = OscillatorMechanism(
     id="friction.coulomb",
     statement="Dry friction of {level} opposes the motion.",
+    forms={
+        "transition_speed": "Dry friction of {level} opposes the motion; its sign is smooth over {transition_speed}."
+    },
     parameters=(
         coefficient("level", "{z}/s^2", "of the friction", lambda s: s.acceleration, low=0.0, kinked=True),
+        shape(
+            "transition_speed",
+            "{z}/s",
+            "over which its sign changes, by a tanh; 0: the ideal sign, with stiction",
+            lambda s: s.velocity,
+            default=0.0,
+            low=0.0,
+            simplest=0.0,
+            shape_range=(0.01, 1.0),
+            grid=3,
+        ),
     ),
-    terms={"friction": "level"},
+    terms={"friction": lambda p: 0.0 if is_smooth(p) else p["level"]},
+    memory=Memory(smoothed, 1, constants, acts=is_smooth),
+    fastest_rate=lambda p, speed: 0.1 * p["level"] / p["transition_speed"] if is_smooth(p) else 0.0,
+    transition=lambda p: p["transition_speed"] if is_smooth(p) else math.inf,
 )

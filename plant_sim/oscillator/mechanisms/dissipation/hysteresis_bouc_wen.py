@@ -64,4 +64,10 @@ MECHANISM = OscillatorMechanism(
     ),
     memory=Memory(hysteretic, 1, lambda p: (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"])),
     fastest_rate=fastest_rate,
+    generalises={
+        "friction.presliding": lambda p: {
+            "level": p["level"] / (p["loop"] + max(p["bend"], 0.0)),
+            "displacement": p["displacement"] / (p["loop"] + max(p["bend"], 0.0)),
+        }
+    },
 )

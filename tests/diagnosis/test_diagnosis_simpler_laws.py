@@ -1,0 +1,66 @@
+"""A law that is a case of another is told unless the data need the other; both are never tried together."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnosis_cases import answer_to, device, measured, noise_drive
+
+from plant_sim.oscillator.mechanisms import MECHANISMS
+
+LAWS = "friction.coulomb,friction.stribeck,friction.presliding,damping.quadratic,damping.power"
+LEVEL = (300.0, "mm/s^2")
+
+
+def answer(folder: Path, identity: str, **values: tuple[float, str]) -> dict[str, Any]:
+    """diagnosis.json of a device with this law."""
+    parameters = {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()}
+    plant = device({"id": identity, "parameters": parameters})
+    drives = ((noise_drive(11, 6.0), "fit"), (noise_drive(12, 9.0), "fit"), (noise_drive(13, 7.5), "test"))
+    return answer_to(folder, [(drive, measured(plant, drive), use) for drive, use in drives], LAWS)
+
+
+@pytest.mark.parametrize(
+    ("identity", "values", "fitted"),
+    [
+        ("friction.coulomb", {"level": LEVEL}, {"level"}),
+        ("friction.coulomb", {"level": LEVEL, "transition_speed": (5.0, "mm/s")}, {"level", "transition_speed"}),
+        (
+            "friction.stribeck",
+            {"level": LEVEL, "excess": (200.0, "mm/s^2"), "transition_speed": (10.0, "mm/s")},
+            {"level", "excess", "transition_speed"},
+        ),
+        ("friction.presliding", {"level": LEVEL, "displacement": (0.1, "mm")}, {"level", "displacement"}),
+        ("damping.quadratic", {"coefficient": (0.4, "1/mm")}, {"coefficient"}),
+        (
+            "damping.power",
+            {"level": (600.0, "mm/s^2"), "exponent": (3.0, "dimensionless"), "speed": (50.0, "mm/s")},
+            {"level", "exponent", "speed"},
+        ),
+    ],
+    ids=["ideal", "smooth", "stribeck", "dahl", "square", "cube"],
+)  # fmt: skip
+def test_each_law_is_told_by_its_own_name_and_no_more_of_it_than_acts(
+    identity: str, values: dict[str, tuple[float, str]], fitted: set[str], tmp_path: Path
+) -> None:
+    found = answer(tmp_path, identity, **values)
+    assert found["verdict"] == "explained"
+    (cause,) = found["causes"]
+    assert cause["id"] == identity
+    assert cause["indistinguishable_from"] == []
+    assert set(cause["parameters"]) == fitted
+    for name in fitted - {"speed", "level"}:
+        assert cause["parameters"][name]["value"] == pytest.approx(values[name][0], rel=0.2), name
+
+
+def test_laws_are_related_where_one_is_a_case_of_the_other_or_both_have_one_in_common() -> None:
+    coulomb, stribeck, dahl, square = (
+        MECHANISMS[name]
+        for name in ("friction.coulomb", "friction.stribeck", "friction.presliding", "damping.quadratic")
+    )
+    assert coulomb.is_related_to(stribeck)
+    assert stribeck.is_related_to(coulomb)
+    assert stribeck.is_related_to(dahl)
+    assert not coulomb.is_related_to(square)
