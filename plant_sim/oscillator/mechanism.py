@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
+from rtctl.border.quantities import convert, is_angle
 
 Values = Mapping[str, float]
 """Values of one mechanism by parameter name, in the units of the data."""
@@ -110,6 +112,8 @@ class OscillatorMechanism(Mechanism):
         return self.input is not None or self.drive is not None
 
 
+MOST_OF_A_STOP = 20.0
+"""Times as far as usual is a stop's stiffness searched: 100 times the device's own."""
 RELAXATION = 0.25
 """A relaxation of rate 1/s needs the step of an oscillation of so many rad/s: a tenth of its time constant."""
 
@@ -124,3 +128,32 @@ def shape(name: str, unit: str, meaning: str, scale: Any, **more: Any) -> Parame
     return Parameter(
         name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **{"low": 1e-9, **more}
     )
+
+
+def in_units(mechanism: OscillatorMechanism, units: Mapping[str, str]) -> OscillatorMechanism:
+    """Return `mechanism` with its defaults in the data's `units` of "drive" and "displacement".
+
+    A default of one radian becomes 57.3 where the displacement is in degrees, and None where it is in mm: it has to be
+    given there (`Mechanism.suits_data`).
+    """
+    if not any(parameter.default_unit for parameter in mechanism.parameters):
+        return mechanism
+    z, u = units["displacement"], units["drive"]
+    bound = [
+        replace(one, default=_converted(one.default, one.default_unit, one.unit_in(z=z, u=u)))
+        if one.default_unit and one.default is not None
+        else one
+        for one in mechanism.parameters
+    ]
+    return replace(mechanism, parameters=tuple(bound))
+
+
+@lru_cache(maxsize=64)
+def _converted(value: float, unit: str, to: str) -> float | None:
+    """Return `value` [unit] in `to`; None where that is no such unit. An angle is no plain number."""
+    if is_angle(unit) != is_angle(to):
+        return None
+    try:
+        return convert(value, unit, to)
+    except ValueError:
+        return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from plant_sim.oscillator.mechanism import OscillatorMechanism
+from plant_sim.oscillator.mechanism import OscillatorMechanism, in_units
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.simulation import OscillatorSimulation
@@ -44,7 +44,7 @@ def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: st
                 f'{where}.id = "{table.id}" is no mechanism of an oscillator{nearest(table.id, MECHANISMS)}'
             )
             continue
-        mechanism = MECHANISMS[table.id]
+        mechanism = in_units(MECHANISMS[table.id], units)
         mechanisms.append(mechanism)
         parameters += reading.of_mechanism(mechanism, table.parameters, where)
     reading.raise_all()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from plant_sim.oscillator.integration.derivative import differentiate
 from plant_sim.oscillator.integration.node_cache import cached
 from plant_sim.oscillator.integration.steps import Plan, check_work
-from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values
+from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Sampled, Values, in_units
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.nonparametric import UNNAMED
@@ -85,7 +85,7 @@ class OscillatorSimulation:
 
     def extended(self, mechanisms: tuple[str, ...]) -> OscillatorSimulation:
         """Return the same with these mechanisms at neutral; shapes at their defaults, or 1 of their unit."""
-        added = [(MECHANISMS | UNNAMED)[name] for name in mechanisms]
+        added = [in_units((MECHANISMS | UNNAMED)[name], self.units) for name in mechanisms]
         more = [
             FreeParameter(
                 name=f"{mechanism.id}.{declared.name}",

@@ -17,6 +17,7 @@ import numpy as np
 from plant_sim.oscillator.equation.binding import bind
 from plant_sim.oscillator.equation.terms import DAMPING, GAIN, STIFFNESS, TERMS
 from plant_sim.oscillator.integration.holds import compiled
+from plant_sim.oscillator.integration.play import follow_play
 from plant_sim.oscillator.integration.splitting import no_kick, propagator, splitting
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Values
 from rtctl.border.arrays import FloatArray
@@ -80,6 +81,20 @@ class DriveLag:
         return behind
 
 
+class Backlash:
+    """Play between the drive and what it moves."""
+
+    def __init__(self, values: Values) -> None:
+        self._width = values["width"]
+        self._state = np.zeros(1)
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """Return the drive behind the play."""
+        behind = np.empty_like(nodes)
+        follow_play(self._state, nodes, self._width, behind)
+        return behind
+
+
 class SensorLag:
     """A first-order lag of the reading."""
 
@@ -138,7 +153,11 @@ class _WithoutMemory:
 
 
 _NO_DRIVE = Driven(np.zeros((0, 3)), 1.0)
-DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {"drive.delay": DelayLine, "drive.lag": DriveLag}
+DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {
+    "drive.delay": DelayLine,
+    "drive.lag": DriveLag,
+    "actuator.backlash": Backlash,
+}
 SENSOR_STAGES: dict[str, Callable[[Values], SensorStage]] = {
     "mode.second": SecondMode,
     "sensor.lag": SensorLag,

@@ -199,7 +199,7 @@ def diagnose(
     model = model_of(model)
     simulation = simulation_of(model.kind, model.content, stored, source)
     data = dataset_of(dataset)
-    ids = _chosen(mechanisms, simulation.kind)
+    ids = _chosen(mechanisms, simulation)
     with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
     return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
@@ -214,11 +214,11 @@ def watched_search(
         yield lambda text: show("stopping: writing what is done" if cancellation.cancelled else text)
 
 
-def _chosen(asked: Sequence[str] | str | None, kind: str) -> tuple[str, ...]:
-    """Return the ids to try in the catalogue's order. Raises InputError for an unknown one."""
+def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[str, ...]:
+    """Return the ids to try in the catalogue's order. Raises InputError for one that is unknown or not for such data."""
     from rtctl.wiring import mechanism_ids
 
-    known = mechanism_ids(kind)
+    known = mechanism_ids(simulation.kind)
     if asked is None:
         return known
     listed = asked.split(",") if isinstance(asked, str) else list(asked)
@@ -226,9 +226,20 @@ def _chosen(asked: Sequence[str] | str | None, kind: str) -> tuple[str, ...]:
     for name in wanted:
         if name not in known:
             raise InputError(f'mechanisms: there is no mechanism "{name}"{nearest(name, known)}')
+        _check_units(name, simulation)
     if not wanted:
         raise InputError("mechanisms: name one at least, such as friction.coulomb")
     return tuple(name for name in known if name in wanted)
+
+
+def _check_units(name: str, simulation: Simulation) -> None:
+    """Raise InputError where a mechanism that was asked for has no meaning in the units of the data."""
+    for one in simulation.extended((name,)).mechanisms[-1].parameters:
+        if one.default_unit and one.default is None:
+            raise InputError(
+                f'mechanisms: "{name}" is for data whose displacement is in {one.default_unit} or a multiple of it; '
+                "give the signal such a unit, with a `scale` if it was read in another, or leave the mechanism out"
+            )
 
 
 def _words(options: DiagnosisOptions, mechanisms: Sequence[str] | str | None) -> tuple[str, ...]:

@@ -51,6 +51,9 @@ class Parameter:
     """Value at which its mechanism has no effect; None for a shape, which sets the form and not the size."""
     default: float | None = None
     """Value where a file leaves it out; None: it must be given."""
+    default_unit: str = ""
+    """Unit of `default` where that is no number in `unit`: 1 rad is a default of data that are angles, and of no
+    others. "" for the parameter's own."""
     low: float = -math.inf
     high: float = math.inf
     reach: float = 1.0
@@ -68,6 +71,10 @@ class Parameter:
     """Further values of a shape from which a search starts."""
     grid: int = 4
     """Number of values of a shape that a search tries, evenly in the logarithm."""
+    quantiles: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Of a shape that is a place of the motion: quantiles of the displacement at which a search tries it, by form, ""
+    for all. It stays between the outermost ones: a place that the motion does not pass shows in no record, or is an
+    offset."""
     per_record: bool = False
     """Whether each record may have its own value, as the phase of a process that continues between records."""
     simplest: float | None = None
@@ -157,6 +164,11 @@ class Mechanism:
         """Return the sentence of the one form that acts at `values`, else the general one."""
         acting = [name for name in self.forms if values.get(name)]
         return self.forms[acting[0]] if len(acting) == 1 else self.statement
+
+    @property
+    def suits_data(self) -> bool:
+        """Whether every default is one in the units of the data that it was bound to."""
+        return all(not one.default_unit or one.default is not None for one in self.parameters)
 
     @property
     def amplitudes(self) -> tuple[Parameter, ...]:

@@ -47,6 +47,17 @@ def convert(value: float, unit: str, to: str) -> float:
         raise ValueError(f'"{unit}" is not a unit (expected one of {to})') from error
 
 
+def is_angle(unit: str) -> bool:
+    """Return whether `unit` is a radian or a part of one; pint takes a count and a percentage for the same dimension.
+
+    Raises ValueError for an unknown unit.
+    """
+    try:
+        return str(unit_registry().get_root_units(unit)[1]) == "radian"
+    except pint.UndefinedUnitError as error:
+        raise ValueError(f'unknown unit "{unit}"') from error
+
+
 def parse_quantity(raw: Any, unit: str) -> float:
     """Return a quantity of a file in `unit`. Raises ValueError in words."""
     if isinstance(raw, dict):

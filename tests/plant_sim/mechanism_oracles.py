@@ -35,6 +35,8 @@ Bouc-Wen: 4e4 1/s^2 of h' at each of 15 turning points, 250 mm/s^2 of force, 1e-
 delay: 6e3 mm/s^3 at each of 300 samples, 1e-7 each; a held drive is put into the step's mean, so it pushes up to h/2
 early or late: 60 mm/s^2 h^2 / 8, 3e-7 each.
 friction: its turning points lie on a parabola, (w h)^3 / 6 = 2e-6 each.
+clearance, stops: 3e4 1/s^2 at each of 60 crossings at 10 mm/s; a stiff stop has half of the step, 7e-7 each.
+backlash: as the dead band, 6e4 mm/s^3 at each of 25 reversals.
 sensor lag: a cubic through samples 1/900 s apart, (w / 900 s)^4 / 384 = 6e-6."""
 
 
@@ -57,6 +59,8 @@ class Oracle:
     """Parameter by which the drive is late."""
     blend: Mapping[str, str] = field(default_factory=dict)
     """Parameter -> the hold towards which it moves the drive."""
+    played: str = ""
+    """Parameter that is half of the play through which the drive acts."""
     tolerance: float = EXACT
     """Of the peak displacement."""
     drive_side: bool = False
@@ -87,6 +91,28 @@ def dead(u: float, width: float) -> float:
     if abs(u) <= width:
         return 0.0
     return u - width if u > 0.0 else u + width
+
+
+def beyond(z: float, low: float, high: float) -> float:
+    """How far z is above high (positive) or below low (negative)."""
+    if low <= z <= high:
+        return 0.0
+    return z - high if z > high else z - low
+
+
+def played(samples: FloatArray, hold: str, width: float) -> Callable[[float], Any]:
+    """The drive behind a play, by its definition: where it stood at each sample, and from there along each piece."""
+    at_sample, w = [], 0.0
+    for u in samples:
+        w = min(max(w, u - width), u + width)
+        at_sample.append(w)
+
+    def between(at: float) -> Any:
+        own = held(samples, hold, at)
+        k = min(max(math.floor(at / PERIOD_S), 0), len(samples) - 1)
+        return lambda t: min(max(at_sample[k], own(t) - width), own(t) + width)
+
+    return between
 
 
 def cut(z: FloatArray, p: P) -> FloatArray:
@@ -234,6 +260,51 @@ ORACLES: dict[str, Oracle] = {
         ],
         tolerance=2e-6,
     ),
+    "stiffness.clearance": Oracle(
+        values={"gap": 0.03, "centre": 0.4},
+        rate=lambda t, y, u, p: [
+            y[1], duffing(beyond(y[0], -0.6 * p["gap"], 1.4 * p["gap"]), y[1], u),
+        ],
+        tolerance=2e-5,
+    ),
+    "stop.one_sided": Oracle(
+        values={"above": 3.0e4, "below": 9.0e3, "place": 0.05},
+        rate=lambda t, y, u, p: [
+            y[1],
+            duffing(y[0], y[1], u) - p["above" if y[0] > p["place"] else "below"] * (y[0] - p["place"]),
+        ],
+        tolerance=5e-5,
+    ),
+    "stop.two_sided": Oracle(
+        values={"stiffness": 3.0e4, "lower": -0.04, "upper": 0.07},
+        rate=lambda t, y, u, p: [
+            y[1], duffing(y[0], y[1], u) - p["stiffness"] * beyond(y[0], p["lower"], p["upper"]),
+        ],
+        tolerance=5e-5,
+    ),
+    "stiffness.gravity": Oracle(
+        values={"coefficient": 7.0e3, "radian": 0.06},
+        rate=lambda t, y, u, p: [
+            y[1],
+            duffing(y[0], y[1], u)
+            + p["coefficient"] * y[0] - p["coefficient"] * p["radian"] * math.sin(y[0] / p["radian"]),
+        ],
+    ),
+    "base.motion": Oracle(
+        values={"cosine": 90.0, "sine": -140.0, "frequency": 8.3},
+        rate=lambda t, y, u, p: [
+            y[1],
+            duffing(y[0], y[1], u)
+            + p["cosine"] * math.cos(2 * math.pi * p["frequency"] * t)
+            + p["sine"] * math.sin(2 * math.pi * p["frequency"] * t),
+        ],
+    ),
+    "actuator.backlash": Oracle(
+        values={"width": 0.7},
+        played="width",
+        tolerance=2e-5,
+        drive_side=True,
+    ),
 }  # fmt: skip
 
 
@@ -259,6 +330,6 @@ def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatA
         hold,
         [Z_0, V_0, *oracle.states(float(samples[0]))],
         delay=p[oracle.delay] if oracle.delay else 0.0,
-        drive=blended if oracle.blend else None,
+        drive=blended if oracle.blend else played(samples, hold, p[oracle.played]) if oracle.played else None,
     )
     return oracle.reading(t, y, p), oracle.speed(y)

@@ -47,14 +47,15 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.quantities import unit_registry
 from rtctl.border.simulation import Prediction, Stimulus
 
-SECTIONS_5_AND_6 = [
+CATALOGUE = [
     "stiffness.quadratic", "stiffness.cubic", "stiffness.quintic", "stiffness.parametric", "stiffness.drift",
     "stiffness.viscoelastic", "damping.nonlinear", "damping.quadratic", "friction.coulomb", "hysteresis.bouc_wen",
     "mode.second", "drive.harmonics", "drive.saturation", "drive.deadband", "drive.delay", "drive.lag",
     "drive.offset", "sensor.saturation", "sensor.offset", "sensor.lag", "sensor.hum", "input.hold",
     "friction.stribeck", "friction.presliding", "damping.power",
+    "stiffness.clearance", "stop.one_sided", "stop.two_sided", "stiffness.gravity", "base.motion", "actuator.backlash",
 ]  # fmt: skip
-"""Of the file formats."""
+"""Of the file formats, sections 5 and 6."""
 
 
 def full(identity: str) -> dict[str, float]:
@@ -77,7 +78,7 @@ def off(found: FloatArray, expected: FloatArray) -> float:
 
 
 def test_the_registry_is_the_list_of_the_file_formats_in_its_order() -> None:
-    assert list(MECHANISMS) == SECTIONS_5_AND_6
+    assert list(MECHANISMS) == CATALOGUE
     assert all(mechanism.id == name for name, mechanism in MECHANISMS.items())
 
 
@@ -238,7 +239,7 @@ def test_a_sensor_that_lags_reads_the_motion_and_not_the_samples() -> None:
 # --- neutral values --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("identity", SECTIONS_5_AND_6)
+@pytest.mark.parametrize("identity", CATALOGUE)
 @pytest.mark.parametrize("hold", ["linear", "zero"])
 def test_a_neutral_mechanism_leaves_the_nominal_prediction_as_it_is_to_the_last_bit(
     identity: str, hold: str
@@ -257,7 +258,7 @@ def test_a_neutral_mechanism_leaves_the_nominal_prediction_as_it_is_to_the_last_
 
 
 def test_all_mechanisms_at_neutral_are_the_nominal_model_to_the_last_bit() -> None:
-    nominal, bound = simulation(), simulation(*SECTIONS_5_AND_6)
+    nominal, bound = simulation(), simulation(*CATALOGUE)
     record = stimulus(multisine())
     expected = nominal.predict(record, lane(nominal, {})).outputs["displacement"]
     assert np.array_equal(bound.predict(record, lane(bound, {})).outputs["displacement"], expected)
@@ -272,7 +273,7 @@ def neutral(identity: str) -> dict[str, float]:
 
 
 @pytest.mark.parametrize(
-    "identity", [name for name in SECTIONS_5_AND_6 if MECHANISMS[name].acts_before_the_equation]
+    "identity", [name for name in CATALOGUE if MECHANISMS[name].acts_before_the_equation]
 )
 def test_a_neutral_contribution_to_the_drive_changes_no_bit_of_it(identity: str) -> None:
     bound, record = simulation(identity), stimulus(multisine(), "zero")
@@ -283,7 +284,7 @@ def test_a_neutral_contribution_to_the_drive_changes_no_bit_of_it(identity: str)
     assert touched.step_s == untouched.step_s
 
 
-@pytest.mark.parametrize("identity", [name for name in SECTIONS_5_AND_6 if MECHANISMS[name].terms])
+@pytest.mark.parametrize("identity", [name for name in CATALOGUE if MECHANISMS[name].terms])
 def test_a_neutral_term_changes_no_bit_of_the_motion_in_the_law_that_has_it(identity: str) -> None:
     bound = simulation(identity)
     values = lane(bound, {})[None, :]
@@ -318,20 +319,21 @@ def test_beside_a_memory_a_spring_of_any_order_has_the_law_of_the_nominal_one() 
     assert law_for(NOMINAL | {"damping_2"}, memory=True) is law_for(frozenset(TERMS))
 
 
-@pytest.mark.parametrize("identity", [name for name in SECTIONS_5_AND_6 if MECHANISMS[name].memory])
+@pytest.mark.parametrize("identity", [name for name in CATALOGUE if MECHANISMS[name].memory])
 def test_a_neutral_memory_has_no_force_whatever_its_state(identity: str) -> None:
     memory = MECHANISMS[identity].memory
     assert memory is not None
-    constants = np.array([memory.constants(neutral(identity))]).T
     rng = np.random.default_rng(3)
+    terms = rng.standard_normal(len(TERMS))  # a law may read those of the spring
+    rows = np.array([[*terms, *memory.constants(neutral(identity))]]).T
     for z, v, u, *w in rng.standard_normal((50, 3 + memory.states)):
-        force, rates = memory.law(z, v, u, 0.3, tuple(w), constants, 0, 0)
+        force, rates = memory.law(z, v, u, 0.3, tuple(w), rows, len(TERMS), 0)
         assert force == 0.0
         assert len(rates) == memory.states
         assert np.isfinite(rates).all()
 
 
-@pytest.mark.parametrize("identity", [name for name in SECTIONS_5_AND_6 if MECHANISMS[name].sensor])
+@pytest.mark.parametrize("identity", [name for name in CATALOGUE if MECHANISMS[name].sensor])
 def test_a_neutral_contribution_to_the_reading_changes_no_bit_of_it(identity: str) -> None:
     bound = simulation(identity)
     shapes = {f"{identity}.{name}": value for name, value in neutral(identity).items()}
@@ -383,7 +385,7 @@ def scales() -> Scales:
     )
 
 
-AMPLITUDES = [(name, p.name) for name in SECTIONS_5_AND_6 for p in MECHANISMS[name].amplitudes]
+AMPLITUDES = [(name, p.name) for name in CATALOGUE for p in MECHANISMS[name].amplitudes]
 
 
 @pytest.mark.parametrize(("identity", "name"), AMPLITUDES)

@@ -55,6 +55,13 @@ VALUES = {
     "sensor.offset": "offset = { value = 0.2, unit = 'mm' }",
     "sensor.lag": "time_constant = { value = 6, unit = 'ms' }",
     "sensor.hum": "cosine = { value = 0.1, unit = 'mm' }\nsine = { value = 0.05, unit = 'mm' }",
+    "stiffness.clearance": "gap = { value = 0.3, unit = 'mm' }",
+    "stop.one_sided": "above = { value = 40000, unit = '1/s^2' }\nplace = { value = 0.6, unit = 'mm' }",
+    "stop.two_sided": "stiffness = { value = 40000, unit = '1/s^2' }\nlower = { value = -0.5, unit = 'mm' }\n"
+    "upper = { value = 0.6, unit = 'mm' }",
+    "stiffness.gravity": "coefficient = { value = 6000, unit = '1/s^2' }\nradian = { value = 0.8, unit = 'mm' }",
+    "base.motion": "cosine = { value = 700, unit = 'mm/s^2' }\nfrequency = { value = 12, unit = 'Hz' }",
+    "actuator.backlash": "width = { value = 0.9, unit = 'V' }",
 }
 
 

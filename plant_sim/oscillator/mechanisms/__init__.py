@@ -4,6 +4,8 @@ The order is that of the file formats; where two act at one place, their `stage`
 """
 
 from plant_sim.oscillator.mechanism import OscillatorMechanism
+from plant_sim.oscillator.mechanisms.contact import clearance as stiffness_clearance
+from plant_sim.oscillator.mechanisms.contact import stop_one_sided, stop_two_sided
 from plant_sim.oscillator.mechanisms.dissipation import (
     damping_nonlinear,
     damping_power,
@@ -13,10 +15,11 @@ from plant_sim.oscillator.mechanisms.dissipation import (
     friction_stribeck,
     hysteresis_bouc_wen,
 )
+from plant_sim.oscillator.mechanisms.drive import backlash as actuator_backlash
+from plant_sim.oscillator.mechanisms.drive import base_motion, input_hold
 from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
 from plant_sim.oscillator.mechanisms.drive import delay as drive_delay
 from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
-from plant_sim.oscillator.mechanisms.drive import input_hold
 from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
 from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
 from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
@@ -26,6 +29,7 @@ from plant_sim.oscillator.mechanisms.sensor import offset as sensor_offset
 from plant_sim.oscillator.mechanisms.sensor import saturation as sensor_saturation
 from plant_sim.oscillator.mechanisms.stiffness import cubic as stiffness_cubic
 from plant_sim.oscillator.mechanisms.stiffness import drift as stiffness_drift
+from plant_sim.oscillator.mechanisms.stiffness import gravity as stiffness_gravity
 from plant_sim.oscillator.mechanisms.stiffness import mode_second
 from plant_sim.oscillator.mechanisms.stiffness import parametric as stiffness_parametric
 from plant_sim.oscillator.mechanisms.stiffness import quadratic as stiffness_quadratic
@@ -60,5 +64,11 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         friction_stribeck,
         friction_presliding,
         damping_power,
+        stiffness_clearance,
+        stop_one_sided,
+        stop_two_sided,
+        stiffness_gravity,
+        base_motion,
+        actuator_backlash,
     )
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from statistics import NormalDist
+
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
@@ -30,7 +32,10 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
         if not parameter.mechanism:
             most = max(thresholds.nominal_range, thresholds.start_range * abs(float(start[k])))
             low[k], high[k] = max(low[k], -most), min(high[k], most)
-        if declared.is_shape:
+        if declared.quantiles:
+            places = places_of_motion(declared, problem, _form_of(sensitivity, parameter.mechanism))
+            low[k], high[k] = min(places) / sensitivity.scale[k], max(places) / sensitivity.scale[k]
+        elif declared.is_shape:
             least, most = _shape_bounds(declared, problem, sensitivity.scale[k])
             low[k], high[k] = max(low[k], least), min(high[k], most)
     return low, high
@@ -51,6 +56,31 @@ def exceeds_record_bounds(problem: Problem, sensitivity: Sensitivity, per_record
         problem.thresholds.problem.most_scales * one.reach * abs(one.scale(problem.scales)) for one in own
     ]
     return bool((np.abs(per_record) > np.where([one.is_shape for one in own], np.inf, most)).any())
+
+
+def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[float]:
+    """Return the quantiles of the measured displacement that a place of the motion declares for `form`, in its unit.
+
+    Where the displacement was not measured, they are those of a normal distribution of its size about zero.
+    """
+    chosen = declared.quantiles.get(form) or declared.quantiles.get("")
+    levels = chosen or [one for own in declared.quantiles.values() for one in own]
+    name = problem.subject.output
+    read = [record.measured[name][record.first :] for record in problem.records if name in record.measured]
+    if not read:
+        size = abs(float(declared.scale(problem.scales)))
+        return [size * NormalDist().inv_cdf(level) for level in levels]
+    found: list[float] = np.quantile(np.concatenate(read), levels).tolist()
+    return found
+
+
+def _form_of(sensitivity: Sensitivity, identity: str) -> str:
+    """Return the form of a mechanism whose amplitude is fitted; "" if there is none, or if several are."""
+    mechanism = next(one for one in sensitivity.simulation.mechanisms if one.id == identity)
+    fitted = [sensitivity.simulation.parameters[k] for k in sensitivity.free]
+    forms = {mechanism.form_of(one.declared.name) for one in fitted if one.mechanism == identity}
+    forms.discard("")
+    return forms.pop() if len(forms) == 1 else ""
 
 
 def _shape_bounds(declared: Parameter, problem: Problem, unit: float) -> tuple[float, float]:

@@ -70,6 +70,8 @@ def _mechanism_directions(
 ) -> list[Direction]:
     extended = simulation.extended((identity,))
     mechanism = extended.mechanisms[-1]
+    if not mechanism.suits_data:
+        return []
     parameters = parameters_by_name(extended, identity)
     forms = dict.fromkeys(mechanism.form_of(amplitude.name) for amplitude in mechanism.amplitudes)
     directions = []

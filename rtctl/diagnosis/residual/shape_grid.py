@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
+from rtctl.diagnosis.problem.bounds import places_of_motion
 from rtctl.diagnosis.problem.problem import Problem
 
 
@@ -40,14 +41,18 @@ def shape_grid(
     axes = {}
     for parameter in mechanism.parameters:
         if parameter.is_shape and parameter.of_form in ("", form):
-            axes[parameter.name] = _axis(parameter, problem, residuals)
+            axes[parameter.name] = _axis(parameter, problem, residuals, form)
     for choice in itertools.product(*axes.values()):
         values = {name: value for name, (value, _) in zip(axes, choice, strict=True)}
         yield Shapes(values, max((trials for _, trials in choice), default=1))
 
 
-def _axis(parameter: Parameter, problem: Problem, residuals: Sequence[FloatArray]) -> list[tuple[float, int]]:
+def _axis(
+    parameter: Parameter, problem: Problem, residuals: Sequence[FloatArray], form: str
+) -> list[tuple[float, int]]:
     """Return the values of one shape, in its unit, each with its number of trials."""
+    if parameter.quantiles:
+        return [(value, 1) for value in places_of_motion(parameter, problem, form)]
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
     if parameter.redundant and parameter.default is None:

@@ -1,0 +1,1 @@
+"""Contacts: free play, and stops at one place or two."""

@@ -1,0 +1,38 @@
+"""`stop.two_sided`: - stiffness (z - upper) where z > upper, - stiffness (z - lower) where z < lower."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from plant_sim.oscillator.equation.binding import law
+from plant_sim.oscillator.mechanism import MOST_OF_A_STOP, Memory, OscillatorMechanism, coefficient, shape
+
+
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
+@law
+def between(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return force and rate; p: stiffness, lower, upper; w: one state, which a law must have and none needs."""
+    beyond = max(z - p[row + 2, j], 0.0) + min(z - p[row + 1, j], 0.0)
+    return -p[row, j] * beyond, (0.0 * z,)
+
+
+MECHANISM = OscillatorMechanism(
+    id="stop.two_sided",
+    statement="Two elastic stops add a stiffness of {stiffness} below {lower} and above {upper}.",
+    parameters=(
+        coefficient(
+            "stiffness", "1/s^2", "of each stop", lambda s: s.rate**2, low=0.0, reach=MOST_OF_A_STOP,
+        ),
+        shape(
+            "lower", "{z}", "where the lower one begins", lambda s: s.excursion, low=-math.inf,
+            quantiles={"": (0.003, 0.05, 0.18, 0.4)},
+        ),
+        shape(
+            "upper", "{z}", "where the upper one begins", lambda s: s.excursion, low=-math.inf,
+            quantiles={"": (0.6, 0.82, 0.95, 0.997)},
+        ),
+    ),
+    memory=Memory(between, 1, lambda p: (p["stiffness"], p["lower"], p["upper"])),
+    fastest_rate=lambda p, speed: math.sqrt(p["stiffness"]),
+)  # fmt: skip
