@@ -86,7 +86,8 @@ class OscillatorSimulation:
                 name=f"{mechanism.id}.{declared.name}",
                 unit=declared.unit_in(z=self.units["displacement"], u=self.units["drive"]),
                 value=_neutral(declared.neutral, declared.default),
-                low=declared.low, high=declared.high, fixed=False, declared=declared, mechanism=mechanism.id,
+                low=declared.searched_low, high=declared.high, fixed=False, declared=declared,
+                mechanism=mechanism.id,
             )
             for mechanism in added for declared in mechanism.parameters
         ]  # fmt: skip

@@ -12,14 +12,18 @@ from plant_sim.oscillator.mechanisms.dissipation import (
 )
 from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
 from plant_sim.oscillator.mechanisms.drive import delay as drive_delay
+from plant_sim.oscillator.mechanisms.drive import gain_drift as input_gain_drift
 from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
 from plant_sim.oscillator.mechanisms.drive import input_hold
 from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
 from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
 from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
+from plant_sim.oscillator.mechanisms.sensor import drift as sensor_drift
+from plant_sim.oscillator.mechanisms.sensor import highpass as sensor_highpass
 from plant_sim.oscillator.mechanisms.sensor import hum as sensor_hum
 from plant_sim.oscillator.mechanisms.sensor import lag as sensor_lag
 from plant_sim.oscillator.mechanisms.sensor import offset as sensor_offset
+from plant_sim.oscillator.mechanisms.sensor import quantisation as sensor_quantisation
 from plant_sim.oscillator.mechanisms.sensor import saturation as sensor_saturation
 from plant_sim.oscillator.mechanisms.stiffness import cubic as stiffness_cubic
 from plant_sim.oscillator.mechanisms.stiffness import drift as stiffness_drift
@@ -28,6 +32,7 @@ from plant_sim.oscillator.mechanisms.stiffness import parametric as stiffness_pa
 from plant_sim.oscillator.mechanisms.stiffness import quadratic as stiffness_quadratic
 from plant_sim.oscillator.mechanisms.stiffness import quintic as stiffness_quintic
 from plant_sim.oscillator.mechanisms.stiffness import viscoelastic as stiffness_viscoelastic
+from plant_sim.oscillator.mechanisms.timing import skew as timing_skew
 
 MECHANISMS: dict[str, OscillatorMechanism] = {
     module.MECHANISM.id: module.MECHANISM
@@ -54,5 +59,10 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         sensor_lag,
         sensor_hum,
         input_hold,
+        timing_skew,
+        sensor_highpass,
+        sensor_drift,
+        sensor_quantisation,
+        input_gain_drift,
     )
 }

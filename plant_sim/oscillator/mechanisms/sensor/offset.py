@@ -14,5 +14,5 @@ MECHANISM = OscillatorMechanism(
     parameters=(coefficient("offset", "{z}", "of the displacement reading", lambda s: s.displacement),),
     sensor=shifted,
     unread=lambda reading, p: reading - p["offset"],
-    stage=3,
+    stage=4,
 )
