@@ -13,6 +13,7 @@ from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
+from rtctl.diagnosis.problem.catalogue import find_same_laws, list_fitted, without_steps
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
@@ -20,6 +21,7 @@ from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
+from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
@@ -64,6 +66,7 @@ def diagnose(
         RunError: The model cannot be fitted, or the user stopped before anything was known.
     """
     options = options or DiagnosisOptions()
+    given, simulation = simulation, without_steps(simulation)
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
     data = screen_dataset(dataset, simulation, subject, usual.required_signal, options.thresholds)
@@ -76,7 +79,8 @@ def diagnose(
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
-        request = SearchRequest(problem, first.nominal, model, dataset, tests, ids, options, budget, report)
+        fitted = list_fitted(simulation, ids)
+        request = SearchRequest(problem, first.nominal, model, dataset, tests, fitted, options, budget, report)
         found = find_causes(request, whole=first.uncut)
         search = found.result
         request = request._replace(problem=search.refined_problem or problem)
@@ -90,7 +94,9 @@ def diagnose(
         notes += (*first.notes, *found.notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
-        return answer if is_final else explain_by_file_value(answer, request, data.simulation, holdout)
+        if not is_final:
+            answer = explain_by_file_value(answer, request, data.simulation, holdout)
+        return explain_by_steps(answer, request._replace(ids=ids), given)
 
 
 def _answer(
@@ -100,7 +106,8 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report)
+    same_laws = find_same_laws(problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids)
+    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
