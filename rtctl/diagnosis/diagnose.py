@@ -13,7 +13,6 @@ from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
-from rtctl.diagnosis.problem.catalogue import find_same_laws, list_fitted, without_steps
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
@@ -22,11 +21,13 @@ from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
+from rtctl.diagnosis.report.same_laws import find_same_laws
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
+from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.rivals import choose_rivals
@@ -80,7 +81,9 @@ def diagnose(
         first = fit_nominal(problem, data.simulation, report)
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
-        request = SearchRequest(problem, first.nominal, model, dataset, tests, fitted, options, budget, report)
+        request = SearchRequest(
+            problem, first.nominal, model, dataset, tests, fitted, options, budget, report
+        )
         found = find_causes(request, whole=first.uncut)
         search = found.result
         request = request._replace(problem=search.refined_problem or problem)
@@ -106,7 +109,9 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    same_laws = find_same_laws(problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids)
+    same_laws = find_same_laws(
+        problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
+    )
     named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []

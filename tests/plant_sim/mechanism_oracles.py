@@ -176,7 +176,9 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
         drive_side=True,
     ),
-    "drive.delay": Oracle(values={"delay": 3.3 * PERIOD_S}, delay_s=lambda p: p["delay"], tolerance=1e-4, drive_side=True),
+    "drive.delay": Oracle(
+        values={"delay": 3.3 * PERIOD_S}, delay_s=lambda p: p["delay"], tolerance=1e-4, drive_side=True
+    ),
     "drive.lag": Oracle(
         values={"time_constant": 0.006, "settled": 0.4},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], y[2]), (u - y[2]) / p["time_constant"]],

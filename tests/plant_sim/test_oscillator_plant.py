@@ -121,12 +121,11 @@ def test_every_mechanism_streams_or_is_refused_by_name(tmp_path: Path) -> None:
         "timing.skew": "late = { value = 2.3, unit = 'ms' }",  # what is yet to come
     }
     for name, values in refused.items():
-        with (
-            pytest.MonkeyPatch.context() as patch,
-            pytest.raises(InputError, match=rf'bench-rig.toml: mechanism "{name}" .* sample by sample'),
-        ):
+        with pytest.MonkeyPatch.context() as patch:
             patch.setitem(VALUES, name, values)
-            load_plant(model_file(tmp_path, name))
+            path = model_file(tmp_path, name)
+        with pytest.raises(InputError, match=rf'bench-rig.toml: mechanism "{name}" .* sample by sample'):
+            load_plant(path)
 
 
 def test_a_served_device_rounds_its_readings_as_a_record_does(tmp_path: Path) -> None:

@@ -11,11 +11,11 @@ import numpy as np
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
-from rtctl.diagnosis.problem.catalogue import with_same_laws
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.report.same_laws import add_same_laws
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -69,7 +69,7 @@ def name_causes(
     estimated, notes = verified.fits.after, []
     causes = [
         cause._replace(
-            indistinguishable_from=with_same_laws(cause.indistinguishable_from, cause.id, same_laws)
+            indistinguishable_from=add_same_laws(cause.indistinguishable_from, cause.id, same_laws)
         )
         for cause in mechanism_causes(search, estimated, thresholds)
     ]

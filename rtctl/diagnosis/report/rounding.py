@@ -19,9 +19,8 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.quantization import quantization_step
 from rtctl.diagnosis.problem.statement import state_mechanism
-from rtctl.diagnosis.report.causes import Cause
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
-from rtctl.diagnosis.result import Diagnosis
+from rtctl.diagnosis.result import Cause, Diagnosis
 from rtctl.diagnosis.search.catalogue_search import SearchRequest
 from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, compare_errors, simulate_free_run
 from rtctl.identification.fit_record import FitRecord
@@ -62,10 +61,14 @@ def explain_by_steps(answer: Diagnosis, request: SearchRequest, given: Simulatio
         return answer
     found = [_examine(answer, request, signal) for signal in request.problem.subject.levels]
     least = answer.problem.thresholds.verification.rounding_share
-    steps = [one for one in found if one is not None and one.share > least and not _is_known(one, request, given)]
+    steps = [
+        one for one in found if one is not None and one.share > least and not _is_known(one, request, given)
+    ]
     causes = [one for one in steps if one.alone.ratio_low > 1.0 and answer.verdict != "unexplained"]
     mentioned = tuple(
-        MENTIONED.format(one.signal, one.size, plain_unit(f"({request.dataset.units[one.signal]})"), one.share)
+        MENTIONED.format(
+            one.signal, one.size, plain_unit(f"({request.dataset.units[one.signal]})"), one.share
+        )
         for one in steps
         if one not in causes
     )

@@ -211,7 +211,7 @@ def extended_model(
     }
     made = with_extensions(VO2.from_comparable(simulation), intervals)  # type: ignore[arg-type]
     steps = {one.id: one for one in start.mechanisms if MECHANISMS[one.id].by_levels}  # which no fit has
-    kept = (one if one.id in estimates and estimates[one.id] else steps.get(one.id, one) for one in made.mechanisms)
+    kept = (one if estimates.get(one.id) else steps.get(one.id, one) for one in made.mechanisms)
     return replace(made, mechanisms=tuple(kept))
 
 
