@@ -61,6 +61,13 @@ class Moved(NamedTuple):
     """Time derivatives of the displacement that the sensor reads; 0: it reads the displacement itself."""
     shared: dict[Any, Any] | None = None
     """Results for another lane under the same drive; None: nothing is kept."""
+    filtered_slope: FloatArray | None = None
+    """Rate (samples,) of a `displacement` that is filtered; None: it is `velocity`."""
+
+    @property
+    def slope(self) -> FloatArray:
+        """Return the rate (samples,) of `displacement`, from which readings between samples follow."""
+        return self.velocity if self.filtered_slope is None else self.filtered_slope
 
     def once(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return `make()`, which depends on the drive, the time and `key` alone: computed once for all lanes."""

@@ -112,7 +112,8 @@ class _Reading:
                 )
         low, high = declared.low, declared.high
         name = f"{mechanism}.{declared.name}" if mechanism else declared.name
-        fixed = given is None or given.fixed or value == declared.simplest
+        is_step = mechanism != "" and MECHANISMS[mechanism].by_levels
+        fixed = is_step or given is None or given.fixed or value == declared.simplest
         return FreeParameter(name, unit, value, low, high, fixed, declared, mechanism)
 
     def _unit(self, declared: Parameter) -> str:

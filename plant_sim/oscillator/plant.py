@@ -169,12 +169,13 @@ def acting(simulation: OscillatorSimulation) -> list[tuple[OscillatorMechanism, 
         own = [one for one in simulation.parameters if one.mechanism == mechanism.id]
         if all(one.value == one.declared.neutral for one in own if not one.declared.is_shape):
             continue
-        if cannot_stream(mechanism):
+        values = {one.declared.name: one.value for one in own}
+        if cannot_stream(mechanism, values):
             raise InputError(
                 f'mechanism "{mechanism.id}" of the model has no form for a device that runs sample by sample; '
                 "remove it from the file, or use rtctl simulate"
             )
-        active.append((mechanism, {one.declared.name: one.value for one in own}))
+        active.append((mechanism, values))
     return active
 
 

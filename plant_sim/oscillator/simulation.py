@@ -93,7 +93,8 @@ class OscillatorSimulation:
                     z=self.units["displacement"], u=self.units["drive"], y=self.units[self.response]
                 ),
                 value=_neutral(declared.neutral, declared.default),
-                low=declared.low, high=declared.high, fixed=False, declared=declared, mechanism=mechanism.id,
+                low=declared.searched_low, high=declared.high, fixed=False, declared=declared,
+                mechanism=mechanism.id,
             )
             for mechanism in added for declared in mechanism.parameters
         ]  # fmt: skip

@@ -20,6 +20,7 @@ from plant_sim.oscillator.integration.holds import compiled
 from plant_sim.oscillator.integration.play import follow_play
 from plant_sim.oscillator.integration.splitting import no_kick, propagator, splitting
 from plant_sim.oscillator.mechanism import Driven, Moved, OscillatorMechanism, Values
+from plant_sim.oscillator.mechanisms.drive.gain_drift import amplified
 from rtctl.border.arrays import FloatArray
 
 _SAME_S = 1e-9
@@ -45,8 +46,8 @@ class SensorStage(Protocol):
 class DelayLine:
     """The held levels of the past, and when each started."""
 
-    def __init__(self, values: Values) -> None:
-        self._delay_s = values["delay"]
+    def __init__(self, delay_s: float) -> None:
+        self._delay_s = delay_s
         self._changes: deque[tuple[float, float]] = deque([(-math.inf, 0.0)])
 
     def command(self, level: float, start_s: float) -> None:
@@ -95,6 +96,17 @@ class Backlash:
         return behind
 
 
+class GainDrift:
+    """A gain of the drive that changes evenly from power-up on."""
+
+    def __init__(self, values: Values) -> None:
+        self._rate = values["rate"]
+
+    def pass_on(self, nodes: FloatArray, start_s: float, h: float) -> FloatArray:
+        """Return the drive at the gain of its time."""
+        return amplified(nodes, self._rate, start_s, h)
+
+
 class SensorLag:
     """A first-order lag of the reading."""
 
@@ -107,6 +119,21 @@ class SensorLag:
         behind = np.empty_like(reading)
         _follow_linear(self._state, reading, h / self._time_constant_s, behind)
         return behind
+
+
+class HighPass:
+    """A first-order high-pass of the reading."""
+
+    def __init__(self, values: Values) -> None:
+        self._rate = values["rate"]
+        self._state = np.zeros(1)
+
+    def pass_on(self, reading: FloatArray, nodes: FloatArray, h: float) -> FloatArray:
+        """Return the reading without what is slow; exact for a motion that is linear over each step."""
+        slow = np.empty_like(reading)
+        _follow_linear(self._state, reading, h * self._rate, slow)
+        fast: FloatArray = reading - slow
+        return fast
 
 
 class SecondMode:
@@ -153,26 +180,35 @@ class _WithoutMemory:
 
 
 _NO_DRIVE = Driven(np.zeros((0, 3)), 1.0)
+DELAYS: dict[str, Callable[[Values], float]] = {
+    "drive.delay": lambda values: values["delay"],
+    "timing.skew": lambda values: -values["late"],
+}
+"""Mechanisms by which the response is late, and by how much [s]."""
 DRIVE_STAGES: dict[str, Callable[[Values], DriveStage]] = {
-    "drive.delay": DelayLine,
+    "drive.delay": lambda values: DelayLine(DELAYS["drive.delay"](values)),
     "drive.lag": DriveLag,
+    "input.gain_drift": GainDrift,
+    "timing.skew": lambda values: DelayLine(DELAYS["timing.skew"](values)),
     "actuator.backlash": Backlash,
 }
 SENSOR_STAGES: dict[str, Callable[[Values], SensorStage]] = {
     "mode.second": SecondMode,
+    "sensor.highpass": HighPass,
     "sensor.lag": SensorLag,
 }
 WITHOUT_MEMORY = frozenset(
     {"drive.offset", "drive.deadband", "drive.saturation", "drive.harmonics"}
-    | {"sensor.saturation", "sensor.offset", "sensor.hum"}
+    | {"sensor.saturation", "sensor.offset", "sensor.hum", "sensor.drift", "sensor.quantisation"}
 )
 
 
-def cannot_stream(mechanism: OscillatorMechanism) -> bool:
-    """Return whether a mechanism acts outside the equation and has no form here."""
+def cannot_stream(mechanism: OscillatorMechanism, values: Values) -> bool:
+    """Return whether a mechanism acts outside the equation and has no form here: none reads what is yet to come."""
     outside = mechanism.acts_before_the_equation or mechanism.sensor is not None
     known = DRIVE_STAGES.keys() | SENSOR_STAGES.keys() | WITHOUT_MEMORY
-    return outside and mechanism.id not in known
+    is_ahead = mechanism.id == "timing.skew" and values["late"] > 0.0
+    return is_ahead or (outside and mechanism.id not in known)
 
 
 class Path:

@@ -28,6 +28,7 @@ from plant_sim.oscillator.model import oscillator_simulation
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.plant import acting
 from plant_sim.oscillator.simulation import OscillatorSimulation
+from plant_sim.oscillator.streaming import DELAYS
 from plant_sim.oscillator.streaming import Path as SignalPath
 from plant_sim.resonator.device_file import CoilDriver, LockIn
 from plant_sim.resonator.plant import converted
@@ -108,8 +109,8 @@ class LockInBench:
         self._lock_in, self._broken_above = bench.lock_in, broken_above
         self._seed = bench.plant.seed if seed is None else seed
         active = acting(simulation)
-        self._delay_s = sum(values["delay"] for one, values in active if one.id == "drive.delay")
-        self._acting = [(one, values) for one, values in active if one.id != "drive.delay"]
+        self._delay_s = sum(DELAYS[one.id](values) for one, values in active if one.id in DELAYS)
+        self._acting = [(one, values) for one, values in active if one.id not in DELAYS]
         values = np.array([[parameter.value for parameter in simulation.parameters]])
         self._equation = Equation.of(simulation.parameters, [one for one, _ in active], values)
         rate = self._equation.rates(bench.lock_in.converter_range, coil.current_high)[0] / (2.0 * math.pi)

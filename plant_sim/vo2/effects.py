@@ -1,12 +1,13 @@
 """Effects of a VO2 device beyond one time constant: the `[effects]` table of its file, every number 0 if left out.
 
-    P = k y^2 (1 + tcr r) - loss r^2 + sensing R / R_cold                    r = T - T_0, y the current that acts
+    P = k y^2 (1 + tcr r + growth phi) - loss r^2 + sensing R / R_cold       r = T - T_0, phi the metal's share
     tau th_1' = P - th_1,  tau_2 th_2' = P - th_2,  T = T_0 + warming t + (1 - s) th_1 + s th_2
     tau_d T_d' = T - T_d        what the domains see, while the semiconductor and the expansion follow T at once
     q'' + 2 zeta w q' + w^2 q = w^2 D                                        D is measured as D + m (q - D)
     tau_r Y' = R (1 + ageing t) + leak y - Y                                 Y is the resistance that is read
 
-y is the command `delay` earlier, behind a backlash of half width `backlash`. t counts from power-up.
+y, the current that acts, is the command `delay` earlier, behind a backlash of half width `backlash`, times
+1 + gain_drift t. t counts from power-up.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ class Effects(Checked):
     """Second time constant tau_2 [s]."""
     tcr: Annotated[float, Quantity("1/K"), NOT_NEGATIVE] = 0.0
     """Temperature coefficient of the heater's resistance [1/K]."""
+    phase_heating: Annotated[float, Quantity(""), Field(gt=-1.0, le=5.0)] = 0.0
+    """Growth of the heating as the film turns metallic."""
     loss: Annotated[float, Quantity("1/K"), NOT_NEGATIVE] = 0.0
     """Growth of the thermal conductance [1/K]."""
     sensing: Annotated[float, Quantity("K"), NOT_NEGATIVE] = 0.0
@@ -40,6 +43,8 @@ class Effects(Checked):
     """Drift of the ambient temperature [K/s]."""
     delay: Annotated[float, Quantity("s"), Field(ge=0.0, le=LONGEST_DELAY_S)] = 0.0
     """Delay from the command to the heater [s]."""
+    gain_drift: Annotated[float, Quantity("1/s"), FINITE] = 0.0
+    """Drift of the gain from the command to the current [1/s]."""
     backlash: Annotated[float, Quantity("mA"), NOT_NEGATIVE] = 0.0
     """Half width of the backlash [mA]."""
     domain_lag: Annotated[float, Quantity("s"), NOT_NEGATIVE] = 0.0

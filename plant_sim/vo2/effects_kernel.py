@@ -75,7 +75,9 @@ def part_of_hold(p: Record, own: Record, queue: Floats, left_s: float) -> float:
 def heating_power(p: Record, s: Record, own: Record, rise: float) -> float:
     """Return the heating power P [K] with the film `rise` [K] above power-up's ambient."""
     e = p.effects
-    power = p.heating.gain * own.acting * own.acting * (1.0 + e.tcr * rise) - e.loss * rise * rise
+    current = own.acting * (1.0 + e.gain_drift * own.time)
+    grown = 1.0 + e.tcr * rise + e.phase_heating * s.electrical
+    power = p.heating.gain * current * current * grown - e.loss * rise * rise
     if e.sensing != 0.0:
         power += e.sensing * resistance_at(p.resistance, s.temperature, s.electrical) / own.cold
     return float(power)

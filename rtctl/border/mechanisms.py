@@ -84,8 +84,16 @@ class Parameter:
     """
     of_form: str = ""
     """The only form of a mechanism that has this shape; "" for all."""
+    opposite: str = ""
+    """Mechanism that is the same law as this parameter below 0: a search leaves that side to it, an answer names both.
+    """
     kinked: bool = False
     """Whether the cost has many minima along it, as where dry friction stops a motion: one for each possible cycle."""
+
+    @property
+    def searched_low(self) -> float:
+        """Return the least value that a search looks for."""
+        return max(self.low, 0.0) if self.opposite else self.low
 
     @property
     def is_shape(self) -> bool:
@@ -131,6 +139,9 @@ class Mechanism:
     """
     slow: bool = False
     """Whether it grows with the time since a record's start, so that the first part hardly shows it."""
+
+    by_levels: bool = False
+    """Whether a diagnosis recognises it by the levels of the readings: no fit follows a step."""
 
     def __post_init__(self) -> None:
         if all(parameter.is_shape for parameter in self.parameters):

@@ -80,7 +80,7 @@ def linear_loop(dynamics: Vo2Dynamics, power: float, slope_share: float) -> Line
     `slope_share` [1/mA^2] is how fast the phase fraction grows with the power there.
     """
     b = dynamics.balance
-    capacity = 1.0 + b.latent * slope_share
+    capacity = 1.0 + (b.latent + b.phase_heating_known * power) * slope_share
     stiffness = 1.0 + 2.0 * b.loss * power - b.tcr * power
     return LinearLoop(
         time_constant_s=b.time_constant_s * capacity / max(stiffness, 0.1),

@@ -21,11 +21,14 @@ from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
+from rtctl.diagnosis.report.rounding import explain_by_steps
+from rtctl.diagnosis.report.same_laws import find_same_laws
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
+from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.rivals import choose_rivals
@@ -65,6 +68,7 @@ def diagnose(
         RunError: The model cannot be fitted, or the user stopped before anything was known.
     """
     options = options or DiagnosisOptions()
+    given, simulation = simulation, without_steps(simulation)
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
     subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
     data = screen_dataset(dataset, simulation, subject, usual.required_signal, options.thresholds)
@@ -77,7 +81,10 @@ def diagnose(
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
-        request = SearchRequest(problem, first.nominal, model, dataset, tests, ids, options, budget, report)
+        fitted = list_fitted(simulation, ids)
+        request = SearchRequest(
+            problem, first.nominal, model, dataset, tests, fitted, options, budget, report
+        )
         found = find_causes(request, whole=first.uncut)
         search = found.result
         request = request._replace(problem=search.refined_problem or problem)
@@ -91,7 +98,9 @@ def diagnose(
         notes += (*first.notes, *found.notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
-        return answer if is_final else explain_by_file_value(answer, request, data.simulation, holdout)
+        if not is_final:
+            answer = explain_by_file_value(answer, request, data.simulation, holdout)
+        return explain_by_steps(answer, request._replace(ids=ids), given)
 
 
 def _answer(
@@ -101,7 +110,10 @@ def _answer(
     """Name the causes, extend the model, localize what is left, and propose the next experiment."""
     problem, verdict, fits, units = request.problem, verified.verdict, verified.fits, holdout.units
     stopped = stopped or verdict.stopped
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report)
+    same_laws = find_same_laws(
+        problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
+    )
+    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]

@@ -40,6 +40,7 @@ INDIFFERENT = {
     "drive.offset": "constant",
     "sensor.offset": "constant",
     "sensor.hum": "far from the resonance",
+    "sensor.drift": "far from the resonance",
     "drive.harmonics": "far from the resonance",
     "input.hold": "the coil is driven by a sine",
 }

@@ -104,6 +104,7 @@ def test_the_margins_are_kept_where_the_plain_gains_lose_them(loop):
         ("thermal__second_time_constant", {"share": 0.3, "time_constant": 9e-3}),
         ("heater__tcr", {"tcr": 0.004}),
         ("thermal__latent_heat", {"heat": 4.0}),
+        ("thermal__phase_heating", {"growth": 0.2}),
     ],
 )
 def test_played_open_loop_it_puts_the_models_deflection_on_the_setpoint(identity, values):

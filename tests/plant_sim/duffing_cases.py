@@ -99,7 +99,7 @@ def breakpoints(samples: FloatArray, delay: float = 0.0) -> FloatArray:
     """Sample instants, and those at which the delayed drive has its own."""
     grid = PERIOD_S * np.arange(len(samples))
     late = grid + delay
-    return np.unique(np.concatenate((grid, late[late < grid[-1]])))
+    return np.unique(np.concatenate((grid, late[(late > 0.0) & (late < grid[-1])])))
 
 
 def solved(

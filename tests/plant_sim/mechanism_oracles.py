@@ -55,8 +55,8 @@ class Oracle:
     """Displacement (samples,) that is read, from times and states (samples, n)."""
     speed: Callable[[FloatArray], FloatArray] = lambda y: y[:, 1]
     """Velocity (samples,) that is read."""
-    delay: str = ""
-    """Parameter by which the drive is late."""
+    delay_s: Callable[[P], float] = lambda p: 0.0
+    """By how much the drive is late [s]."""
     blend: Mapping[str, str] = field(default_factory=dict)
     """Parameter -> the hold towards which it moves the drive."""
     played: str = ""
@@ -119,6 +119,13 @@ def cut(z: FloatArray, p: P) -> FloatArray:
     """What is beyond the limit, less a share."""
     beyond = np.maximum(np.abs(z) - p["limit"], 0.0)
     return z - np.sign(z) * p["clipped"] * beyond
+
+
+def nearest(z: FloatArray, p: P) -> FloatArray:
+    """Of all levels the nearest to each z."""
+    reach = math.ceil(np.abs(z).max() / p["step"]) + 1
+    levels = p["level"] + p["step"] * np.arange(-reach, reach + 1)
+    return np.asarray(levels[np.abs(z[:, None] - levels).argmin(axis=1)])
 
 
 def bouc_wen(y: FloatArray, p: P) -> float:
@@ -206,7 +213,9 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
         drive_side=True,
     ),
-    "drive.delay": Oracle(values={"delay": 3.3 * PERIOD_S}, delay="delay", tolerance=1e-4, drive_side=True),
+    "drive.delay": Oracle(
+        values={"delay": 3.3 * PERIOD_S}, delay_s=lambda p: p["delay"], tolerance=1e-4, drive_side=True
+    ),
     "drive.lag": Oracle(
         values={"time_constant": 0.006, "settled": 0.4},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], y[2]), (u - y[2]) / p["time_constant"]],
@@ -305,6 +314,25 @@ ORACLES: dict[str, Oracle] = {
         tolerance=2e-5,
         drive_side=True,
     ),
+    "timing.skew": Oracle(
+        values={"late": 1.7 * PERIOD_S}, delay_s=lambda p: -p["late"], tolerance=1e-4, drive_side=True
+    ),
+    "sensor.highpass": Oracle(
+        values={"rate": 60.0},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u), p["rate"] * (y[0] - y[2])],
+        states=lambda first: [0.0],
+        reading=lambda t, y, p: y[:, 0] - y[:, 2],
+        tolerance=1e-5,
+    ),
+    "sensor.drift": Oracle(values={"rate": -0.3}, reading=lambda t, y, p: y[:, 0] + p["rate"] * t),
+    "sensor.quantisation": Oracle(
+        values={"step": 0.02, "level": 0.007}, reading=lambda t, y, p: nearest(y[:, 0], p)
+    ),
+    "input.gain_drift": Oracle(
+        values={"rate": 1.6},
+        rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u * (1.0 + p["rate"] * t))],
+        drive_side=True,
+    ),
 }  # fmt: skip
 
 
@@ -329,7 +357,7 @@ def oracle_motion(identity: str, samples: FloatArray, hold: str) -> tuple[FloatA
         samples,
         hold,
         [Z_0, V_0, *oracle.states(float(samples[0]))],
-        delay=p[oracle.delay] if oracle.delay else 0.0,
+        delay=oracle.delay_s(p),
         drive=blended if oracle.blend else played(samples, hold, p[oracle.played]) if oracle.played else None,
     )
     return oracle.reading(t, y, p), oracle.speed(y)

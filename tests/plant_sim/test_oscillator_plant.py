@@ -54,6 +54,10 @@ VALUES = {
     "sensor.saturation": "curvature = { value = 0.3, unit = '1/mm^2' }",
     "sensor.offset": "offset = { value = 0.2, unit = 'mm' }",
     "sensor.lag": "time_constant = { value = 6, unit = 'ms' }",
+    "timing.skew": "late = { value = -2.3, unit = 'ms' }",
+    "sensor.highpass": "rate = { value = 40, unit = '1/s' }",
+    "sensor.drift": "rate = { value = 0.2, unit = 'mm/s' }",
+    "input.gain_drift": "rate = { value = 0.8, unit = '1/s' }",
     "sensor.hum": "cosine = { value = 0.1, unit = 'mm' }\nsine = { value = 0.05, unit = 'mm' }",
     "stiffness.clearance": "gap = { value = 0.3, unit = 'mm' }",
     "stop.one_sided": "above = { value = 40000, unit = '1/s^2' }\nplace = { value = 0.6, unit = 'mm' }",
@@ -117,11 +121,29 @@ def test_several_at_once_act_in_the_order_of_their_stages(tmp_path: Path) -> Non
 
 
 def test_every_mechanism_streams_or_is_refused_by_name(tmp_path: Path) -> None:
-    assert [name for name, one in MECHANISMS.items() if cannot_stream(one)] == ["input.hold"]
-    VALUES["input.hold"] = "toward_linear = { value = 0.5, unit = 'dimensionless' }"
-    with pytest.raises(InputError, match=r'bench-rig.toml: mechanism "input.hold" .* sample by sample'):
-        load_plant(model_file(tmp_path, "input.hold"))
-    del VALUES["input.hold"]
+    early = {"late": -1e-3}
+    assert [name for name, one in MECHANISMS.items() if cannot_stream(one, early)] == ["input.hold"]
+    refused = {
+        "input.hold": "toward_linear = { value = 0.5, unit = 'dimensionless' }",
+        "timing.skew": "late = { value = 2.3, unit = 'ms' }",  # what is yet to come
+    }
+    for name, values in refused.items():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setitem(VALUES, name, values)
+            path = model_file(tmp_path, name)
+        with pytest.raises(InputError, match=rf'bench-rig.toml: mechanism "{name}" .* sample by sample'):
+            load_plant(path)
+
+
+def test_a_served_device_rounds_its_readings_as_a_record_does(tmp_path: Path) -> None:
+    values = "step = { value = 50, unit = 'um' }\nlevel = { value = 0.01, unit = 'mm' }"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(VALUES, "sensor.quantisation", values)
+        path, drive = model_file(tmp_path, "sensor.quantisation"), drive_of()
+        served, simulated = played(load_plant(path), drive), recorded(path, drive)
+    off_grid = (served - 0.01) / 0.05
+    assert off_grid == pytest.approx(np.round(off_grid), abs=1e-9)
+    assert np.mean(np.abs(served - simulated) > 1e-9) < 0.01  # within the integrators' difference of an edge
 
 
 def test_units_and_identity_come_from_the_file_or_from_its_parameters(tmp_path: Path) -> None:

@@ -66,6 +66,31 @@ def test_a_growing_heater_and_loss_follow_the_equation(make_device):
     assert device.temperature_degC - AMBIENT == pytest.approx(rise, rel=2e-5)
 
 
+def test_a_current_whose_gain_drifts_heats_as_its_square(make_device):
+    device = make_device("vo2_a", effects(gain_drift="0.5 1/s"))
+    device.advance((5.0,), 0.4)
+
+    def slope(t, r):
+        return (GAIN * 25.0 * (1.0 + 0.5 * t) ** 2 - r) / TAU_S
+
+    rise = solve_ivp(slope, (0.0, 0.4), [0.0], method="LSODA", rtol=1e-9, atol=1e-9).y[0, -1]
+    assert device.temperature_degC - AMBIENT == pytest.approx(rise, rel=1e-4)
+
+
+def test_a_film_that_turns_metallic_heats_itself_further(make_device, silent):
+    """At rest: k i^2 (1 + growth phi), phi its own; half way through the transition more than without."""
+    plain = make_device("vo2_a", silent)
+    device = make_device("vo2_a", silent | effects(phase_heating=0.2))
+    ahead = []
+    for current_mA in (3.0, 6.5, 6.8, 7.1, 8.0, 6.0):
+        for one in (plain, device):
+            one.advance((current_mA,), 0.1)
+        rise = GAIN * current_mA**2 * (1.0 + 0.2 * device.electrical_fraction)
+        assert device.temperature_degC - AMBIENT == pytest.approx(rise, rel=1e-9)
+        ahead.append(device.electrical_fraction - plain.electrical_fraction)
+    assert max(ahead) > 0.05
+
+
 def test_domains_that_lag_switch_later_and_end_at_the_same_place(make_device, silent):
     plain = make_device("vo2_a", silent)
     lagging = make_device("vo2_a", silent | effects(domain_lag="4 ms"))

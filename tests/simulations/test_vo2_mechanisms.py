@@ -8,8 +8,8 @@ from itertools import permutations
 import numpy as np
 import pytest
 from scipy.signal import lsim
-from vo2_dense_oracle import STEPS, dense
-from vo2_model_cases import PERIOD_S, predict, simulation, small_model, stimulus, telegraph
+from vo2_dense_oracle import STEPS, Film, dense, heated_by_phase
+from vo2_model_cases import PERIOD_S, TAU_S, predict, simulation, small_model, stimulus, telegraph
 
 from rtctl.border.mechanisms import Scales
 from rtctl.border.quantities import convert
@@ -25,7 +25,8 @@ FORMATS = (
     "thermal.second_time_constant thermal.nonlinear_loss thermal.latent_heat thermal.ambient_drift heater.tcr "
     "actuation.delay actuation.deadband structure.resonance hysteresis.rate_dependence hysteresis.creep "
     "hysteresis.shape sensor.self_heating sensor.lag sensor.ageing sensor.crosstalk "
-    "sensor.deflection_lag timing.skew"
+    "sensor.deflection_lag timing.skew sensor.highpass sensor.drift sensor.quantisation input.gain_drift "
+    "thermal.phase_heating"
 )
 CURRENT = telegraph(120, seed=4)
 PURE = {"activation": 0.03, "expansion": 0.4, "mixing": 0.0}
@@ -141,7 +142,7 @@ def test_where_a_drift_leaves_the_loops_only_pure_phases_follow(rate, held):
 
 def test_the_order_in_which_a_file_has_two_mechanisms_says_nothing():
     along, sizes = stimulus(CURRENT), {}
-    for names in permutations(MECHANISMS, 2):
+    for names in permutations([name for name, one in MECHANISMS.items() if not one.by_levels], 2):
         made = simulation().extended(names)
         outputs = made.predict(along, of_size(made, 0.5)).outputs
         sizes[names] = np.concatenate([np.log(outputs["resistance"][0]), outputs["deflection"][0]])
@@ -289,6 +290,76 @@ def test_ageing_grows_by_the_same_fraction_and_crosstalk_follows_the_current():
     assert known == pytest.approx(plain + 50.0 * (before - v), rel=1e-9)
 
 
+@pytest.mark.parametrize(("growth", "known"), [(0.4, 1.0), (-0.1, 1.0), (0.4, 0.0), (-0.3, 0.0)])
+def test_the_heating_grows_with_the_phase(growth, known):
+    made = simulation(thermal__phase_heating={"growth": growth, "known": known})
+    nominal = predict(simulation(), stimulus(CURRENT))
+    resistance, deflection = predict(made, stimulus(CURRENT))
+    expected = heated_by_phase(CURRENT, growth, known)
+    check_sampled(deflection, expected.deflection[::STEPS], nominal[1], 0.02)
+    check_sampled(np.log(resistance), -expected.reading[::STEPS], np.log(nominal[0]), 0.02)
+
+
+@pytest.mark.parametrize("settled", [0.0, 1.0])
+def test_a_reading_that_is_ac_coupled_forgets_what_is_slow(settled):
+    made = simulation(sensor__highpass={"rate": 40.0, "settled": settled})
+    nominal = predict(simulation(), stimulus(CURRENT))
+    resistance, deflection = predict(made, stimulus(CURRENT))
+    fine = dense(CURRENT).deflection
+    driven = fine - settled * fine[0]
+    expected = lsim(([1.0, 0.0], [1.0, 40.0]), driven, fine_time(fine))[1][::STEPS]
+    expected += settled * fine[0]  # lsim passes the first value at once
+    check_sampled(deflection, expected, nominal[1], 0.02)
+    assert resistance == pytest.approx(nominal[0], rel=1e-12)
+
+
+def test_a_drift_of_the_deflection_reading_and_of_the_currents_gain():
+    plain = predict(simulation(), stimulus(CURRENT))
+    time_s = PERIOD_S * np.arange(len(CURRENT))
+    drifting = predict(simulation(sensor__drift={"rate": -3.0}), stimulus(CURRENT))
+    assert drifting[1] == pytest.approx(plain[1] - 3.0 * time_s, rel=1e-12)
+    np.testing.assert_array_equal(drifting[0], plain[0])
+    found = predict(simulation(input__gain_drift={"rate": 0.7}), stimulus(CURRENT))
+    within = np.repeat(CURRENT[:-1], STEPS) * (
+        1.0 + 0.7 * PERIOD_S / STEPS * (np.arange(len(CURRENT[:-1]) * STEPS) + 0.5)
+    )
+    assert np.ptp(found[1] - plain[1]) > 0.5
+    power = np.empty(len(within) + 1)
+    power[0] = CURRENT[0] ** 2
+    for k, i in enumerate(within):
+        power[k + 1] = i * i + (power[k] - i * i) * np.exp(-PERIOD_S / STEPS / TAU_S)
+    beam = Film(small_model().deflection_preisach)
+    expected = np.array([beam.at(v) for v in np.sqrt(power)])[::STEPS]
+    check_sampled(found[1], expected, plain[1], 0.02)
+
+
+def test_the_drift_of_a_late_current_goes_on_with_time():
+    """A delay makes pieces of two lengths of each period."""
+    both = {"actuation__delay": {"delay": 0.3 * PERIOD_S}, "input__gain_drift": {"rate": 0.7}}
+    late = 0.3 * PERIOD_S
+    found = predict(simulation(**both), stimulus(CURRENT))[1]
+    nearly = predict(
+        simulation(actuation__delay={"delay": late}),
+        stimulus(CURRENT * (1.0 + 0.7 * (PERIOD_S * (np.arange(len(CURRENT)) + 0.5) + late))),
+    )[1]
+    plain = predict(simulation(actuation__delay={"delay": late}), stimulus(CURRENT))[1]
+    check_sampled(found, nearly, plain, 0.05)
+
+
+def test_both_readings_are_rounded_each_by_its_step():
+    plain = predict(simulation(), stimulus(CURRENT))
+    steps = {"resistance": 500.0, "resistance_level": 120.0, "deflection": 2.0, "deflection_level": 0.3}
+    for found, exact, step, level in zip(
+        predict(simulation(sensor__quantisation=steps), stimulus(CURRENT)),
+        plain,
+        (500.0, 2.0),
+        (120.0, 0.3),
+        strict=True,
+    ):
+        levels = level + step * np.arange(-1000, 1001)
+        np.testing.assert_allclose(found, levels[np.abs(exact[:, None] - levels).argmin(axis=1)], rtol=1e-12)
+
+
 def test_every_mechanism_of_the_formats_is_there_in_its_order():
     assert list(MECHANISMS) == FORMATS.split() == list(mechanism_ids("vo2"))
 
@@ -309,7 +380,7 @@ def test_units_scales_and_sentences_hold(identity):
         assert all(parameter.low <= x <= parameter.high for x in inside), parameter.name
 
 
-@pytest.mark.parametrize("identity", list(MECHANISMS))
+@pytest.mark.parametrize("identity", [name for name, one in MECHANISMS.items() if not one.by_levels])
 def test_its_derivative_at_neutral_is_neither_zero_nor_infinite(identity):
     made, given = simulation().extended((identity,)), stimulus(telegraph(400))
     base = made.predict(given, of_size(made, 0.0)).outputs

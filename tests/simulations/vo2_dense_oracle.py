@@ -128,3 +128,29 @@ def dense(
         second = target + (second - target) * slow
         T = (1 - share) * main + share * second
     return Dense(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def heated_by_phase(current: np.ndarray, growth: float, known: float) -> Dense:
+    """A held current (samples,) whose power grows by `growth` phi; the film's true temperature is the state.
+
+    Loops that know of it are at the current that holds this temperature at this phase.
+    """
+    model, dt = small_model(), PERIOD_S / STEPS
+    film, beam = Film(model.resistance_preisach), Film(model.deflection_preisach)
+    mass = float(model.resistance_preisach.mu.sum())
+    power = np.repeat(current, STEPS)[: (len(current) - 1) * STEPS + 1] ** 2
+
+    def beyond(s: float) -> float:
+        tried = Film(model.resistance_preisach)
+        tried.at(np.sqrt(s))
+        return float(power[0] * (1 + (1 - known) * growth * tried.relays / mass) - s)
+
+    s = float(brentq(beyond, 0.1, 500.0))
+    film.at(np.sqrt(s))
+    T, rows = s * (1 + known * growth * film.relays / mass), []
+    for p in power:
+        s = T / (1 + known * growth * film.relays / mass)
+        rows.append((film.at(np.sqrt(s)), beam.at(np.sqrt(s)), np.sqrt(s), film.relays, beam.relays))
+        target = p * (1 + growth * film.relays / mass)
+        T = target + (T - target) * np.exp(-dt / TAU_S)
+    return Dense(*(np.array(column) for column in zip(*rows, strict=True)))

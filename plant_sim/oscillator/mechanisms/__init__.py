@@ -19,13 +19,17 @@ from plant_sim.oscillator.mechanisms.drive import backlash as actuator_backlash
 from plant_sim.oscillator.mechanisms.drive import base_motion, input_hold
 from plant_sim.oscillator.mechanisms.drive import deadband as drive_deadband
 from plant_sim.oscillator.mechanisms.drive import delay as drive_delay
+from plant_sim.oscillator.mechanisms.drive import gain_drift as input_gain_drift
 from plant_sim.oscillator.mechanisms.drive import harmonics as drive_harmonics
 from plant_sim.oscillator.mechanisms.drive import lag as drive_lag
 from plant_sim.oscillator.mechanisms.drive import offset as drive_offset
 from plant_sim.oscillator.mechanisms.drive import saturation as drive_saturation
+from plant_sim.oscillator.mechanisms.sensor import drift as sensor_drift
+from plant_sim.oscillator.mechanisms.sensor import highpass as sensor_highpass
 from plant_sim.oscillator.mechanisms.sensor import hum as sensor_hum
 from plant_sim.oscillator.mechanisms.sensor import lag as sensor_lag
 from plant_sim.oscillator.mechanisms.sensor import offset as sensor_offset
+from plant_sim.oscillator.mechanisms.sensor import quantisation as sensor_quantisation
 from plant_sim.oscillator.mechanisms.sensor import saturation as sensor_saturation
 from plant_sim.oscillator.mechanisms.stiffness import cubic as stiffness_cubic
 from plant_sim.oscillator.mechanisms.stiffness import drift as stiffness_drift
@@ -35,6 +39,7 @@ from plant_sim.oscillator.mechanisms.stiffness import parametric as stiffness_pa
 from plant_sim.oscillator.mechanisms.stiffness import quadratic as stiffness_quadratic
 from plant_sim.oscillator.mechanisms.stiffness import quintic as stiffness_quintic
 from plant_sim.oscillator.mechanisms.stiffness import viscoelastic as stiffness_viscoelastic
+from plant_sim.oscillator.mechanisms.timing import skew as timing_skew
 
 MECHANISMS: dict[str, OscillatorMechanism] = {
     module.MECHANISM.id: module.MECHANISM
@@ -70,5 +75,10 @@ MECHANISMS: dict[str, OscillatorMechanism] = {
         stiffness_gravity,
         base_motion,
         actuator_backlash,
+        timing_skew,
+        sensor_highpass,
+        sensor_drift,
+        sensor_quantisation,
+        input_gain_drift,
     )
 }

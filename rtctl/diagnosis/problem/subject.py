@@ -126,6 +126,15 @@ class MemoryForces(NamedTuple):
     """Nonparametric alternatives that act in this way."""
 
 
+class Levels(NamedTuple):
+    """Parameters by which `sensor.quantisation` rounds one signal."""
+
+    step: str
+    """Name of the step."""
+    level: str
+    """Name of one of the levels."""
+
+
 class DifferenceSteps(NamedTuple):
     """Steps of finite differences, as shares of a parameter's scale.
 
@@ -211,6 +220,8 @@ class Subject:
     """Nominal parameter that is added to an output, by output."""
     offset_mechanism: str
     """Mechanism that adds a constant to the reading; "": none is needed."""
+    levels: Mapping[str, Levels]
+    """Parameters that round a signal, by signal."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.report.joint_statements import joint_statements
+from rtctl.diagnosis.report.same_laws import add_same_laws
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -47,7 +49,11 @@ class NamedCauses(NamedTuple):
 
 
 def name_causes(
-    search: SearchResult, verified: Verified, subject: Subject, thresholds: ReportThresholds
+    search: SearchResult,
+    verified: Verified,
+    subject: Subject,
+    thresholds: ReportThresholds,
+    same_laws: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> NamedCauses:
     """Return the causes of the chosen set with their evidence, without mere corrections of the identified model.
 
@@ -56,11 +62,17 @@ def name_causes(
         verified: The verdict, which may name no cause, and the fit of whole records that gives the values.
         subject: The kind of plant.
         thresholds: Thresholds of the report.
+        same_laws: Mechanisms that are the same law as another one, by that one.
     """
     if not verified.verdict.names_causes:
         return NamedCauses()
     estimated, notes = verified.fits.after, []
-    causes = mechanism_causes(search, estimated, thresholds)
+    causes = [
+        cause._replace(
+            indistinguishable_from=add_same_laws(cause.indistinguishable_from, cause.id, same_laws)
+        )
+        for cause in mechanism_causes(search, estimated, thresholds)
+    ]
     shape = hysteresis_cause(search, subject, thresholds)
     if shape is not None:
         causes.append(shape)

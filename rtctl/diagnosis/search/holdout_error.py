@@ -93,7 +93,19 @@ def measure_gain(
             return found
         return [whiten_error(one, output.noise, record) for one, record in zip(found, records, strict=True)]
 
-    old, new = errors(before), errors(after)
+    return compare_errors(errors(before), errors(after), records, output, rate, limits)
+
+
+# 6 parameters because a gain is that of two models, on some records, of one output
+def compare_errors(
+    old: Sequence[FloatArray],
+    new: Sequence[FloatArray],
+    records: Sequence[FitRecord],
+    output: ScoredOutput,
+    rate: float,
+    limits: SearchThresholds = DEFAULTS,
+) -> Gain:
+    """Return the gain of `new` errors over `old` ones, (n,) each, one for each of the records."""
     length = max(8, round(limits.bootstrap_block_periods * 2.0 * np.pi / rate / records[0].period_s))
     length = max(1, min(length, sum(len(one) for one in old) // limits.bootstrap_least_blocks))
     low, high = _bootstrap_interval(old, new, length, limits.bootstrap_resamples)

@@ -57,6 +57,10 @@ class VerificationThresholds:
     lone_value_level_share: float = 0.1
     """Significance level of a deviation of any value, as a share of the rate of false claims."""
 
+    # Steps of the readings.
+    rounding_share: float = 0.5
+    """Share of the squared error on test records that rounding makes, from which an answer mentions the step."""
+
     # Rivals that a next experiment has to tell apart.
     max_rivals: int = 5
     """Largest number of equivalent sets of causes."""

@@ -21,6 +21,7 @@ from rtctl.diagnosis.problem.subject import (
     FittedModel,
     FittedRecords,
     Force,
+    Levels,
     MemoryForces,
     Reader,
     Records,
@@ -222,6 +223,7 @@ OSCILLATOR = Subject(
     output_offsets={},
     offset_mechanism="sensor.offset",
     describe_response=describe_response,
+    levels={"displacement": Levels("step", "level")},
     read_model=read_oscillator_model,
     relative_errors=_relative_errors,
     extended_model=extended_model,
@@ -229,11 +231,11 @@ OSCILLATOR = Subject(
 )
 BY_VELOCITY = replace(
     OSCILLATOR, output="velocity", required_signal="velocity", clippable_outputs=("velocity",),
-    spike_outputs=("velocity",),
+    spike_outputs=("velocity",), levels={"velocity": Levels("step", "level")},
 )  # fmt: skip
 BY_ACCELERATION = replace(
     OSCILLATOR, output="acceleration", required_signal="acceleration", clippable_outputs=("acceleration",),
-    spike_outputs=("acceleration",),
+    spike_outputs=("acceleration",), levels={"acceleration": Levels("step", "level")},
 )  # fmt: skip
 SUBJECTS = (OSCILLATOR, BY_VELOCITY, BY_ACCELERATION)
 """The oscillator by what was measured of its motion."""

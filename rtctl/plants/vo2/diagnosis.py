@@ -25,6 +25,7 @@ from rtctl.diagnosis.problem.subject import (
     FittedModel,
     FittedRecords,
     Force,
+    Levels,
     Reader,
     Records,
     RefittedParts,
@@ -49,6 +50,7 @@ from rtctl.plants.vo2.initial_temperature import find_initial_temperature
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
 from rtctl.plants.vo2.loops_picture import draw_coarse_loops
 from rtctl.plants.vo2.rehearsal import rehearse_sensing
+from rtctl.simulations.vo2 import MECHANISMS
 from rtctl.simulations.vo2.extending import extended_model as with_extensions
 from rtctl.simulations.vo2.nominal import CORRECTIONS
 from rtctl.simulations.vo2.nonparametric import UNNAMED
@@ -208,7 +210,10 @@ def extended_model(
         for mechanism, by_name in estimates.items()
         for name, estimate in by_name.items()
     }
-    return with_extensions(VO2.from_comparable(simulation), intervals)  # type: ignore[arg-type]
+    made = with_extensions(VO2.from_comparable(simulation), intervals)  # type: ignore[arg-type]
+    steps = {one.id: one for one in start.mechanisms if MECHANISMS[one.id].by_levels}  # which no fit has
+    kept = (one if estimates.get(one.id) else steps.get(one.id, one) for one in made.mechanisms)
+    return replace(made, mechanisms=tuple(kept))
 
 
 def _write(path: Path, model: Vo2Model, provenance: dict[str, Any]) -> None:
@@ -370,6 +375,7 @@ VO2 = Subject(
     session_corrections={name: float(declared.default or 0.0) for name, declared in CORRECTIONS.items()},
     output_offsets={"deflection": "deflection_offset"},
     offset_mechanism="",
+    levels={name: Levels(name, f"{name}_level") for name in ("resistance", "deflection")},
     output_units={LOG_RESISTANCE: "ln(ohm)"},
     coarse_part_units=UNITS,
     describe_coarse_parts=describe_improvement,

@@ -127,11 +127,28 @@ def resistance_share(film: FloatArray, v: float, cold: float, p: PreisachParams)
 
 
 @kernel
+def metallic_share(film: FloatArray, v: float, p: PreisachParams) -> float:
+    """Share of the film, by the resistance's relays at v."""
+    return float(relays_at(film, v, p) / p.nodes[-1, 0])
+
+
+@kernel
+def growth_known(T: float, film: FloatArray, b: Balance, r: PreisachParams) -> float:
+    """Return by what factor the heating has grown with the phase, as far as the loops know it already."""
+    if b.phase_heating_known == 0.0:
+        return 1.0
+    v = loop_current(surrogate_power(T, b), b)
+    return 1.0 + b.phase_heating_known * metallic_share(film, v, r)
+
+
+@kernel
 def stored(T: float, phase: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
-    """Heat [mA^2] that the phase holds beyond T, and what of self-heating the loops know already."""
+    """Heat [mA^2] that the phase holds beyond T, and what of heat by the phase the loops know already."""
     heat = b.latent * phase
     if b.film_heat != 0.0:
-        heat += b.film_heat * relays_at(film, loop_current(surrogate_power(T, b), b), r) / r.nodes[-1, 0]
+        heat += b.film_heat * metallic_share(film, loop_current(surrogate_power(T, b), b), r)
+    if b.phase_heating_known != 0.0:
+        heat += T * (growth_known(T, film, b, r) - 1.0)
     if b.self_heating_known != 0.0:
         v = loop_current(surrogate_power(T, b), b)
         heat += b.self_heating_known * resistance_share(film, v, cold, r)
@@ -149,13 +166,15 @@ def phase_at(T: float, beam: FloatArray, b: Balance, d: PreisachParams) -> float
 @kernel
 def bends(b: Balance) -> bool:
     """Whether the middle of a step matters to its end: heat that depends on temperature, or relays that lag."""
-    return b.tcr != 0.0 or b.loss != 0.0 or b.self_heating != b.self_heating_known or b.lag_s != 0.0
+    of_phase = b.self_heating != b.self_heating_known or b.phase_heating != b.phase_heating_known
+    return of_phase or b.tcr != 0.0 or b.loss != 0.0 or b.lag_s != 0.0
 
 
 @kernel
 def stores(b: Balance) -> bool:
     """Whether heat is stored beyond what a constant capacity does."""
-    return b.latent != 0.0 or b.sharpness != 0.0 or b.film_heat != 0.0 or b.self_heating_known != 0.0
+    known = b.self_heating_known != 0.0 or b.phase_heating_known != 0.0
+    return known or b.latent != 0.0 or b.sharpness != 0.0 or b.film_heat != 0.0
 
 
 @kernel
@@ -167,6 +186,9 @@ def extra_heat(
     if b.self_heating != b.self_heating_known:
         v = loop_current(surrogate_power(T + drift, b), b)
         extra += (b.self_heating - b.self_heating_known) * resistance_share(film, v, cold, r)
+    if b.phase_heating != b.phase_heating_known:
+        v = loop_current(surrogate_power(T + drift, b), b)
+        extra += (b.phase_heating - b.phase_heating_known) * metallic_share(film, v, r) * power
     return extra
 
 
@@ -188,9 +210,11 @@ def settle_film(state: FloatArray, T: float, b: Balance, params: PreisachParams)
 def first_temperature(power: float, film: FloatArray, cold: float, b: Balance, r: PreisachParams) -> float:
     """Return the T at which a constant power holds the film, heated from cold; leaves `film` cooled."""
     T = steady_temperature(power, b)
-    if b.self_heating == b.self_heating_known:
+    growth = (b.phase_heating - b.phase_heating_known) * power
+    if b.self_heating == b.self_heating_known and growth == 0.0:
         return T
-    low, high = T, T + 4.0 * (b.self_heating - b.self_heating_known)
+    low = T + min(growth, 0.0)
+    high = T + 4.0 * (b.self_heating - b.self_heating_known) + max(growth, 0.0)
     for _ in range(BISECTIONS):
         T = 0.5 * (low + high)
         settle_film(film, T, b, r)
@@ -226,6 +250,7 @@ def advance(  # noqa: PLR0913
     if not stores(b):
         return Step(main, second, T, half, step.capacity, step.stored, step.phase)
     capacity = step.capacity
+    grown = growth_known(step.T + drift, film, b, r)
     phase = phase_at(T + drift, beam, b, d)
     heat = stored(T + drift, phase, film, cold, b, r)
     for _ in range(ITERATIONS):
@@ -233,6 +258,7 @@ def advance(  # noqa: PLR0913
         if abs(change) > LEAST_CHANGE:
             rate = (phase - step.phase) / change
             capacity = max(1.0 + (heat - step.stored) / change + b.sharpness * rate * rate, LEAST_CAPACITY)
+            capacity /= 0.5 * (grown + growth_known(T + drift, film, b, r))
         if abs(capacity - before) <= SAME_CAPACITY * before:
             break
         main = relax(step.main, p0 + e, pm + e, p1 + e, h, base * capacity)
@@ -253,8 +279,8 @@ def balance_pieces(  # noqa: PLR0913
     All of shape (pieces * substeps + 1,), from rest at `start` [mA^2], or in the first current where that is NaN.
     P = i^2, T = (1 - share) T_1 + share T_2, Q
     the heat that the phase has stored:
-    tau (T_1 + Q)' = P (1 + tcr T) - loss T^2 + self_heating R / R_cold - T_1, and so T_2 with its own time constant
-    without Q. `memory` (2, 1 + 2 MAX_EXTREMA) is for the relays' states,
+    tau (T_1 + Q)' = P (1 + tcr T + phase_heating phi) - loss T^2 + self_heating R / R_cold - T_1, and so T_2 with its
+    own time constant without Q. `memory` (2, 1 + 2 MAX_EXTREMA) is for the relays' states,
     `cold` is -ln of the cold film's resistance, `d` and `r` are the read-outs of deflection and -ln R.
     A step's capacity 1 + dQ / dT_1 is that between its ends, by iteration.
     """
@@ -286,7 +312,7 @@ def balance_pieces(  # noqa: PLR0913
         s = surrogate_power(warm, b)
         if b.latent != 0.0 or b.sharpness != 0.0:
             preisach_step(beam, loop_current(s, b), d)
-        if b.self_heating != 0.0 or b.film_heat != 0.0:
+        if b.self_heating != 0.0 or b.film_heat != 0.0 or b.phase_heating != 0.0:
             preisach_step(film, loop_current(s, b), r)
         power[k] = s
         if b.lag_s == 0.0:

@@ -21,6 +21,10 @@ LEFT_OUT = {
     "hysteresis.creep": "slower than the heat that the observer follows",
     "hysteresis.shape": "identify the loops anew instead",
     "sensor.deflection_lag": "the loop has no instrument of the deflection",
+    "sensor.highpass": "the loop has no instrument of the deflection",
+    "sensor.drift": "the loop has no instrument of the deflection",
+    "sensor.quantisation": "within the noise that the observer expects",
+    "input.gain_drift": "the loop does not know how long the drift has gone on",
     "timing.skew": "the loop reads at instants of its own",
 }
 """Mechanisms without a place in the loop, and why."""

@@ -75,6 +75,9 @@ class Balance(NamedTuple):
     """Relative increase of the time constant while cooling [-]."""
     zone: float = 0.0
     """Current [mA] that does not heat; the identified loops refer to the whole current."""
+    phase_heating: float = 0.0
+    """Relative growth of the heating as the film turns metallic [-]."""
+    phase_heating_known: float = 0.0
     drift: float = 0.0
     """Drift of the room [mA^2/s] from a record's start, by which the film is warmer than its heat makes it."""
 

@@ -70,7 +70,8 @@ def _parameter(
             value = given.to(declared.unit)
         except ValueError as error:
             findings.append(f"{where}.parameters.{declared.name}: {error}")
-    fixed = given is None or given.fixed
+    is_step = MECHANISMS[mechanism].by_levels
+    fixed = is_step or given is None or given.fixed
     found = FreeParameter(
         f"{mechanism}.{declared.name}", declared.unit, value, declared.low, declared.high, fixed, declared, mechanism
     )  # fmt: skip

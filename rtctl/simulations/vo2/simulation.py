@@ -321,7 +321,7 @@ def neutral_parameters(mechanism: Vo2Mechanism) -> list[FreeParameter]:
             value = 1.0 if declared.default is None else declared.default
         found.append(
             FreeParameter(
-                f"{mechanism.id}.{declared.name}", declared.unit, value, declared.low, declared.high, False,
+                f"{mechanism.id}.{declared.name}", declared.unit, value, declared.searched_low, declared.high, False,
                 declared, mechanism.id,
             )
         )  # fmt: skip

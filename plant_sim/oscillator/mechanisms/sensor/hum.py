@@ -39,5 +39,5 @@ MECHANISM = OscillatorMechanism(
         shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),
     sensor=humming,
-    stage=4,
+    stage=5,
 )

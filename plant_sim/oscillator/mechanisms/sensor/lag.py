@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 
 from plant_sim.oscillator.integration.linear import lag
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
+from rtctl.border.arrays import FloatArray
 
 HERMITE: NDArray[np.float64] = np.array(
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-3.0, -2.0, 3.0, -1.0], [2.0, 1.0, -2.0, 1.0]]
@@ -16,16 +17,24 @@ HERMITE: NDArray[np.float64] = np.array(
 
 
 def lagging(moved: Moved, p: Values) -> Moved:
-    """Return the reading behind a first-order lag, settled at first; exact for the cubic through z and z'."""
+    """Return the reading behind a first-order lag, settled at first."""
     if p["time_constant"] == 0.0:
         return moved
-    z, slope = moved.displacement, moved.velocity * moved.period_s
-    ends = lag(moved.period_s / p["time_constant"], 3).end
+    reading = behind(moved, p["time_constant"])
+    slope = (moved.displacement - reading) / p["time_constant"]
+    return moved._replace(displacement=reading, filtered_slope=slope)
+
+
+def behind(moved: Moved, time_constant: float) -> FloatArray:
+    """Return z (samples,) behind a lag that is settled at first; exact for the cubic through z and its slope."""
+    z, slope = moved.displacement, moved.slope * moved.period_s
+    ends = lag(moved.period_s / time_constant, 3).end
     w = ends @ HERMITE
-    reading = np.empty_like(z)
-    reading[0] = z[0]
-    reading[1:] = w[0] * z[:-1] + w[1] * slope[:-1] + w[2] * z[1:] + w[3] * slope[1:]
-    return moved._replace(displacement=lfilter([1.0], [1.0, ends[0] - 1.0], reading))
+    pushed = np.empty_like(z)
+    pushed[0] = z[0]
+    pushed[1:] = w[0] * z[:-1] + w[1] * slope[:-1] + w[2] * z[1:] + w[3] * slope[1:]
+    found: FloatArray = lfilter([1.0], [1.0, ends[0] - 1.0], pushed)
+    return found
 
 
 MECHANISM = OscillatorMechanism(
@@ -38,5 +47,5 @@ MECHANISM = OscillatorMechanism(
     ),
     sensor=lagging,
     looks_between=True,
-    stage=1,
+    stage=2,
 )

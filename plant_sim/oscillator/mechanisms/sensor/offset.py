@@ -14,5 +14,5 @@ MECHANISM = OscillatorMechanism(
     parameters=(coefficient("offset", "{y}", "of the reading", lambda s: s.reading),),
     sensor=shifted,
     unread=lambda reading, p: reading - p["offset"],
-    stage=3,
+    stage=4,
 )

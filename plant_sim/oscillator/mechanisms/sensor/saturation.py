@@ -70,5 +70,5 @@ MECHANISM = OscillatorMechanism(
     ),
     sensor=saturated,
     unread=unread,
-    stage=2,
+    stage=3,
 )

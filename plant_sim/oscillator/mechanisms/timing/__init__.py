@@ -1,0 +1,1 @@
+"""Mechanisms of the instants at which rows are read."""

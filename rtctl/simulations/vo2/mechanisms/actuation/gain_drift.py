@@ -1,0 +1,29 @@
+"""`input.gain_drift`: the current is i (1 + rate t), t since the record's first sample."""
+
+import numpy as np
+
+from rtctl.simulations.vo2.mechanism import Pieces, Values, Vo2Mechanism, coefficient
+
+
+def drifting(pieces: Pieces, p: Values) -> Pieces:
+    """Change the gain of the current evenly."""
+    durations = pieces.durations_s
+    within = np.concatenate(([0.0], np.cumsum(durations)[:-1]))[:, None] + durations[:, None] * [
+        0.0,
+        0.5,
+        1.0,
+    ]
+    periods = len(pieces.nodes) // len(durations)
+    time_s = float(durations.sum()) * np.arange(periods)[:, None, None] + within
+    return pieces._replace(nodes=pieces.nodes * (1.0 + p["rate"] * time_s.reshape(-1, 3)))
+
+
+MECHANISM = Vo2Mechanism(
+    id="input.gain_drift",
+    statement="The gain of the current drifts by {rate} of itself from the start of each record.",
+    parameters=(
+        coefficient("rate", "1/s", "relative, of the current's gain", lambda s: 0.1 / s.duration),
+    ),
+    pieces=drifting,
+    slow=True,
+)  # fmt: skip
