@@ -86,7 +86,8 @@ def test_the_example_runs_from_a_model_file_and_does_what_its_sentence_says(
 
 
 def unit(declared: Parameter) -> str:
-    return declared.unit.replace("({z})", "z").replace("({u})", "u").format(z="z", u="u")
+    bare = re.sub(r"\(\{(\w)\}\)", r"\1", declared.unit)
+    return bare.format(z="z", u="u", y="y")
 
 
 def row(mechanism: OscillatorMechanism) -> str:
