@@ -15,8 +15,9 @@ from rtctl.measured.record_reading import Reading, check_record, read_record
 from rtctl.measured.stored import RecordHead, StoredDataset
 
 
-def read_dataset(path: Path) -> Dataset:
+def read_dataset(path: str | Path) -> Dataset:
     """Return the dataset of a `dataset.toml`, all in memory. Raises InputError with every finding, one a line."""
+    path = Path(path)
     reading, names = _begin(path)
     records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
     if not reading.findings.lines:
@@ -32,16 +33,17 @@ def read_dataset(path: Path) -> Dataset:
         holds=holds,
         records=tuple(record for record in records if record is not None),
         incomplete=reading.manifest.dataset.incomplete,
+        remarks=reading.findings.remarks,
     )
 
 
-def open_dataset(path: Path) -> StoredDataset:
+def open_dataset(path: str | Path) -> StoredDataset:
     """Open the dataset of a `dataset.toml`; its records are read on request.
 
-    Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one
-    a
+    Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one a
     line.
     """
+    path = Path(path)
     reading, names = _begin(path)
     entries = reading.manifest.records
     for k in range(len(entries)):
@@ -63,12 +65,13 @@ def open_dataset(path: Path) -> StoredDataset:
             for name, entry in zip(names, entries, strict=True)
         ),
         read=lambda k: _one_record(reading, k, names[k]),
+        remarks=reading.findings.remarks,
     )
 
 
 def record_names(records: tuple[RecordTable, ...]) -> list[str]:
     """Return each record's own name, or its file's without suffix; the rows are added where several share a file."""
-    stems = [Path(record.file).stem for record in records]
+    stems = [Path(Path(record.file).name.removesuffix(".gz")).stem for record in records]
     names = []
     for record, stem in zip(records, stems, strict=True):
         shared = stems.count(stem) > 1 and record.rows is not None

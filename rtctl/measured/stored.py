@@ -39,6 +39,8 @@ class StoredDataset:
     """Heads of all records, in the manifest's order."""
     read: Callable[[int], Record]
     """Reads the k-th record from its file."""
+    remarks: tuple[str, ...] = ()
+    """As in `Dataset`, of what shows before the numbers are read."""
 
     def __len__(self) -> int:
         return len(self.heads)
