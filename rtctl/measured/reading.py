@@ -11,6 +11,7 @@ from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
+from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.record_reading import Reading, check_record, read_record
 from rtctl.measured.stored import RecordHead, StoredDataset
 
@@ -40,8 +41,8 @@ def read_dataset(path: str | Path) -> Dataset:
 def open_dataset(path: str | Path) -> StoredDataset:
     """Open the dataset of a `dataset.toml`; its records are read on request.
 
-    Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one a
-    line.
+    Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one
+    a line.
     """
     path = Path(path)
     reading, names = _begin(path)
@@ -65,7 +66,7 @@ def open_dataset(path: str | Path) -> StoredDataset:
             for name, entry in zip(names, entries, strict=True)
         ),
         read=lambda k: _one_record(reading, k, names[k]),
-        remarks=reading.findings.remarks,
+        remarked=lambda: reading.findings.remarks,
     )
 
 
@@ -82,6 +83,11 @@ def record_names(records: tuple[RecordTable, ...]) -> list[str]:
 
 def _begin(path: Path) -> tuple[Reading, list[str]]:
     """Return a checked manifest and its records' names, which may be a finding; no file is opened yet."""
+    if suffix_of(path) in READERS:
+        raise InputError(
+            f"{path}: is a data file; a manifest is needed, which names its columns and their units: write "
+            f'dataset.toml beside it, with file = "{path.name}" (docs/datasets.md)'
+        )
     manifest = read_manifest(path)
     findings = Findings(str(path))
     names = record_names(manifest.records)
@@ -99,6 +105,8 @@ def _one_record(reading: Reading, k: int, name: str) -> Record:
     alone = Reading(manifest=reading.manifest, folder=reading.folder, cache=reading.cache, findings=findings)
     record = read_record(alone, k, name)
     findings.raise_all()
+    for remark in findings.remarks:
+        reading.findings.remark(remark)
     if record is None:
         raise InputError(f"{findings.source}: {reading.where(k)}: gave no record")
     return record

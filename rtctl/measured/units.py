@@ -49,6 +49,25 @@ def check_unit(unit: str, to: str | None = None) -> None:
         raise ValueError(f'unit "{unit}" is not compatible with {to}')
 
 
+def check_proportional(unit: str) -> None:
+    """Raise ValueError for a unit whose zero or scale is no common one, such as dB and degC: no equation holds in it."""
+    if not is_proportional(unit):
+        raise ValueError(
+            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation of motion holds in it; convert the column '
+            "(dB to V, degC to K)"
+        )
+
+
+def check_is_no(unit: str, others: tuple[str, ...]) -> None:
+    """Raise ValueError where a unit measures what one of the `others` does, which the signal cannot be."""
+    for other in others:
+        if _parsed(unit).dimensionality == _parsed(other).dimensionality:
+            what = f'"{unit}" is a unit like {other}'
+            if _parsed(unit) == _parsed("g"):
+                what = '"g" is the gram; standard gravity is "g_0"'
+            raise ValueError(f"{what}, which this signal cannot be; correct the unit or the signal")
+
+
 def same_unit(one: str, other: str) -> bool:
     """Return whether two readable units mean the same scale, to rounding."""
     first, second = _parsed(one), _parsed(other)

@@ -29,6 +29,8 @@ class SignalKind:
     """Signal of which this one is the time derivative: it is held in that signal's unit per second."""
     optional: bool = False
     """Whether the signal may be missing in a manifest or in single records."""
+    not_in: tuple[str, ...] = ()
+    """Units of what the signal cannot be: of the signals with which it is mixed up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -43,6 +43,6 @@ def describe_leads(leads: Mapping[str, int], headers: Mapping[str, Header]) -> s
     keys = ", ".join(sorted({headers[name].start_key for name in early}))
     counts = ", ".join(f'{lead} of "{name}"' for name, lead in early.items())
     return (
-        f"the columns begin at different times ({keys}): the first samples are left out, {counts}; rows are counted from "
-        "the first instant that all have"
+        f"the columns begin at different times ({keys}): the first samples are left out, {counts}; rows are counted "
+        "from the first instant that all have"
     )

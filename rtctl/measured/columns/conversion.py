@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
-from rtctl.measured.stated_unit import agrees, is_no_unit, readable, unit_in_name
 from rtctl.measured.readers import Header, Table, open_table
 from rtctl.measured.readers.table import Column, length
+from rtctl.measured.stated_unit import agrees, is_no_unit, readable, unit_in_name
 
 OVERFLOW_CODE = 9.9e37
+LEAST_SIZE = 1e-60
+"""Largest number of a column below which it holds nothing measured; its squares and cubes would vanish."""
 _TEXT = "OUS"  # NumPy's kinds of it
 KEPT_BYTES = 128 << 20
 """Bytes of numbers that are kept for the next record of the same file."""
@@ -165,6 +167,12 @@ def check_finite(values: FloatArray, name: str, first_row: int) -> None:
             f'column "{name}" is {values[bad[0]]:.4g} in {len(bad)} of {len(values)} rows: '
             f"{rows_text(bad + first_row)}. Instruments write this number where a reading overflowed; correct the "
             "file, or leave these rows out with rows = [first, end]"
+        )
+    size = float(np.abs(values).max(initial=0.0))
+    if 0.0 < size < LEAST_SIZE:
+        raise ValueError(
+            f'column "{name}" is nowhere larger than {size:.3g}: no instrument measures so little; correct the file or '
+            "the scale"
         )
 
 

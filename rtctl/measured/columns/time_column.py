@@ -17,9 +17,9 @@ from rtctl.measured.units import check_unit, convert_column
 SLOW_S, FAST_S = 1.0, 1e-7
 """Periods [s] beyond which seconds that nobody stated are remarked upon."""
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
-"""Sizes from which a number is an instant since 1970 in this unit: in a larger one it would lie after the year 5000."""
+"""Sizes from which a number is an instant since 1970 in this unit; in a larger oneit would be past the year 5000."""
 _LARGE, _EXACT = 1e8, 2.0**53
-"""Sizes from which stamps are counted from the first one, and from which floating-point numbers do not hold integers."""
+"""Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$")
 _DAY_S = 86_400.0
 _COARSEST_POWER, _FINEST_POWER = 3, -13
@@ -64,7 +64,8 @@ def choose_time_unit(manifest: str | None, stated: str | None, name: str) -> Tim
     if manifest is not None:
         if in_file is not None and not agrees(in_file, manifest):
             raise ValueError(
-                f'the file states unit "{stated}" for column "{name}", the manifest time_unit = "{manifest}"; correct one'
+                f'the file states unit "{stated}" for column "{name}", the manifest time_unit = "{manifest}"; '
+                "correct one"
             )
         return TimeUnit(manifest, "manifest")
     if in_file is not None:

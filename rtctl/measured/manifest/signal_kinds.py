@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.border.errors import nearest
-from rtctl.measured.units import check_unit
+from rtctl.measured.units import check_is_no, check_proportional, check_unit
 from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 
@@ -54,6 +54,9 @@ def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[st
         anchored = kind.derivative_of is None or isinstance(units.get(kind.derivative_of), str)
         try:
             check_unit(unit, held_unit(plant, name, units) if anchored else None)
+            if kind.unit is None:
+                check_proportional(unit)
+                check_is_no(unit, kind.not_in)
         except ValueError as error:
             found.append(f'key "signals.{name}.unit": {error}')
     return found

@@ -106,7 +106,7 @@ def packing_of(attributes: Mapping[str, Any]) -> Packing:
 
 
 def unpack(stored: NDArray[Any], packing: Packing) -> NDArray[Any]:
-    """Return the readings of stored numbers; NaN for what is none. Text and complex numbers are returned as they are."""
+    """Return the readings of stored numbers; NaN for what is none. Text and complex numbers stay as they are."""
     if not packing.changes_numbers or stored.dtype.kind not in "biuf":
         return stored
     if packing.unsigned and stored.dtype.kind == "i":

@@ -26,8 +26,8 @@ def read(path: Path) -> Table:
     if lines.only_blanks and form.separator != "\t":
         text = text.without_blank_lines()
         lines = index_lines(text, form.head)
-    ending = find_ending(text, form, max(lines.count - form.head, 0))
-    rows = max(lines.count - form.head - ending.rows, 0)
+    ending = find_ending(text, form, max(lines.written - form.head, 0))
+    rows = max(lines.written - form.head - ending.rows, 0)
     columns = {name: k for k, name in enumerate(form.names) if name}
 
     def load(name: str, first: int, end: int) -> Column:
@@ -64,7 +64,7 @@ def _headers(form: Form, rows: int) -> dict[str, Header]:
 
 
 def _pieces(text: Text, form: Form, column: int, kind: pa.DataType, byte: int) -> Iterator[pa.Array]:
-    """Yield a column of the lines from `byte` on, a block at a time; columns go by their places, as names may repeat."""
+    """Yield a column of the lines from `byte` on, a block at a time; columns go by place, as names may repeat."""
     places = [str(k) for k in range(len(form.names))]
     with text.source() as source:
         source.seek(byte)

@@ -19,6 +19,7 @@ from rtctl.measured.readers.attributes import (
     unapplied,
     unpack,
 )
+from rtctl.measured.readers.mat_headers import describe_object
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -27,15 +28,6 @@ _NO_NUMBERS = frozenset({"char", "cell", "struct", "function_handle"})
 """Classes of MATLAB variables that hold no numbers."""
 _OBJECT_MARK = 0xDD000000
 """First of the numbers by which MATLAB 7.3 stands a variable for an object that it keeps elsewhere in the file."""
-_EXPORTS = {
-    "timeseries": "t = {0}.Time; x = {0}.Data(:)",
-    "datetime": "t = seconds({0} - {0}(1))",
-    "duration": "t = seconds({0})",
-    "string": "x = double({0})",
-    "table": "x = {0}.NAME",
-    "timetable": "x = {0}.NAME; t = seconds({0}.Time - {0}.Time(1))",
-    "categorical": "x = double({0})",
-}
 
 
 def is_hdf5(path: Path) -> bool:
@@ -128,8 +120,7 @@ def _attributes(dataset: Any) -> Mapping[str, Any]:
 def _refusal(dataset: Any, attributes: Mapping[str, Any], name: str) -> str:
     kind = text_of(attributes.get("MATLAB_class"))
     if "MATLAB_object_decode" in attributes or _is_object_mark(dataset, kind):
-        how = _EXPORTS.get(kind, "save its numbers as plain arrays").format(name)
-        return f"is a MATLAB {kind or 'object'}, an object that only MATLAB reads; save numbers: {how}"
+        return describe_object(kind, name)
     if kind in _NO_NUMBERS:
         return f"is a MATLAB {kind}, numbers are needed"
     fields = dataset.dtype.names

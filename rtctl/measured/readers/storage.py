@@ -1,4 +1,4 @@
-"""Whether the numbers of an HDF5 dataset are there: chunks that were written, sources of a virtual dataset, outside files.
+"""Whether the numbers of an HDF5 dataset are there: chunks that were written, virtual sources, outside files.
 
 HDF5 gives the fill value, mostly 0, for what was never written or cannot be found, without a word.
 """

@@ -87,7 +87,7 @@ def check_distinct(names: Sequence[str]) -> None:
 
 
 def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
-    """Return the headers of Arrow columns; a field's metadata may state its unit, and so may a table in the schema's."""
+    """Return the headers of Arrow columns; a field's metadata may state its unit, or a table in the schema's."""
     check_distinct(schema.names)
     shared = _shared_units(schema.metadata or {})
     headers = {}

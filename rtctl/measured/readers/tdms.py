@@ -116,8 +116,8 @@ def _unknown_scale(levels: tuple[Mapping[str, Any], ...]) -> str:
         unknown = sorted(set(kinds.values()) - _SCALES)
         if unknown:
             return (
-                f'is stored as counts with a scale that is not known, "{unknown[0]}" (known: {", ".join(sorted(_SCALES))}); '
-                "save it scaled from LabVIEW or DIAdem"
+                f'is stored as counts with a scale that is not known, "{unknown[0]}" (known: '
+                f"{', '.join(sorted(_SCALES))}); save it scaled from LabVIEW or DIAdem"
             )
         return ""
     return ""

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pyuff
 
-from rtctl.measured.stated_unit import time_unit_of
 from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.stated_unit import time_unit_of
 from rtctl.measured.units import convert_column
 
 Fields = Mapping[str, Any]

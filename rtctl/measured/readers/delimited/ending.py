@@ -36,7 +36,11 @@ def find_ending(text: Text, form: Form, rows: int) -> Ending:
     if empty:
         return Ending(empty, f"{empty} empty {'row' if empty == 1 else 'rows'} at the end left out")
     why = "" if has_end or not lines else _cut_off([cells_of(line, form.separator) for line in lines], form)
-    return Ending(1, f"the last line has no end and {why}: taken as cut off, and left out") if why else Ending(0, "")
+    return (
+        Ending(1, f"the last line has no end and {why}: taken as cut off, and left out")
+        if why
+        else Ending(0, "")
+    )
 
 
 def _cut_off(rows: list[list[str]], form: Form) -> str:
@@ -50,8 +54,10 @@ def _cut_off(rows: list[list[str]], form: Form) -> str:
     fewest = min(len(cell) for cell in neighbours)
     if len(last[-1]) < fewest:
         return f'its last number, "{last[-1]}", has fewer characters than any before it ({fewest})'
-    if _SHORT_EXPONENT.search(last[-1]) and all(
-        _WHOLE_EXPONENT.search(cell) for cell in neighbours if "e" in cell.lower()
-    ) and any("e" in cell.lower() for cell in neighbours):
+    if (
+        _SHORT_EXPONENT.search(last[-1])
+        and all(_WHOLE_EXPONENT.search(cell) for cell in neighbours if "e" in cell.lower())
+        and any("e" in cell.lower() for cell in neighbours)
+    ):
         return f'the exponent of its last number, "{last[-1]}", is not whole'
     return ""

@@ -87,7 +87,11 @@ def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
     top = first
     while top > start and not any(is_number(cell) for cell in rows[top - 1]) and _fits(rows[top - 1], layout):
         top -= 1
-    head, names, units = first, _comment_names(lines, start, separator, columns) if first == start else None, ()
+    head, names, units = (
+        first,
+        _comment_names(lines, start, separator, columns) if first == start else None,
+        (),
+    )
     block = rows[top:first]
     if block:
         has_units = len(block) > 1 and _are_units(block[-1])

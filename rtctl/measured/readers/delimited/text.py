@@ -34,7 +34,7 @@ class Line(NamedTuple):
 class Lines(NamedTuple):
     """The lines of a text."""
 
-    count: int
+    written: int
     """Number of lines that are not blank."""
     places: list[Line]
     """The first line of each block of the text."""
@@ -72,9 +72,7 @@ class Text:
         if self.copy is not None:
             return self.copy
         if self.path.stat().st_size > LARGEST_COPY:
-            raise ValueError(
-                f"is larger than {LARGEST_COPY >> 20} MB and not plain CSV (one separator, no blanks around); convert it"
-            )
+            raise ValueError(f"is larger than {LARGEST_COPY >> 20} MB and not plain CSV in UTF-8; convert it")
         return self.path.read_bytes()
 
     def without_blank_lines(self) -> Text:
@@ -187,7 +185,9 @@ def _unpacked(path: Path) -> bytes:
     except (OSError, zlib.error) as error:
         raise ValueError(f"not readable as gzip, or damaged: {error}") from None
     if len(copy) > LARGEST_COPY:
-        raise ValueError(f"holds more than {LARGEST_COPY >> 20} MB when it is unpacked; unpack it to a plain file")
+        raise ValueError(
+            f"holds more than {LARGEST_COPY >> 20} MB when it is unpacked; unpack it to a plain file"
+        )
     if not copy:
         raise ValueError("the file is empty (0 bytes)")
     return copy
