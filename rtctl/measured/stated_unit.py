@@ -14,6 +14,8 @@ _NOTHING = frozenset(
     {"", "-", "--", "---", "none", "no unit", "unitless", "n/a", "na", "nan", "null", "unknown", "?", "[]"}
 )
 """Words by which programs fill a field that has no unit, in lower case."""
+_ANY_UNIT = frozenset({"eu", "arb", "arb.", "a.u.", "au"})
+"""Words for a unit that is not told (engineering or arbitrary units), which pint takes for others."""
 _WORDS = {
     "amp": "A", "amps": "A", "khz": "kHz", "hz": "Hz", "sec": "s", "secs": "s", "msec": "ms", "usec": "us",
     "nsec": "ns", "deg": "degree", "degs": "degree", "gn": "g_0", "gs": "g_0", "kgf": "kgf",
@@ -55,6 +57,8 @@ def agrees(stated: str, unit: str) -> bool:
 
 def readable(stated: str) -> bool:
     """Return whether a stated text is a unit."""
+    if stated.strip().lower() in _ANY_UNIT:
+        return False
     try:
         agrees(stated, "dimensionless")
     except ValueError:

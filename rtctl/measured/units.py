@@ -50,11 +50,11 @@ def check_unit(unit: str, to: str | None = None) -> None:
 
 
 def check_proportional(unit: str) -> None:
-    """Raise ValueError for a unit whose zero or scale is no common one, such as dB and degC: no equation holds in it."""
+    """Raise ValueError for a unit in which no equation of motion holds, as its zero means something: dB and degC."""
     if not is_proportional(unit):
         raise ValueError(
-            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation of motion holds in it; convert the column '
-            "(dB to V, degC to K)"
+            f'"{unit}" is a logarithm or has its zero elsewhere, and no equation of motion holds in it; convert the '
+            "column (dB to V, degC to K)"
         )
 
 

@@ -143,7 +143,7 @@ def _of_dates(dates: NDArray[Any], name: str, first_row: int) -> TimeColumn:
         raise ValueError(f'column "{name}" has no date in {rows_text(missing + first_row)}')
     if not len(dates):
         return TimeColumn(np.empty(0), 0.0)
-    tick = np.timedelta64(1, np.datetime_data(dates.dtype)[0])
+    tick = np.array(1, dtype=f"timedelta64[{np.datetime_data(dates.dtype)[0]}]")
     ticks = (dates - dates[0]) / tick
     tick_s = float(tick / np.timedelta64(1, "s"))
     return TimeColumn(np.ascontiguousarray(ticks * tick_s), tick_s * max(decimal_step(ticks), 1.0))

@@ -103,8 +103,8 @@ def _variable(opening: bytes, order: str) -> Variable | None:
     (flags,) = struct.unpack_from(f"{order}I", next(parts))
     number, flags = flags & 0xFF, flags >> 8
     if number == _OPAQUE:
-        name, _, kind = (next(parts) for _ in range(3))
-        return Variable(_text(name), (1,), _text(kind), is_object=True)
+        name, _, own_class = (next(parts) for _ in range(3))  # between them its family: MCOS, java
+        return Variable(_text(name), (1,), _text(own_class), is_object=True)
     dimensions, name = next(parts), next(parts)
     shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
     kind = (

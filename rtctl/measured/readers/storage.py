@@ -84,13 +84,20 @@ def _stored_absence(file: Any, source: Any, folder: Path, where: str, depth: int
     stored = file.get(source.dset_name)
     if not isinstance(stored, h5py.Dataset):
         return f"{where} is not there: no such dataset in the file"
-    reach = source.src_space.get_select_bounds()[1] if source.src_space.get_select_npoints() else ()
-    if len(reach) == len(stored.shape) and any(
-        last >= size for last, size in zip(reach, stored.shape, strict=True)
-    ):
+    if not _reaches(stored, source):
         return f"{where} is shorter, {stored.shape}, than what is taken from it"
     below = absence(stored, folder, depth + 1)
     unwritten = None if below or not stored.shape else unwritten_rows(stored, 0, max(stored.shape))
     if below or unwritten:
         return f"{where} {below or f'was never written from row {unwritten and unwritten[0]} on'}"
     return ""
+
+
+def _reaches(stored: Any, source: Any) -> bool:
+    """Return whether a source has all that a mapping takes from it."""
+    if source.src_space.get_select_type() == h5py.h5s.SEL_ALL:
+        return bool(stored.size >= source.vspace.get_select_npoints())
+    last = source.src_space.get_select_bounds()[1]
+    return len(last) == len(stored.shape) and all(
+        one < size for one, size in zip(last, stored.shape, strict=True)
+    )

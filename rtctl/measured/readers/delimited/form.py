@@ -17,7 +17,7 @@ from rtctl.measured.stated_unit import is_no_unit, readable
 OPENING_LINES = 300
 BLANKS = " "
 """Separator of columns that any number of blanks and tabs separates."""
-_SEPARATORS = (";", "\t", ",")
+_SEPARATORS: tuple[str, ...] = (";", "\t", ",")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
@@ -50,7 +50,7 @@ def find_form(lines: Sequence[str]) -> Form:
     """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words."""
     start, separators = 0, _SEPARATORS
     if lines and (told := _SEP_LINE.match(lines[0])):
-        start, separators = 1, (told[1],)
+        start, separators = 1, (str(told[1]),)
     while start < len(lines) and lines[start].startswith(_COMMENTS):
         start += 1
     if start >= len(lines):
@@ -87,11 +87,8 @@ def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
     top = first
     while top > start and not any(is_number(cell) for cell in rows[top - 1]) and _fits(rows[top - 1], layout):
         top -= 1
-    head, names, units = (
-        first,
-        _comment_names(lines, start, separator, columns) if first == start else None,
-        (),
-    )
+    names = _comment_names(lines, start, separator, columns) if first == start else None
+    head, units = first, tuple[str, ...]()
     block = rows[top:first]
     if block:
         has_units = len(block) > 1 and _are_units(block[-1])
