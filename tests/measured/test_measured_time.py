@@ -1,4 +1,4 @@
-"""Time columns: any unit that file or manifest states, epochs, dates, rounded stamps, gaps; starts and rates of the file."""
+"""Time columns: units, epochs, dates, rounded stamps, gaps; starts and rates that the file states."""
 
 from __future__ import annotations
 

@@ -28,6 +28,7 @@ def read(path: Path) -> Table:
         lines = index_lines(text, form.head)
     ending = find_ending(text, form, max(lines.written - form.head, 0))
     rows = max(lines.written - form.head - ending.rows, 0)
+    end_byte = text.size() - ending.cut_bytes
     columns = {name: k for k, name in enumerate(form.names) if name}
 
     def load(name: str, first: int, end: int) -> Column:
@@ -38,7 +39,9 @@ def read(path: Path) -> Table:
             attempts.append((pa.float64(), ","))  # the opening lines may hold whole numbers only
         attempts.append((pa.string(), form.decimal))  # text: the message about it can tell the rows
         for kind, decimal in attempts:
-            pieces = _pieces(text, form._replace(decimal=decimal), columns[name], kind, place.byte)
+            pieces = _pieces(
+                text, form._replace(decimal=decimal), columns[name], kind, (place.byte, end_byte)
+            )
             try:
                 return arrow_slice(pieces, skipped, end - first + skipped)
             except pa.ArrowInvalid as error:
@@ -63,13 +66,15 @@ def _headers(form: Form, rows: int) -> dict[str, Header]:
     }
 
 
-def _pieces(text: Text, form: Form, column: int, kind: pa.DataType, byte: int) -> Iterator[pa.Array]:
-    """Yield a column of the lines from `byte` on, a block at a time; columns go by place, as names may repeat."""
+def _pieces(
+    text: Text, form: Form, column: int, kind: pa.DataType, part: tuple[int, int]
+) -> Iterator[pa.Array]:
+    """Yield a column of a part (bytes) of the lines, in blocks; columns go by place, as names may repeat."""
     places = [str(k) for k in range(len(form.names))]
-    with text.source() as source:
-        source.seek(byte)
-        with pa.csv.open_csv(
-            source,
+    with (
+        text.source() as source,
+        pa.csv.open_csv(
+            source.get_stream(part[0], part[1] - part[0]),
             read_options=pa.csv.ReadOptions(column_names=places, block_size=BLOCK_BYTES),
             parse_options=pa.csv.ParseOptions(delimiter=form.separator),
             convert_options=pa.csv.ConvertOptions(
@@ -78,6 +83,7 @@ def _pieces(text: Text, form: Form, column: int, kind: pa.DataType, byte: int) -
                 column_types={str(column): kind},
                 strings_can_be_null=True,
             ),
-        ) as blocks:
-            for block in blocks:
-                yield block.column(0)
+        ) as blocks,
+    ):
+        for block in blocks:
+            yield block.column(0)

@@ -21,12 +21,14 @@ class Ending(NamedTuple):
     """Number of them."""
     remark: str
     """Why they are left out; "": none is."""
+    cut_bytes: int = 0
+    """Bytes of a line that was cut off, which may not be readable."""
 
 
 def find_ending(text: Text, form: Form, rows: int) -> Ending:
     """Return the rows at the end of a file of `rows` rows that are no readings."""
     tail = text.tail()
-    has_end = tail.endswith((b"\n", b"\r"))
+    has_end = tail.rstrip(b" \t").endswith((b"\n", b"\r"))
     lines = [line.decode("latin-1") for line in tail.splitlines() if line.strip()][-(_NEIGHBOURS + 1) :]
     lines = lines[-rows:] if rows else []
     empty = 0
@@ -36,18 +38,17 @@ def find_ending(text: Text, form: Form, rows: int) -> Ending:
     if empty:
         return Ending(empty, f"{empty} empty {'row' if empty == 1 else 'rows'} at the end left out")
     why = "" if has_end or not lines else _cut_off([cells_of(line, form.separator) for line in lines], form)
-    return (
-        Ending(1, f"the last line has no end and {why}: taken as cut off, and left out")
-        if why
-        else Ending(0, "")
-    )
+    if not why:
+        return Ending(0, "")
+    remark = f"the last line has no end and {why}: taken as cut off, and left out"
+    return Ending(1, remark, len(tail.splitlines()[-1]))
 
 
 def _cut_off(rows: list[list[str]], form: Form) -> str:
     """Return why the last row looks cut off, as the end of a sentence; "": it does not."""
     *before, last = rows
     if len(last) < len(form.names):
-        return f"{len(last)} of {len(form.names)} columns"
+        return f"only {len(last)} of {len(form.names)} columns"
     neighbours = [row[-1] for row in before if len(row) == len(form.names) and row[-1]]
     if len(neighbours) < _FEWEST:
         return ""

@@ -96,6 +96,10 @@ class Text:
             found[0] = found[0].removeprefix("\ufeff")
         return found[:lines]
 
+    def size(self) -> int:
+        """Return the number of bytes."""
+        return self.path.stat().st_size if self.copy is None else len(self.copy)
+
     def tail(self) -> bytes:
         """Return the last bytes, at most a block."""
         with self.opened() as file:
