@@ -195,7 +195,7 @@ def simulate(
         found = compare_dataset(simulation, stored, folder, stop, advance, source=source)
     return Comparison(
         name=stored.name,
-        summary=found.summary,
+        summary={**found.summary, **({"remarks": list(stored.remarks)} if stored.remarks else {})},
         units=dict(stored.units),
         inputs=tuple(stored.holds),
         records=found.records or {found.worst.record.name: found.worst},

@@ -42,7 +42,7 @@ def stored_dataset_of(dataset: Dataset | PathText) -> StoredDataset:
     records = dataset.records
     return StoredDataset(
         path=dataset.path, name=dataset.name, plant=dataset.plant, identity=dataset.identity,
-        units=dataset.units, holds=dataset.holds, read=lambda k: records[k],
+        units=dataset.units, holds=dataset.holds, read=lambda k: records[k], remarked=lambda: dataset.remarks,
         heads=tuple(RecordHead(one.name, one.file, one.use, one.repeat, one.conditions) for one in records),
     )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -202,6 +202,7 @@ def diagnose(
     ids = _chosen(mechanisms, simulation)
     with watched_search(f"diagnose {data.name}", options.cancellation, report) as heard:
         answer = internal.diagnose(data, model.content, simulation, ids, options, heard)
+    answer = replace(answer, warnings=(*data.remarks, *answer.warnings))
     return Diagnosis(answer=answer, dataset=data, nominal=model, words=_words(options, mechanisms))
 
 

@@ -102,6 +102,8 @@ class Dataset:
     records: tuple[Record, ...]
     incomplete: str = ""
     """Why records are missing that were to be taken; "": none is."""
+    remarks: tuple[str, ...] = ()
+    """What a user must know of files that could be read: units that are not understood, rows that are left out."""
 
     @property
     def signals(self) -> dict[str, Signal]:

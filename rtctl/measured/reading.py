@@ -11,12 +11,14 @@ from rtctl.measured.columns.conversion import TableCache
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
+from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.record_reading import Reading, check_record, read_record
 from rtctl.measured.stored import RecordHead, StoredDataset
 
 
-def read_dataset(path: Path) -> Dataset:
+def read_dataset(path: str | Path) -> Dataset:
     """Return the dataset of a `dataset.toml`, all in memory. Raises InputError with every finding, one a line."""
+    path = Path(path)
     reading, names = _begin(path)
     records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
     if not reading.findings.lines:
@@ -32,16 +34,17 @@ def read_dataset(path: Path) -> Dataset:
         holds=holds,
         records=tuple(record for record in records if record is not None),
         incomplete=reading.manifest.dataset.incomplete,
+        remarks=reading.findings.remarks,
     )
 
 
-def open_dataset(path: Path) -> StoredDataset:
+def open_dataset(path: str | Path) -> StoredDataset:
     """Open the dataset of a `dataset.toml`; its records are read on request.
 
     Manifest, files, columns, units and lengths are checked, not the numbers. Raises InputError with every finding, one
-    a
-    line.
+    a line.
     """
+    path = Path(path)
     reading, names = _begin(path)
     entries = reading.manifest.records
     for k in range(len(entries)):
@@ -63,12 +66,13 @@ def open_dataset(path: Path) -> StoredDataset:
             for name, entry in zip(names, entries, strict=True)
         ),
         read=lambda k: _one_record(reading, k, names[k]),
+        remarked=lambda: reading.findings.remarks,
     )
 
 
 def record_names(records: tuple[RecordTable, ...]) -> list[str]:
     """Return each record's own name, or its file's without suffix; the rows are added where several share a file."""
-    stems = [Path(record.file).stem for record in records]
+    stems = [Path(Path(record.file).name.removesuffix(".gz")).stem for record in records]
     names = []
     for record, stem in zip(records, stems, strict=True):
         shared = stems.count(stem) > 1 and record.rows is not None
@@ -79,6 +83,11 @@ def record_names(records: tuple[RecordTable, ...]) -> list[str]:
 
 def _begin(path: Path) -> tuple[Reading, list[str]]:
     """Return a checked manifest and its records' names, which may be a finding; no file is opened yet."""
+    if suffix_of(path) in READERS:
+        raise InputError(
+            f"{path}: is a data file; a manifest is needed, which names its columns and their units: write "
+            f'dataset.toml beside it, with file = "{path.name}" (docs/datasets.md)'
+        )
     manifest = read_manifest(path)
     findings = Findings(str(path))
     names = record_names(manifest.records)
@@ -96,6 +105,8 @@ def _one_record(reading: Reading, k: int, name: str) -> Record:
     alone = Reading(manifest=reading.manifest, folder=reading.folder, cache=reading.cache, findings=findings)
     record = read_record(alone, k, name)
     findings.raise_all()
+    for remark in findings.remarks:
+        reading.findings.remark(remark)
     if record is None:
         raise InputError(f"{findings.source}: {reading.where(k)}: gave no record")
     return record

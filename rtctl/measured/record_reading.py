@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.border.quantities import parse_quantity
+from rtctl.measured.columns.alignment import describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
 from rtctl.measured.columns.time_axis import (
     check_stated_period,
@@ -19,14 +20,20 @@ from rtctl.measured.columns.time_axis import (
     resampling_grid,
     uniform_period,
 )
+from rtctl.measured.columns.time_column import (
+    TimeColumn,
+    TimeUnit,
+    choose_time_unit,
+    remark_on_period,
+    seconds,
+)
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import Manifest, RecordTable
 from rtctl.measured.manifest.signal_kinds import held_unit
+from rtctl.measured.readers.table import Header
 from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
-
-_TIME = "[time]"  # no signal's name: those come from the kinds of plants
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +64,16 @@ class Reading:
             name: column for name, column in named.items() if column in columns or not self.is_optional(name)
         }
 
+    def file_unit(self, signal: str) -> str | None:
+        """Return the unit that the signal's column should have; None: it holds counts, which the manifest scales."""
+        table = self.manifest.signals[signal]
+        return None if table.counts else table.unit
+
+    def headers(self, entry: RecordTable) -> dict[str, Header]:
+        """Return the headers of the record's signals, by column."""
+        path = self.folder / entry.file
+        return {column: self.cache.header(path, column) for column in self.present(entry).values()}
+
     def where(self, k: int) -> str:
         """Return the record's place in the manifest, for messages."""
         return f'records.{k} "{self.manifest.records[k].file}"'
@@ -71,21 +88,12 @@ def check_record(reading: Reading, k: int) -> bool:
     path, findings = reading.folder / entry.file, reading.findings
     before = len(findings.lines)
     with findings.under(where):
-        reading.cache.table(path)
+        for remark in reading.cache.table(path).remarks:
+            findings.remark(f"{where}: {remark}")
     _initial(reading, entry, where)
     if path not in reading.cache:
         return False
-    lengths: dict[str, int] = {}
-    for name, column in reading.present(entry).items():
-        with findings.under(where):
-            unit = reading.manifest.signals[name].unit
-            lengths[name] = _selected(reading.cache.length(path, column, unit), entry)
-            if entry.sample_rate_hz is not None:
-                stated = reading.cache.period_s(path, column)
-                check_stated_period(stated, column, entry.sample_rate_hz)
-    if entry.time is not None:
-        with findings.under(f"{where}, key time"):
-            lengths["time"] = _selected(reading.cache.length(path, entry.time, "s"), entry)
+    lengths = _checked_lengths(reading, entry, where)
     if len(findings.lines) == before:
         with findings.under(where):
             _check_lengths(lengths, entry)
@@ -96,12 +104,17 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
     """Return a record that `check_record` accepted, or None with findings about its numbers."""
     entry, where = reading.manifest.records[k], reading.where(k)
     before = len(reading.findings.lines)
-    columns = _columns(reading, entry, where)
+    columns, time = _columns(reading, entry, where)
     initial = _initial(reading, entry, where)
     if len(reading.findings.lines) > before:
         return None
     with reading.findings.under(where):
-        period_s, signals = _on_time_base(reading, entry, columns)
+        period_s, signals = _on_time_base(reading, entry, columns, time)
+        if time is not None and entry.time is not None:
+            unit = _time_unit(reading, entry)
+            span_s = float(time.time_s[-1] - time.time_s[0])
+            if remark := remark_on_period(period_s, span_s, unit, entry.time):
+                reading.findings.remark(f"{where}: {remark}")
         return Record(
             name=name,
             file=entry.file,
@@ -114,6 +127,75 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
             initial=initial,
         )
     return None
+
+
+def _checked_lengths(reading: Reading, entry: RecordTable, where: str) -> dict[str, int]:
+    """Return the samples that the record takes of each signal and of time; what is wrong becomes findings."""
+    path, cache, findings = reading.folder / entry.file, reading.cache, reading.findings
+    whole: dict[str, int] = {}
+    for name, column in reading.present(entry).items():
+        with findings.under(where):
+            unit = reading.file_unit(name)
+            whole[name] = cache.length(path, column, unit)
+            for remark in cache.remarks(path, column, unit):
+                findings.remark(f"{where}: {remark}")
+    lengths: dict[str, int] = {}
+    if len(whole) == len(reading.present(entry)):
+        with findings.under(where):
+            lengths = {
+                name: _selected(count, entry)
+                for name, count in _aligned(reading, entry, whole, where).items()
+            }
+    if entry.time is not None:
+        with findings.under(f"{where}, key time"):
+            _time_unit(reading, entry)
+            lengths["time"] = _selected(cache.rows(path, entry.time), entry)
+    return lengths
+
+
+def _aligned(reading: Reading, entry: RecordTable, whole: Mapping[str, int], where: str) -> dict[str, int]:
+    """Return the samples of each signal from the first instant that all have. Raises ValueError in words."""
+    columns = reading.present(entry)
+    headers = reading.headers(entry)
+    if entry.time is not None:
+        starts = {one.start_s for one in headers.values() if one.start_s is not None}
+        if len(starts) > 1:
+            raise ValueError(
+                f'the columns begin at different times, which one time column "{entry.time}" cannot tell; remove time, '
+                "and give sample_rate_hz"
+            )
+        return dict(whole)
+    leads = leading_rows(headers, stated_period(reading, entry))
+    if not any(leads.values()):
+        return dict(whole)
+    reading.findings.remark(f"{where}: {describe_leads(leads, headers)}")
+    left = {name: samples - leads[columns[name]] for name, samples in whole.items()}
+    return dict.fromkeys(left, max(min(left.values()), 0))
+
+
+def stated_period(reading: Reading, entry: RecordTable) -> float:
+    """Return the sample period [s] of a record without a time column: the manifest's, or that of its file.
+
+    Raises:
+        ValueError: Neither states one, or they state different ones.
+    """
+    path, rate = reading.folder / entry.file, entry.sample_rate_hz
+    for column in reading.present(entry).values():
+        stated = reading.cache.period_s(path, column)
+        if rate is None and stated is not None:
+            rate = 1.0 / stated[0]
+        elif rate is not None:
+            check_stated_period(stated, column, rate, in_manifest=entry.sample_rate_hz is not None)
+    if rate is None:
+        raise ValueError("no sample rate: add sample_rate_hz = <Hz>, or time = <column in seconds>")
+    return 1.0 / rate
+
+
+def _time_unit(reading: Reading, entry: RecordTable) -> TimeUnit:
+    """Return the unit of the record's time column. Raises ValueError where file and manifest differ."""
+    name = entry.time or ""
+    stated = reading.cache.stated_unit(reading.folder / entry.file, name)
+    return choose_time_unit(entry.time_unit, stated, name)
 
 
 def _selected(samples: int, entry: RecordTable) -> int:
@@ -143,40 +225,62 @@ def _check_lengths(lengths: Mapping[str, int], entry: RecordTable) -> None:
         )
 
 
-def _columns(reading: Reading, entry: RecordTable, where: str) -> dict[str, FloatArray]:
-    """Return finite columns in held units by signal, only the rows of the record; time under its own name."""
+def _columns(
+    reading: Reading, entry: RecordTable, where: str
+) -> tuple[dict[str, FloatArray], TimeColumn | None]:
+    """Return finite columns in held units by signal, only the rows of the record; and its time column."""
     columns: dict[str, FloatArray] = {}
     path, cache = reading.folder / entry.file, reading.cache
-    first, end = entry.rows or (0, None)
+    rows = _rows_of_columns(reading, entry)
     for name, column in reading.present(entry).items():
-        unit = reading.manifest.signals[name].unit
+        table = reading.manifest.signals[name]
+        first, end = rows[column]
         with reading.findings.under(where):
-            values = cache.column(path, column, unit, first, end)
+            values = cache.column(path, column, reading.file_unit(name), first, end)
             if reading.is_optional(name) and np.isnan(values).all():
                 continue  # an instrument that was not there
             check_finite(values, column, first)
-            columns[name] = convert_column(values, unit, reading.unit(name))
-    if entry.time is not None:
-        with reading.findings.under(f"{where}, key time"):
-            columns[_TIME] = cache.column(path, entry.time, "s", first, end)
-            check_finite(columns[_TIME], entry.time, first)
-    return columns
+            if table.counts:
+                values = (1.0 if table.scale is None else table.scale) * values + (table.offset or 0.0)
+            columns[name] = convert_column(values, table.unit, reading.unit(name))
+    if entry.time is None:
+        return columns, None
+    with reading.findings.under(f"{where}, key time"):
+        first, last = entry.rows or (0, None)
+        raw = cache.raw(path, entry.time, first, last)
+        return columns, seconds(raw, _time_unit(reading, entry), entry.time, first)
+    return columns, None
+
+
+def _rows_of_columns(reading: Reading, entry: RecordTable) -> dict[str, tuple[int, int | None]]:
+    """Return the rows of the file [first, end) of each column, aligned where they begin at different times."""
+    first, end = entry.rows or (0, None)
+    headers = reading.headers(entry)
+    leads = leading_rows(headers, stated_period(reading, entry)) if entry.time is None else {}
+    if not any(leads.values()):
+        return dict.fromkeys(headers, (first, end))
+    common = min(reading.cache.rows(reading.folder / entry.file, name) - lead for name, lead in leads.items())
+    end = common if end is None else end
+    return {name: (first + lead, end + lead) for name, lead in leads.items()}
 
 
 def _on_time_base(
-    reading: Reading, entry: RecordTable, columns: Mapping[str, FloatArray]
+    reading: Reading, entry: RecordTable, signals: dict[str, FloatArray], time: TimeColumn | None
 ) -> tuple[float, dict[str, FloatArray]]:
     """Return the period [s] and the signals on it. Raises ValueError in words."""
-    signals = {name: values for name, values in columns.items() if name != _TIME}
-    if entry.time is None or entry.sample_rate_hz is not None:
-        return 1.0 / (entry.sample_rate_hz or 1.0), signals
-    time_s, first = columns[_TIME], entry.first_row
+    if time is None or entry.time is None:
+        return stated_period(reading, entry), signals
+    first = entry.first_row
     if not entry.resample:
-        return uniform_period(time_s, entry.time, first), signals
-    grid = resampling_grid(time_s, entry.time, first)
+        period_s = uniform_period(time.time_s, entry.time, first, time.resolution_s)
+        for column in reading.present(entry).values():
+            stated = reading.cache.period_s(reading.folder / entry.file, column)
+            check_stated_period(stated, column, 1.0 / period_s, in_manifest=False)
+        return period_s, signals
+    grid = resampling_grid(time.time_s, entry.time, first)
     tables = reading.manifest.signals
     moved = {
-        name: resampled(values, time_s, grid, held=tables[name].hold == "zero")
+        name: resampled(values, time.time_s, grid, held=tables[name].hold == "zero")
         for name, values in signals.items()
     }
     return float(grid[1] - grid[0]), moved

@@ -39,6 +39,13 @@ class StoredDataset:
     """Heads of all records, in the manifest's order."""
     read: Callable[[int], Record]
     """Reads the k-th record from its file."""
+    remarked: Callable[[], tuple[str, ...]] = tuple
+    """Returns the remarks so far."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """As in `Dataset`, of the manifest, the files, and the records that were read so far."""
+        return self.remarked()
 
     def __len__(self) -> int:
         return len(self.heads)

@@ -62,7 +62,9 @@ class Compared:
     @property
     def scored(self) -> slice:
         """Samples that count: after `ignore_first`, before a divergence or values too large to draw."""
-        beyond = MOST_SIGNALS * float(np.abs(self.measured).max())
+        beyond = (
+            MOST_SIGNALS * float(np.abs(self.measured).max()) or np.inf
+        )  # nothing moved: nothing is too large
         with np.errstate(invalid="ignore"):
             bad = np.flatnonzero(~(np.abs(self.error[self.ignore_first :]) <= beyond))
         end = len(self.error) if not len(bad) else self.ignore_first + int(bad[0])
@@ -124,7 +126,8 @@ def _draw_whole(axes: Axes, compared: Compared) -> None:
     draw_line(axes, compared.time_s, compared.simulated, BLUE, "simulated", 0.7)
     limit = 4.0 * float(np.abs(compared.measured).max())
     low, high = axes.get_ylim()
-    axes.set_ylim(max(low, -limit), min(high, limit))  # a diverging model must not flatten the data
+    if limit > 0.0:
+        axes.set_ylim(max(low, -limit), min(high, limit))  # a diverging model must not flatten the data
     axes.set_ylabel(f"{compared.output} [{written(compared.unit)}]")
     axes.legend(**ABOVE)
 
@@ -133,7 +136,8 @@ def _draw_error(axes: Axes, compared: Compared) -> None:
     draw_line(axes, compared.time_s, compared.error, VERMILION, "simulated − measured", 0.8)
     error = compared.error[compared.scored]
     if len(error):
-        limit = 1.1 * float(min(np.abs(error).max(), 4.0 * np.abs(compared.measured).max())) or 1.0
+        most = 4.0 * float(np.abs(compared.measured).max()) or np.inf
+        limit = 1.1 * min(float(np.abs(error).max()), most) or 1.0
         axes.set_ylim(-limit, limit)
     first = compared.ignore_first
     if first:
@@ -197,6 +201,9 @@ def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
     period_s = float(compared.time_s[1] - compared.time_s[0])
     if scored.stop - scored.start < 32:
         note(density, "too few samples before the divergence for a spectrum")
+        return
+    if not any(np.ptp(values) for values, *_ in lines):
+        note(density, "nothing varies: there is no spectrum")
         return
     for values, color, label, width in lines:
         frequency, amplitude = amplitude_density(values, period_s)

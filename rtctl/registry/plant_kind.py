@@ -31,6 +31,8 @@ class SignalKind:
     """Which derivative of `derivative_of` it is."""
     optional: bool = False
     """Whether the signal may be missing in a manifest or in single records."""
+    not_in: tuple[str, ...] = ()
+    """Units of what the signal cannot be: of the signals with which it is mixed up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 import rtctl
@@ -119,3 +121,39 @@ def test_a_dataset_whose_acquisition_ended_early_is_told(tmp_path: Path) -> None
         "the dataset is incomplete, because its acquisition ended early (frozen_v"
     )
     assert fit.to_dict()["warnings"][0] == fit.warnings[0]
+
+
+@pytest.mark.parametrize("level", [0.0, 0.7])
+def test_an_output_that_never_moves_is_told(level: float, tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    with pytest.raises(rtctl.InputError, match=r"record r0: nothing moves, all outputs are constant"):
+        identified(tmp_path, (drive, np.full(SAMPLES, level)))
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e-61])
+def test_numbers_that_vanish_when_they_are_squared_are_told(size: float, tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    with pytest.raises(rtctl.InputError, match=r'column "displacement" is nowhere larger than'):
+        identified(tmp_path, (drive, size * played(drive)))
+
+
+@pytest.mark.parametrize("size", [1e-30, 1e30])
+def test_a_model_does_not_depend_on_the_size_of_a_unit(size: float, tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    fit = identified(tmp_path, (drive, size * played(drive)))
+    assert fit.trusted
+    assert fit.parameters["damping"].value == pytest.approx(DAMPING, rel=0.01)
+
+
+def test_what_a_file_says_and_nobody_understands_is_a_warning_of_the_fit(tmp_path: Path) -> None:
+    drive = noise_drive(1)
+    identified(tmp_path, (drive, played(drive)))
+    table = pq.read_table(tmp_path / "r0.parquet")
+    fields = [pa.field(name, pa.float64(), metadata={"unit": "blorps"}) for name in table.schema.names]
+    pq.write_table(table.cast(pa.schema(fields)), tmp_path / "r0.parquet")
+    manifest = tmp_path / "dataset.toml"
+    fit = rtctl.identify(manifest)
+    assert 'column "drive": the file states "blorps", which is no known unit; taken as V' in fit.warnings[0]
+    assert fit.trusted
+    comparison = rtctl.simulate(fit.model, manifest)
+    assert len(comparison.summary["remarks"]) == 2

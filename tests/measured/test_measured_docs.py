@@ -33,4 +33,4 @@ def test_the_example_loads_and_the_code_runs(tmp_path: Path, capsys: pytest.Capt
 
 def test_every_format_is_on_the_page() -> None:
     rows = "".join(line.split("|")[1] for line in PAGE.splitlines() if line.startswith("| `."))
-    assert set(re.findall(r"\.\w+", rows)) == set(READERS)
+    assert set(re.findall(r"`([.\w]+)`", rows)) == set(READERS)

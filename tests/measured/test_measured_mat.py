@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -117,3 +118,80 @@ def test_variables_of_version_73_that_are_no_signal(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match=message):
             TableCache().length(path, name, "V")
     assert TableCache().length(path, "e", "V") == 0
+
+
+# ---- objects
+
+
+def element(kind: int, content: bytes) -> bytes:
+    return struct.pack("<II", kind, len(content)) + content + b"\0" * (-len(content) % 8)
+
+
+def opaque(name: str, own_class: str) -> bytes:
+    """An object in version 5: flags of class 17, no dimensions, then name, family, class, and six numbers."""
+    ids = [0xDD000000, 2, 1, 1, 1, 1]
+    numbers = element(6, struct.pack("<II", 13, 0)) + element(5, struct.pack("<ii", 6, 1)) + element(1, b"")
+    numbers += element(6, struct.pack("<6I", *ids))
+    texts = b"".join(element(1, text.encode()) for text in (name, "MCOS", own_class))
+    return element(14, element(6, struct.pack("<II", 17, 0)) + texts + element(14, numbers))
+
+
+def with_object(path: Path, own_class: str, *, first: bool, packed: bool) -> None:
+    savemat(path, {"drive": X, "x_tip": 2.0 * X, "run": {"t": X}}, do_compression=packed)
+    whole, one = path.read_bytes(), opaque("ts", own_class)
+    if packed:
+        one = struct.pack("<II", 15, len(zlib.compress(one))) + zlib.compress(one)
+    kept = element(6, struct.pack("<II", 9, 0)) + element(5, struct.pack("<ii", 1, 64)) + element(1, b"")
+    body = one + whole[128:] if first else whole[128:] + one
+    path.write_bytes(whole[:128] + body + element(14, kept + element(2, b"\0" * 64)))
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize("first", [True, False])
+def test_numbers_beside_an_object_of_version_5_are_read(tmp_path: Path, first: bool, packed: bool) -> None:
+    path = tmp_path / "r.mat"
+    with_object(path, "timeseries", first=first, packed=packed)
+    assert set(open_table(path).columns) == {"drive", "x_tip", "run.t", "ts"}
+    np.testing.assert_array_equal(TableCache().column(path, "x_tip", "mm"), 2.0 * X)
+    np.testing.assert_array_equal(TableCache().column(path, "run.t", "s", 3, 7), X[3:7])
+    with pytest.raises(
+        ValueError, match=r'"ts" is a MATLAB timeseries.* in MATLAB: t = ts.Time; x = ts.Data\(:\)'
+    ):
+        TableCache().length(path, "ts", "mm")
+
+
+@pytest.mark.parametrize(
+    "damage", [struct.pack("<II", 14, 8) + b"\0" * 8, struct.pack("<II", 15, 8) + b"\1" * 8]
+)
+def test_a_header_of_version_5_that_makes_no_sense(tmp_path: Path, damage: bytes) -> None:
+    savemat(tmp_path / "r.mat", {"x": X})
+    (tmp_path / "r.mat").write_bytes((tmp_path / "r.mat").read_bytes() + damage)
+    with pytest.raises(ValueError, match="damaged"):
+        open_table(tmp_path / "r.mat")
+
+
+@pytest.mark.parametrize(
+    "own_class",
+    ["timeseries", "datetime", "duration", "string", "table", "timetable", "categorical", "mine", ""],
+)
+def test_the_numbers_that_stand_for_an_object_of_version_73_are_no_signal(
+    tmp_path: Path, own_class: str
+) -> None:
+    path = tmp_path / "r.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, decode in (("both", 3), ("mark", None)):
+            file[name] = np.array([[0xDD000000, 2, 1, 1, 1, 1]], np.uint32)
+            if own_class:
+                file[name].attrs["MATLAB_class"] = np.bytes_(own_class.encode())
+            if decode:
+                file[name].attrs["MATLAB_object_decode"] = np.int32(decode)
+        file["#subsystem#/MCOS"] = np.zeros(3)
+        file["n"] = np.array([[1, 2, 3, 4, 5, 6]], np.uint32)
+        file["n"].attrs["MATLAB_class"] = np.bytes_(b"uint32")
+    assert set(open_table(path).columns) == {"both", "mark", "n"}
+    for name in ("both", "mark"):
+        with pytest.raises(
+            ValueError, match=f'"{name}" is a MATLAB {own_class or "object"}, an object that only'
+        ):
+            TableCache().length(path, name, "mm")
+    np.testing.assert_array_equal(TableCache().column(path, "n", "mm"), np.arange(1.0, 7.0))

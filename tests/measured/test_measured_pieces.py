@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_files import write_tdms
 
-from rtctl.measured.readers.csv import line_index
+from rtctl.measured.readers.delimited.text import Text, index_lines
 
 NAMES = ("drive", "x_tip", "spare_1", "spare_2")
 ROWS = 1_000_000
@@ -143,10 +143,10 @@ def test_records_read_one_by_one_cost_little_more_than_one(tmp_path: Path, name:
 def test_lines_are_found_as_python_splits_them(parts: list[bytes], head: int) -> None:
     text = b"".join(parts)
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rtctl.measured.readers.csv._BLOCK_BYTES", 4)
+        patch.setattr("rtctl.measured.readers.delimited.text.BLOCK_BYTES", 4)
         path = Path(folder) / "lines"
         path.write_bytes(text)
-        count, index = line_index(path, head)
+        count, index, _ = index_lines(Text(path), head)
     lines = [line for line in text.splitlines() if line]
     assert count == len(lines)
     assert (not index) == (count <= head)

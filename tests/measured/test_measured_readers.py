@@ -16,7 +16,7 @@ from measured_files import uff58, write_tdms, write_uff
 from scipy.io import savemat
 
 from rtctl.measured.columns.conversion import TableCache
-from rtctl.measured.readers import READERS, open_table
+from rtctl.measured.readers import READERS, open_table, suffix_of
 
 A, B = np.round(np.linspace(-1.0, 1.0, 50) ** 3, 9), np.arange(50)  # nine digits: text files keep twelve
 
@@ -42,6 +42,11 @@ def write_mat73(path: Path) -> None:
         file["a"], file["b"] = A[np.newaxis, :], B[np.newaxis, :]
 
 
+def write_packed(path: Path) -> None:
+    with pa.CompressedOutputStream(str(path), "gzip") as sink:
+        pa.csv.write_csv(table(), sink)
+
+
 WRITERS: dict[str, Callable[[Path], object]] = {
     "comma.csv": lambda path: pa.csv.write_csv(table(), path),
     "upper.CSV": lambda path: pa.csv.write_csv(table(), path),
@@ -57,6 +62,12 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "plain.h5": write_h5,
     "v73.mat": write_mat73,
     "one.tdms": lambda path: write_tdms(path, {"a": A, "b": B}),
+    "plain.txt": lambda path: pa.csv.write_csv(table(), path),
+    "plain.dat": lambda path: pa.csv.write_csv(table(), path),
+    "plain.tsv": lambda path: pa.csv.write_csv(table(), path, pa.csv.WriteOptions(delimiter="\t")),
+    "packed.csv.gz": write_packed,
+    "plain.hdf5": write_h5,
+    "plain.feather": lambda path: pa.feather.write_feather(table(), path),
     "streamed.tdms": lambda path: write_tdms(path, {"a": A, "b": B}, segments=7),
     "text.uff": lambda path: write_uff(path, [uff58(A, id1="a"), uff58(B, id1="b")]),
     "binary.unv": lambda path: write_uff(
@@ -90,7 +101,8 @@ def test_rows_of_a_column_are_the_same_in_every_format(
     np.testing.assert_array_equal(TableCache().column(path, "b", "V", first, end), B[first:end])
 
 
-CUT = [name for name in WRITERS if not name.lower().endswith(".csv")]  # whose every line may be the last
+TEXTS = (".csv", ".txt", ".dat", ".tsv")
+CUT = [name for name in WRITERS if not name.lower().endswith(TEXTS)]  # whose every line may be the last
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
@@ -105,14 +117,14 @@ def test_a_file_that_was_cut_off_is_told(tmp_path: Path, name: str, share: float
 
 
 def test_every_reader_of_the_registry_is_tried_above() -> None:
-    assert {Path(name).suffix.lower() for name in WRITERS} == set(READERS)
+    assert {suffix_of(Path(name)) for name in WRITERS} == set(READERS)
 
 
 @pytest.mark.parametrize("suffix", sorted(READERS))
 def test_a_file_that_is_not_what_its_suffix_says(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"liar{suffix}"
     path.write_bytes(b"%PDF-1.7\n\x00\xff\xfe,\n\x01\x02")
-    with pytest.raises(ValueError, match=r"^not an? |^not readable as CSV|^no column|two columns"):
+    with pytest.raises(ValueError, match=r"^not an? |^not readable as (CSV|gzip)|^no column|two columns"):
         column(path, "a")
 
 
@@ -169,7 +181,7 @@ def test_csv_as_instruments_and_spreadsheets_write_it(tmp_path: Path, text: str 
     ("text", "message"),
     [
         ("1.0,2.0\n3.0,4.0\n", "the first line must name the columns, got numbers"),
-        ("\n1,2\n", "the header line is empty"),
+        ("\n1,2\n", "the first line must name the columns, got numbers"),
         ("a,b\n1,2,3\n", "not readable as CSV: .*Expected 2 columns, got 3"),
         ('a,b\n"1\n2",3\n', "a line break stands inside quotes"),
         ("a,a\n1,2\n", "two columns have the same name"),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from measured_files import write_tdms
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from rtctl.border.errors import InputError
 from rtctl.measured import open_dataset, read_dataset
@@ -97,3 +98,24 @@ def test_an_index_file_of_an_older_measurement_is_not_believed(tmp_path: Path) -
     index = (tmp_path / "old.tdms").read_bytes().replace(b"TDSm", b"TDSh")
     (tmp_path / "r.tdms_index").write_bytes(index)
     assert TableCache().length(tmp_path / "r.tdms", "x", "V") == 200
+
+
+@pytest.mark.parametrize("level", ["channel", "group", "file"])
+@pytest.mark.parametrize("status", [None, "unscaled", "scaled"])
+def test_a_scale_that_the_reader_does_not_know_is_refused(
+    tmp_path: Path, level: str, status: str | None
+) -> None:
+    scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Bridge", "NI_Scale[0]_Bridge_Gain": 2.0}
+    scale |= {} if status is None else {"NI_Scaling_Status": status}
+    path, at = (
+        tmp_path / "r.tdms",
+        {name: scale if name == level else {} for name in ("channel", "group", "file")},
+    )
+    with TdmsWriter(str(path)) as writer:
+        channel = ChannelObject("run", "x", np.arange(200, dtype=np.int16), at["channel"])
+        writer.write_segment([RootObject(at["file"]), GroupObject("run", at["group"]), channel])
+    if status == "scaled":
+        np.testing.assert_array_equal(TableCache().column(path, "x", "V"), K)
+        return
+    with pytest.raises(ValueError, match='"x" is stored as counts with a scale that is not known, "Bridge"'):
+        TableCache().length(path, "x", "V")

@@ -67,6 +67,8 @@ def identify(  # noqa: PLR0913
             f'{start.source or "model"}: a model of a "{start.kind}", the data are of a "{data.plant}"'
         )
     fit: Fit = record.part(how.fit)(data, start, options, report)
+    for remark in reversed(data.remarks):
+        fit = fit.warn(remark)
     return fit.warn(INCOMPLETE.format(data.incomplete)) if data.incomplete else fit
 
 

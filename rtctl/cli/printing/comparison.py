@@ -38,6 +38,8 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
     )
     if len(shown) < len(scored):
         print(f"{len(scored) - len(shown)} more, with smaller errors, in {folder / 'summary.json'}")
+    for remark in summary.get("remarks", ()):
+        print(f"note: {remark}")
     print(f"results in {folder}; the worst record, {summary['worst']}, in {folder / 'worst.png'}")
 
 

@@ -268,8 +268,11 @@ def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
     if not records:
         raise InputError(f'{dataset.path}: no record has use = "fit"; test records are never fitted')
     for record in records:
-        if not any(values[record.first :].any() for values in record.measured.values()):
-            raise InputError(f"{dataset.path}: record {record.name}: nothing moves, all outputs are zero")
+        if not any(np.ptp(values[record.first :]) for values in record.measured.values()):
+            raise InputError(
+                f"{dataset.path}: record {record.name}: nothing moves, all outputs are constant; leave the record out, "
+                "or correct its column"
+            )
     return records
 
 

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.measured.readers import Header, Table, open_table
-from rtctl.measured.readers.table import length
-from rtctl.measured.units import same_unit
+from rtctl.measured.readers.table import Column, length
+from rtctl.measured.stated_unit import agrees, is_no_unit, readable, unit_in_name
 
 OVERFLOW_CODE = 9.9e37
+LEAST_SIZE = 1e-60
+"""Largest number of a column below which it holds nothing measured; its squares and cubes would vanish."""
 _TEXT = "OUS"  # NumPy's kinds of it
 KEPT_BYTES = 128 << 20
 """Bytes of numbers that are kept for the next record of the same file."""
@@ -45,21 +47,37 @@ class TableCache:
         """Return whether the file was opened."""
         return path in self._tables
 
-    def length(self, path: Path, name: str, unit: str) -> int:
-        """Return the samples of a column, checked as far as possible without its numbers. Raises ValueError."""
-        header = self._header(path, name)
+    def length(self, path: Path, name: str, unit: str | None) -> int:
+        """Return the samples of a column, checked as far as possible without its numbers. Raises ValueError.
+
+        `unit` is the manifest's; None: the numbers are counts, whose unit the file does not state.
+        """
+        samples = self.rows(path, name)
+        header = self.header(path, name)
+        if header.dtype is not None and header.dtype.kind not in _TEXT:  # text: the message shows some
+            numbers(np.empty(0, header.dtype), name)
+        if unit is not None:
+            _check_stated_unit(self.stated_unit(path, name), name, unit)
+        return samples
+
+    def rows(self, path: Path, name: str) -> int:
+        """Return the samples of a column of any type. Raises ValueError in words."""
+        header = self.header(path, name)
         if header.refusal:
             raise ValueError(f'column "{name}" {header.refusal}')
         try:
-            samples = length(header.shape)
+            return length(header.shape)
         except ValueError as error:
             raise ValueError(f'column "{name}" {error}') from None
-        if header.dtype is not None and header.dtype.kind not in _TEXT:  # text: the message shows some
-            numbers(np.empty(0, header.dtype), name)
-        _check_stated_unit(header, name, unit)
-        return samples
 
-    def column(self, path: Path, name: str, unit: str, first: int = 0, end: int | None = None) -> FloatArray:
+    def raw(self, path: Path, name: str, first: int = 0, end: int | None = None) -> Column:
+        """Return rows [first, end) of a column as the file holds them, numbers, dates or text. Raises ValueError."""
+        samples = self.rows(path, name)
+        return self.table(path).load(name, first, samples if end is None else end)
+
+    def column(
+        self, path: Path, name: str, unit: str | None, first: int = 0, end: int | None = None
+    ) -> FloatArray:
         """Return the numbers of rows [first, end) of a column; NaN for gaps in a file. Raises ValueError in words."""
         samples = self.length(path, name, unit)
         end = samples if end is None else end
@@ -74,10 +92,26 @@ class TableCache:
 
     def period_s(self, path: Path, name: str) -> tuple[float, str] | None:
         """Return the sample period [s] that the file states for a column, and under which key, if it does."""
-        header = self._header(path, name)
+        header = self.header(path, name)
         return None if header.period_s is None else (header.period_s, header.period_key)
 
-    def _header(self, path: Path, name: str) -> Header:
+    def stated_unit(self, path: Path, name: str) -> str | None:
+        """Return the unit that the file states for a column, in its attributes or in brackets behind its name."""
+        stated = self.header(path, name).unit
+        return unit_in_name(name) if stated is None or is_no_unit(stated) else stated
+
+    def remarks(self, path: Path, name: str, unit: str | None) -> list[str]:
+        """Return what a user must know of a column that is read as `unit` (None: as counts)."""
+        stated = self.stated_unit(path, name)
+        found = [f'column "{name}": {remark}' for remark in self.header(path, name).remarks]
+        if stated is not None and unit is not None and not readable(stated):
+            found.append(
+                f'column "{name}": the file states "{stated[:40]}", which is no known unit; taken as {unit}'
+            )
+        return found
+
+    def header(self, path: Path, name: str) -> Header:
+        """Return what the file states of a column. Raises ValueError that lists the columns."""
         columns = self.table(path).columns
         if name not in columns:
             raise ValueError(f'no column "{name}"{nearest(name, columns)}')
@@ -134,6 +168,12 @@ def check_finite(values: FloatArray, name: str, first_row: int) -> None:
             f"{rows_text(bad + first_row)}. Instruments write this number where a reading overflowed; correct the "
             "file, or leave these rows out with rows = [first, end]"
         )
+    size = float(np.abs(values).max(initial=0.0))
+    if 0.0 < size < LEAST_SIZE:
+        raise ValueError(
+            f'column "{name}" is nowhere larger than {size:.3g}: no instrument measures so little; correct the file or '
+            "the scale"
+        )
 
 
 def rows_text(rows: NDArray[np.intp], shown: int = 5) -> str:
@@ -159,14 +199,10 @@ def _is_number(value: object) -> bool:
     return True
 
 
-def _check_stated_unit(header: Header, name: str, unit: str) -> None:
-    if header.unit is None:
+def _check_stated_unit(stated: str | None, name: str, unit: str) -> None:
+    if stated is None or not readable(stated):  # a text that is no unit is remarked upon
         return
-    try:
-        agrees = same_unit(header.unit, unit)
-    except ValueError:
-        return  # metadata of a foreign writer that is not a unit says nothing
-    if not agrees:
+    if not agrees(stated, unit):
         raise ValueError(
-            f'the file states unit "{header.unit}" for column "{name}", the manifest "{unit}"; correct one'
+            f'the file states unit "{stated}" for column "{name}", the manifest "{unit}"; correct one'
         )

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 
 TOLERANCE = 1e-3
 """Largest deviation of an interval from the usual one, as a fraction of it."""
+COARSEST_STAMP = 0.5
+"""Largest step of rounded stamps, in periods: of coarser ones, a lost sample does not show."""
+_SHOWN = 4
 
 
-def uniform_period(time_s: FloatArray, name: str, first_row: int) -> float:
-    """Return the period [s] of a uniform time column. Raises ValueError that says where it is not, and by how much."""
+LONGEST_GAP = 5.0
+"""Longest interval that resampling bridges, in usual ones: over more, a straight line is no measurement."""
+
+
+def uniform_period(time_s: FloatArray, name: str, first_row: int, resolution_s: float = 0.0) -> float:
+    """Return the period [s] of a uniform time column. Raises ValueError that says where it is not, and by how much.
+
+    Stamps that are rounded to `resolution_s` are uniform if they lie within that of a straight line.
+    """
     intervals = _rising(time_s, name, first_row)
+    mean = float((time_s[-1] - time_s[0]) / len(intervals))
+    if resolution_s < COARSEST_STAMP * mean and _is_line(time_s, mean, resolution_s):
+        return mean
     usual = float(np.median(intervals))  # the mean would be moved by the very gap that is looked for
     deviation = np.abs(intervals - usual)
     worst = int(np.argmax(deviation))
@@ -26,24 +41,53 @@ def uniform_period(time_s: FloatArray, name: str, first_row: int) -> float:
     return float((time_s[-1] - time_s[0]) / len(intervals))
 
 
-def check_stated_period(stated: tuple[float, str] | None, name: str, sample_rate_hz: float) -> None:
-    """Raise ValueError where a file states another period [s] (under a key) than the manifest's rate."""
+def _is_line(time_s: FloatArray, period_s: float, within_s: float) -> bool:
+    """Return whether stamps lie within `within_s` of a line; both of its ends may be off by half of that."""
+    line = time_s[0] + period_s * np.arange(len(time_s))
+    return bool(np.abs(time_s - line).max() <= 1.01 * within_s)
+
+
+def check_stated_period(
+    stated: tuple[float, str] | None, name: str, sample_rate_hz: float, *, in_manifest: bool = True
+) -> None:
+    """Raise ValueError where a file states another period [s] (under a key) than the manifest's or another column's."""
     if stated is None:
         return
     period_s, key = stated
+    other, end = (
+        ("the manifest sample_rate_hz = ", "") if in_manifest else ("another column goes on at ", " Hz")
+    )
     if not abs(period_s * sample_rate_hz - 1.0) <= TOLERANCE:
         raise ValueError(
-            f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), the manifest '
-            f"sample_rate_hz = {sample_rate_hz:g} (allowed difference {100 * TOLERANCE:g} %); correct one"
+            f'the file states {1.0 / period_s:.6g} Hz for column "{name}" ({key} = {period_s:.6g} s), {other}'
+            f"{sample_rate_hz:.6g}{end} (allowed difference {100 * TOLERANCE:g} %); correct one"
         )
 
 
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
     """Return uniform instants (m,) [s] from the first to the last, a median interval apart."""
-    usual = float(np.median(_rising(time_s, name, first_row)))
+    intervals = _rising(time_s, name, first_row)
+    usual = float(np.median(intervals))
+    _check_gaps(intervals, usual, name, first_row)
     count = int(np.floor((time_s[-1] - time_s[0]) / usual * (1.0 + 1e-9))) + 1
     grid: FloatArray = time_s[0] + usual * np.arange(count)
     return grid
+
+
+def _check_gaps(intervals: FloatArray, usual: float, name: str, first_row: int) -> None:
+    """Raise ValueError with the rows of the parts where intervals are too long to be bridged."""
+    gaps = np.flatnonzero(intervals > LONGEST_GAP * usual)
+    if not len(gaps):
+        return
+    longest = int(gaps[np.argmax(intervals[gaps])])
+    edges = [first_row, *(gaps + first_row + 1).tolist(), first_row + len(intervals) + 1]
+    parts = [f"[{a}, {b}]" for a, b in pairwise(edges) if b - a > 1]
+    more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
+    raise ValueError(
+        f'time column "{name}" has {len(gaps)} gaps, the longest of {intervals[longest]:.6g} s after row '
+        f"{longest + first_row} (usually {usual:.6g} s; resampling bridges up to {LONGEST_GAP:g} of these). What lies "
+        f"between was not measured: make one record of each part, with rows = {', '.join(parts[:_SHOWN])}{more}"
+    )
 
 
 def resampled(values: FloatArray, time_s: FloatArray, grid_s: FloatArray, *, held: bool) -> FloatArray:

@@ -14,11 +14,21 @@ class Findings:
     def __init__(self, source: str) -> None:
         self.source = source
         self._lines: dict[str, None] = {}  # ordered, and each message once
+        self._remarks: dict[str, None] = {}
 
     @property
     def lines(self) -> tuple[str, ...]:
         """Return all messages so far."""
         return tuple(self._lines)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what a user must know though the files can be read."""
+        return tuple(self._remarks)
+
+    def remark(self, text: str) -> None:
+        """Add one remark, without the source."""
+        self._remarks[text] = None
 
     def add(self, message: str) -> None:
         """Add one message, without the source."""

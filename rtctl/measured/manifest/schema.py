@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, check, read_toml
 from rtctl.measured.manifest.signal_kinds import measured_kinds, signal_findings
+from rtctl.measured.units import check_unit
 
 Role = Literal["input", "output"]
 Hold = Literal["linear", "zero", "band-limited"]
@@ -37,6 +38,25 @@ def _rate_hz(raw: Any) -> float:
     if not is_number or not 0.0 < raw < math.inf:
         raise ValueError(f"{raw!r} is not a rate; write a number of Hz above 0, such as 1000.0")
     return float(raw)
+
+
+def _finite(raw: Any) -> float:
+    if not isinstance(raw, int | float) or isinstance(raw, bool) or not math.isfinite(raw):
+        raise ValueError(f"{raw!r} is not a finite number")
+    return float(raw)
+
+
+def _scale(raw: Any) -> float:
+    if _finite(raw) == 0.0:
+        raise ValueError(
+            "0 leaves nothing of the signal; write the unit that one count is, such as 0.0003052"
+        )
+    return float(raw)
+
+
+def _time_unit(raw: Any) -> str:
+    check_unit(_unit(raw), "s")
+    return str(raw)
 
 
 def _count(raw: Any) -> int:
@@ -106,6 +126,15 @@ class SignalTable(Checked):
     unit: Annotated[str, BeforeValidator(_unit)]
     column: Text | None = None
     hold: Annotated[Hold, _one_of(*get_args(Hold))] | None = None
+    scale: Annotated[float, BeforeValidator(_scale)] | None = None
+    """Scale [unit per count]: the signal is scale times what the column holds, plus offset."""
+    offset: Annotated[float, BeforeValidator(_finite)] | None = None
+    """Offset [unit]."""
+
+    @property
+    def counts(self) -> bool:
+        """Return whether the column holds counts, not numbers in the unit."""
+        return self.scale is not None or self.offset is not None
 
     @model_validator(mode="after")
     def _hold_of_an_input(self) -> SignalTable:
@@ -122,6 +151,8 @@ class RecordTable(Checked):
     """Name; default: the file's name without its suffix, made unique by the rows."""
     sample_rate_hz: Annotated[float, BeforeValidator(_rate_hz)] | None = None
     time: Text | None = None
+    time_unit: Annotated[str, BeforeValidator(_time_unit)] | None = None
+    """Unit of the time column; default: what the file states, else seconds."""
     resample: bool = False
     rows: Annotated[tuple[int, int], BeforeValidator(_rows)] | None = None
     """First row and the one after the last, counted from 0."""
@@ -134,14 +165,14 @@ class RecordTable(Checked):
     @model_validator(mode="after")
     def _one_time_base(self) -> RecordTable:
         rate = self.sample_rate_hz
-        if rate is None and self.time is None:
-            raise ValueError("no sample rate: add sample_rate_hz = <Hz>, or time = <column in seconds>")
         if rate is not None and self.time is not None:
             raise ValueError(
                 f'sample_rate_hz = {rate:g} and time = "{self.time}" exclude each other; keep one'
             )
         if self.resample and self.time is None:
             raise ValueError("resample = true needs a time column; name it with time, or remove resample")
+        if self.time_unit is not None and self.time is None:
+            raise ValueError("time_unit is of a time column; name it with time, or remove time_unit")
         return self
 
     @property

@@ -7,7 +7,7 @@ from typing import Any
 
 from rtctl.border.errors import nearest
 from rtctl.border.motion import lowest_response, with_displacement
-from rtctl.measured.units import check_unit, is_unit
+from rtctl.measured.units import check_is_no, check_proportional, check_unit, is_unit
 from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 
@@ -61,6 +61,9 @@ def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[st
         try:
             check_unit(unit)
             check_unit(unit, held_unit(plant, name, {key: one for key, one in units.items() if is_unit(one)}))
+            if kind.unit is None:
+                check_proportional(unit)
+                check_is_no(unit, kind.not_in)
         except ValueError as error:
             found.append(f'key "signals.{name}.unit": {error}')
     return found

@@ -13,11 +13,17 @@ __all__ = ["READERS", "Header", "Table", "open_table"]
 
 READERS = {
     ".csv": "csv",
+    ".csv.gz": "csv",
+    ".txt": "csv",
+    ".dat": "csv",
+    ".tsv": "csv",
     ".parquet": "parquet",
     ".arrow": "arrow",
+    ".feather": "arrow",
     ".npz": "npz",
     ".mat": "mat",
     ".h5": "h5",
+    ".hdf5": "h5",
     ".tdms": "tdms",
     ".uff": "uff58",
     ".unv": "uff58",
@@ -26,17 +32,22 @@ NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
 """Optional dependency of a reader by suffix; h5py is asked for where a file turns out to be HDF5."""
 
 
+def suffix_of(path: Path) -> str:
+    """Return the suffix in lower case, with the one before it where the file is packed: `.csv.gz`."""
+    suffix = path.suffix.lower()
+    return Path(path.stem).suffix.lower() + suffix if suffix == ".gz" else suffix
+
+
 def open_table(path: Path) -> Table:
     """Return the columns of a file by its suffix. Raises ValueError in words."""
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     if suffix not in READERS:
-        raise ValueError(
-            f'no reader for the suffix "{path.suffix}"{nearest(suffix, READERS)}; convert the file'
-        )
+        known = ", ".join(sorted(READERS))
+        raise ValueError(f'no reader for the suffix "{suffix}"; known: {known}; convert the file')
     if path.is_dir():
         raise ValueError("is a folder, a file is needed")
     if not path.is_file():
-        siblings = [other.name for other in path.parent.glob("*") if other.suffix.lower() in READERS]
+        siblings = [other.name for other in path.parent.glob("*") if suffix_of(other) in READERS]
         raise ValueError(f"no such file in {path.parent}{nearest(path.name, siblings)}")
     try:
         size = path.stat().st_size

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_slice, reading
+from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_readings, arrow_slice, reading
 
 _FILE_MAGIC = b"ARROW1"
 
@@ -39,11 +39,13 @@ def read(path: Path) -> Table:
         with reading("an Arrow file"), pa.memory_map(str(path)) as source:
             field = names.index(name)
             if not is_file:
-                return arrow_slice(_stream_pieces(source, field), first, end)
+                return arrow_readings(schema, name, arrow_slice(_stream_pieces(source, field), first, end))
             starts = batch_starts()
             begin = bisect_right(starts, first) - 1
             pieces = _file_pieces(source, field, begin)
-            return arrow_slice(pieces, first - starts[begin], end - starts[begin])
+            return arrow_readings(
+                schema, name, arrow_slice(pieces, first - starts[begin], end - starts[begin])
+            )
 
     return Table(columns=arrow_headers(schema, rows), load=load, piecewise=is_file)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,10 +11,23 @@ from typing import Any
 import numpy as np
 
 from rtctl.extras import missing_message
+from rtctl.measured.readers.attributes import (
+    Packing,
+    packing_of,
+    stated_unit,
+    text_of,
+    unapplied,
+    unpack,
+)
+from rtctl.measured.readers.mat_headers import describe_object
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCKS = (0, 512, 1024, 2048)  # MATLAB puts its own header in front (HDF5 specification, II.A)
+_NO_NUMBERS = frozenset({"char", "cell", "struct", "function_handle"})
+"""Classes of MATLAB variables that hold no numbers."""
+_OBJECT_MARK = 0xDD000000
+"""First of the numbers by which MATLAB 7.3 stands a variable for an object that it keeps elsewhere in the file."""
 
 
 def is_hdf5(path: Path) -> bool:
@@ -33,40 +47,93 @@ def read(path: Path, separator: str = "/") -> Table:
     h5py = _h5py()
     headers: dict[str, Header] = {}
     paths: dict[str, str] = {}
+    packings: dict[str, Packing] = {}
 
     def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith("#refs#"):  # MATLAB's cells, by reference
-            paths[name.replace("/", separator)] = name
-            headers[name.replace("/", separator)] = _header(item)
+        if isinstance(item, h5py.Dataset) and not name.startswith(
+            "#"
+        ):  # MATLAB's cells and objects, by reference
+            column = name.replace("/", separator)
+            paths[column] = name
+            headers[column], packings[column] = _header(item, column, path.parent)
 
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
         file.visititems(visit)
 
     def load(name: str, first: int, end: int) -> Column:
+        from rtctl.measured.readers.storage import unwritten_rows
+
         with reading("an HDF5 file"), h5py.File(path, "r") as file:
             dataset = file[paths[name]]
-            return np.asarray(dataset[vector_rows(dataset.shape, first, end)])
+            absent = unwritten_rows(dataset, first, end)
+            stored = None if absent else np.asarray(dataset[vector_rows(dataset.shape, first, end)])
+        if stored is None and absent is not None:
+            raise ValueError(
+                f'column "{name}" was never written in rows {absent[0]} to {absent[1] - 1} (HDF5 gives its fill value '
+                "for them); leave them out with rows = [first, end]"
+            )
+        return unpack(np.asarray(stored), packings[name])
 
     return Table(columns=headers, load=load)
 
 
-def _header(dataset: Any) -> Header:
-    """Return the header of a dataset; its unit may stand in the attribute "unit" or "units"."""
-    kind = _text(dataset.attrs.get("MATLAB_class"))
-    if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
-        return Header(shape=(0,))
-    refusal = f"is a MATLAB {kind}, numbers are needed" if kind in ("char", "cell", "struct", "table") else ""
+def _header(dataset: Any, name: str, folder: Path) -> tuple[Header, Packing]:
+    """Return the header of a dataset, and how its numbers are packed."""
+    attributes = _attributes(dataset)
+    if dataset.shape is None or "MATLAB_empty" in attributes:
+        return Header(shape=(0,)), Packing()
+    refusal, packing = _refusal(dataset, attributes, name), Packing()
+    if not refusal and not attributes.keys() & {"MATLAB_class"}:
+        try:
+            packing = packing_of(attributes)
+        except ValueError as error:
+            refusal = str(error)
+    if not refusal:
+        from rtctl.measured.readers.storage import absence
+
+        refusal = absence(dataset, folder)
+    dtype = (
+        np.dtype(np.float64) if packing.changes_numbers and dataset.dtype.kind in "biuf" else dataset.dtype
+    )
+    remark = unapplied(attributes)
+    header = Header(
+        shape=dataset.shape,
+        dtype=dtype,
+        unit=stated_unit(attributes),
+        refusal=refusal,
+        remarks=(remark,) * bool(remark),
+    )
+    return header, packing
+
+
+def _attributes(dataset: Any) -> Mapping[str, Any]:
+    """Return the attributes that can be read; one of a foreign type says nothing."""
+    found: dict[str, Any] = {}
+    for key in dataset.attrs:
+        try:
+            found[key] = dataset.attrs[key]
+        except (OSError, TypeError, ValueError, RuntimeError):
+            continue
+    return found
+
+
+def _refusal(dataset: Any, attributes: Mapping[str, Any], name: str) -> str:
+    kind = text_of(attributes.get("MATLAB_class"))
+    if "MATLAB_object_decode" in attributes or _is_object_mark(dataset, kind):
+        return describe_object(kind, name)
+    if kind in _NO_NUMBERS:
+        return f"is a MATLAB {kind}, numbers are needed"
     fields = dataset.dtype.names
     if fields is not None and set(fields) == {"real", "imag"}:
-        refusal = "holds complex numbers, real numbers are needed"
-    unit = _text(dataset.attrs.get("unit", dataset.attrs.get("units")))
-    return Header(shape=dataset.shape, dtype=dataset.dtype, unit=unit or None, refusal=refusal)
+        return "holds complex numbers, real numbers are needed"
+    return ""
 
 
-def _text(attribute: Any) -> str:
-    if isinstance(attribute, bytes):
-        return attribute.decode(errors="replace")
-    return attribute if isinstance(attribute, str) else ""
+def _is_object_mark(dataset: Any, kind: str) -> bool:
+    """Return whether a MATLAB variable is six numbers that stand for an object, also where its class is not said."""
+    if dataset.dtype != np.uint32 or not 4 <= dataset.size <= 64 or (kind and kind.startswith("uint")):
+        return False
+    return bool(np.asarray(dataset[()]).reshape(-1)[0] == _OBJECT_MARK)
 
 
 def _h5py() -> ModuleType:

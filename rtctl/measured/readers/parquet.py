@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_slice, reading
+from rtctl.measured.readers.table import Column, Table, arrow_headers, arrow_readings, arrow_slice, reading
 
 _BATCH_ROWS = 65_536
 _BUFFER_BYTES = 1 << 20
@@ -26,7 +26,8 @@ def read(path: Path) -> Table:
             pq.ParquetFile(path, buffer_size=_BUFFER_BYTES, pre_buffer=False) as file,
         ):
             groups, start = _groups(file.metadata, first, end)
-            return arrow_slice(_pieces(file, name, groups), first - start, end - start)
+            stored = arrow_slice(_pieces(file, name, groups), first - start, end - start)
+            return arrow_readings(file.schema_arrow, name, stored)
 
     return Table(columns=headers, load=load)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
+
+from rtctl.measured.readers.attributes import UNIT_KEYS, packing_of, stated_unit, text_of, unapplied, unpack
 
 Column = NDArray[Any]
 
@@ -27,8 +30,14 @@ class Header(NamedTuple):
     """Sample period [s] that the file states, for a cross-check."""
     period_key: str = ""
     """Key under which the file states the period."""
+    start_s: float | None = None
+    """Time [s] of the first sample that the file states, from an origin that its columns share."""
+    start_key: str = ""
+    """Key under which the file states it."""
     refusal: str = ""
     """Why the column is no signal, as a phrase that continues its name."""
+    remarks: tuple[str, ...] = ()
+    """What a user must know of a column that can be read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +49,8 @@ class Table:
     """Returns rows [first, end) of a column; `end` is at most the column's length."""
     piecewise: bool = True
     """Whether single rows are cheap to read; if not, the whole column is read (or skipped over) for any of them."""
+    remarks: tuple[str, ...] = ()
+    """What a user must know of a file that can be read."""
 
 
 def length(shape: Sequence[int]) -> int:
@@ -76,12 +87,45 @@ def check_distinct(names: Sequence[str]) -> None:
 
 
 def arrow_headers(schema: pa.Schema, rows: int) -> dict[str, Header]:
-    """Return the headers of Arrow columns; a field's metadata may state its unit."""
+    """Return the headers of Arrow columns; a field's metadata may state its unit, or a table in the schema's."""
     check_distinct(schema.names)
-    return {
-        entry.name: Header(shape=(rows,), unit=(entry.metadata or {}).get(b"unit", b"").decode() or None)
-        for entry in schema
-    }
+    shared = _shared_units(schema.metadata or {})
+    headers = {}
+    for entry in schema:
+        attributes = _texts(entry.metadata or {})
+        try:
+            packing_of(attributes)
+            refusal = ""
+        except ValueError as error:
+            refusal = str(error)
+        remark = unapplied(attributes)
+        headers[entry.name] = Header(
+            shape=(rows,), unit=stated_unit(attributes) or shared.get(entry.name), refusal=refusal,
+            remarks=(remark,) * bool(remark),
+        )  # fmt: skip
+    return headers
+
+
+def arrow_readings(schema: pa.Schema, name: str, stored: Column) -> Column:
+    """Return the readings of stored numbers, unpacked as the field's metadata say."""
+    return unpack(stored, packing_of(_texts(schema.field(name).metadata or {})))
+
+
+def _texts(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    return {text_of(key): text_of(value) for key, value in metadata.items()}
+
+
+def _shared_units(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+    """Return units by column from a JSON table under `units` of the schema's metadata."""
+    text = {key.lower(): value for key, value in _texts(metadata).items()}
+    for key in UNIT_KEYS:
+        try:
+            table = json.loads(text.get(key, ""))
+        except ValueError:
+            continue
+        if isinstance(table, dict):
+            return {name: unit for name, unit in table.items() if isinstance(unit, str)}
+    return {}
 
 
 def arrow_slice(pieces: Iterator[pa.Array], first: int, end: int) -> Column:
@@ -108,6 +152,10 @@ def arrow_numbers(column: pa.Array) -> Column:
     if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
         values: Column = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
         return values
+    if pa.types.is_decimal(kind):
+        return arrow_numbers(column.cast(pa.float64()))
+    if pa.types.is_dictionary(kind):
+        return arrow_numbers(column.dictionary_decode())
     return np.asarray(column.to_numpy(zero_copy_only=False))
 
 

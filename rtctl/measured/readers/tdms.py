@@ -1,24 +1,45 @@
 """TDMS of LabVIEW and DIAdem by npTDMS: channels; piece by piece as the file stores them.
 
 A column is named by its channel, or "group/channel" where several groups have a channel of that name. The
-property `unit_string` is its unit, `wf_increment` its period [s].
+property `unit_string` is its unit, `wf_increment` its period [s], `wf_start_time` + `wf_start_offset` [s] the time of
+its first sample. npTDMS gives raw counts where it does not know a scale, so such channels are refused here.
 """
 
 from __future__ import annotations
 
+import re
 import struct
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 
+from rtctl.measured.readers.attributes import stated_unit
 from rtctl.measured.readers.table import Column, Header, Table, reading
 
 _LEAD_IN_BYTES = 28  # tag, table of contents, version, 4 bytes each; next segment, raw data, 8 bytes each
 _BIG_ENDIAN = 1 << 6  # of the table of contents, whose own bytes are little-endian
 _UNKNOWN_SIZE = 0xFFFF_FFFF_FFFF_FFFF  # what LabVIEW leaves where it could not finish a segment
+_SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
+_SCALES = frozenset(
+    {
+        "Polynomial",
+        "Linear",
+        "RTD",
+        "Strain",
+        "Table",
+        "Thermistor",
+        "Thermocouple",
+        "Add",
+        "Subtract",
+        "AdvancedAPI",
+    }
+)
+"""Scales that npTDMS applies (1.13)."""
+_START = "wf_start_time, wf_start_offset"
 
 
 def read(path: Path) -> Table:
@@ -27,7 +48,14 @@ def read(path: Path) -> Table:
     with reading("a TDMS file"), path.open("rb") as file, TdmsFile.open(file) as opened:
         channels = [channel for group in opened.groups() for channel in group.channels()]
         places = {name: (c.group_name, c.name) for name, c in zip(_names(channels), channels, strict=True)}
-        headers = {name: _header(c) for name, c in zip(_names(channels), channels, strict=True)}
+        headers = {
+            name: _header(c, (c.properties, opened[c.group_name].properties, opened.properties))
+            for name, c in zip(_names(channels), channels, strict=True)
+        }
+    starts = _starts(channels)
+    for name, channel in zip(_names(channels), channels, strict=True):
+        if channel.path in starts:
+            headers[name] = headers[name]._replace(start_s=starts[channel.path], start_key=_START)
 
     def load(name: str, first: int, end: int) -> Column:
         # opened as a file, so that an index file beside it, which may be old, is not believed
@@ -43,18 +71,60 @@ def _names(channels: list[TdmsChannel]) -> list[str]:
     return [c.name if counts[c.name] == 1 else f"{c.group_name}/{c.name}" for c in channels]
 
 
-def _header(channel: TdmsChannel) -> Header:
+def _starts(channels: list[TdmsChannel]) -> dict[str, float]:
+    """Return the start [s] of each waveform by its path; their start times count where all of them have one."""
+    waveforms = {
+        channel.path: channel.properties
+        for channel in channels
+        if _number(channel.properties.get("wf_increment")) > 0.0 and _in_seconds(channel.properties)
+    }
+    offsets_s = {path: _number(properties.get("wf_start_offset")) for path, properties in waveforms.items()}
+    times = {path: properties.get("wf_start_time") for path, properties in waveforms.items()}
+    dated = [time for time in times.values() if isinstance(time, np.datetime64)]
+    if len(dated) < len(times) or not dated:
+        return offsets_s
+    return {
+        path: offsets_s[path] + float((time - min(dated)) / np.timedelta64(1, "us")) * 1e-6
+        for path, time in times.items()
+    }
+
+
+def _header(channel: TdmsChannel, levels: tuple[Mapping[str, Any], ...]) -> Header:
+    """Return the header of a channel; `levels` are the properties of channel, group and file, as scales are sought."""
     properties = channel.properties
     period_s = _number(properties.get("wf_increment"))
-    in_seconds = str(properties.get("wf_xunit_string", "s")).strip() in ("", "s", "sec", "Seconds", "seconds")
+    refusal = _unknown_scale(levels)
+    dtype = np.dtype(np.float64) if refusal else channel.dtype  # npTDMS would log an unknown scale
     return Header(
         shape=(len(channel),),
-        dtype=None if channel.dtype.hasobject else channel.dtype,
-        unit=str(properties.get("unit_string", "")).strip() or None,
-        period_s=period_s if period_s > 0.0 and in_seconds else None,
+        dtype=None if dtype.hasobject else dtype,
+        unit=stated_unit(properties),
+        period_s=period_s if period_s > 0.0 and _in_seconds(properties) else None,
         period_key="wf_increment",
-        refusal="holds text, numbers are needed" if channel.dtype.hasobject else "",
+        refusal="holds text, numbers are needed" if dtype.hasobject else refusal,
     )
+
+
+def _unknown_scale(levels: tuple[Mapping[str, Any], ...]) -> str:
+    """Return why the scale of a channel cannot be applied, as a phrase that continues its name; "": it can."""
+    for properties in levels:
+        kinds = {key: str(value) for key, value in properties.items() if _SCALE_TYPE.fullmatch(key)}
+        if not kinds or properties.get("NI_Number_Of_Scales") == 0:
+            continue
+        if properties.get("NI_Scaling_Status") == "scaled":
+            return ""
+        unknown = sorted(set(kinds.values()) - _SCALES)
+        if unknown:
+            return (
+                f'is stored as counts with a scale that is not known, "{unknown[0]}" (known: '
+                f"{', '.join(sorted(_SCALES))}); save it scaled from LabVIEW or DIAdem"
+            )
+        return ""
+    return ""
+
+
+def _in_seconds(properties: Mapping[str, Any]) -> bool:
+    return str(properties.get("wf_xunit_string", "s")).strip().lower() in ("", "s", "sec", "seconds", "time")
 
 
 def _number(value: Any) -> float:

@@ -19,6 +19,7 @@ import numpy as np
 import pyuff
 
 from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.stated_unit import time_unit_of
 from rtctl.measured.units import convert_column
 
 Fields = Mapping[str, Any]
@@ -79,6 +80,8 @@ def _header(function: Fields) -> Header:
         unit=_label(function, "ordinate_axis_units_lab") or None,
         period_s=_period_s(function),
         period_key="abscissa increment",
+        start_s=_in_seconds(function, float(function["abscissa_min"])),
+        start_key="abscissa minimum",
         refusal=_refusal(function),
     )
 
@@ -99,11 +102,13 @@ def _refusal(function: Fields) -> str:
 def _period_s(function: Fields) -> float | None:
     """Return the abscissa's increment [s], if there is one and its label is none or a unit of time."""
     increment = float(function["abscissa_inc"])
-    if not increment > 0.0:
-        return None
+    return _in_seconds(function, increment) if increment > 0.0 else None
+
+
+def _in_seconds(function: Fields, value: float) -> float | None:
     try:
-        unit = _label(function, "abscissa_axis_units_lab") or "s"
-        return float(convert_column(np.array([increment]), unit, "s")[0])
+        unit = time_unit_of(_label(function, "abscissa_axis_units_lab") or "s")
+        return float(convert_column(np.array([value]), unit, "s")[0])
     except ValueError:
         return None  # a label that is no unit says nothing
 

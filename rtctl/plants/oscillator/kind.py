@@ -12,8 +12,8 @@ OSCILLATOR = PlantKind(
         "displacement_unit": ("displacement", "reference_displacement"),
     },
     signals={
-        "drive": SignalKind(role="input"),
-        "displacement": SignalKind(role="output", optional=True),
+        "drive": SignalKind(role="input", not_in=("g",)),
+        "displacement": SignalKind(role="output", not_in=("g", "m/s", "m/s^2"), optional=True),
         "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
         "acceleration": SignalKind(role="output", derivative_of="displacement", derivatives=2, optional=True),
     },

@@ -1,0 +1,48 @@
+"""Columns of one file that do not begin at the same time: how many rows each begins before the latest of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rtctl.measured.readers.table import Header
+
+SAME = 0.01
+"""Difference of two starts, in periods, below which they are the same instant."""
+
+
+def leading_rows(headers: Mapping[str, Header], period_s: float) -> dict[str, int]:
+    """Return the rows of each column before the instant at which the last of them begins.
+
+    Args:
+        headers: Headers by column; those that state no start are taken to begin with the latest.
+        period_s: Sample period [s].
+
+    Raises:
+        ValueError: Starts differ by a part of a period.
+    """
+    starts = {name: one.start_s for name, one in headers.items() if one.start_s is not None}
+    latest = max(starts.values(), default=0.0)
+    leads = dict.fromkeys(headers, 0)
+    for name, start_s in starts.items():
+        periods = (latest - start_s) / period_s
+        if abs(periods - round(periods)) > SAME:
+            key = headers[name].start_key
+            raise ValueError(
+                f'column "{name}" begins {periods:.4g} sample periods before the latest of the columns ({key}): not a '
+                "whole number of them; resample the columns to common instants"
+            )
+        leads[name] = round(periods)
+    return leads
+
+
+def describe_leads(leads: Mapping[str, int], headers: Mapping[str, Header]) -> str:
+    """Return what was left out to align the columns; "": nothing was."""
+    early = {name: lead for name, lead in leads.items() if lead}
+    if not early:
+        return ""
+    keys = ", ".join(sorted({headers[name].start_key for name in early}))
+    counts = ", ".join(f'{lead} of "{name}"' for name, lead in early.items())
+    return (
+        f"the columns begin at different times ({keys}): the first samples are left out, {counts}; rows are counted "
+        "from the first instant that all have"
+    )

@@ -1,0 +1,173 @@
+"""Convert a time column to seconds: numbers in any unit of time, epochs, dates, times of day."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+from rtctl.measured.columns.conversion import check_finite, numbers, rows_text
+from rtctl.measured.stated_unit import agrees, readable, time_unit_in_name, time_unit_of
+from rtctl.measured.units import check_unit, convert_column
+
+SLOW_S, FAST_S = 1.0, 1e-7
+"""Periods [s] beyond which seconds that nobody stated are remarked upon."""
+_EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
+"""Sizes from which a number is an instant since 1970 in this unit; in a larger oneit would be past the year 5000."""
+_LARGE, _EXACT = 1e8, 2.0**53
+"""Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
+_CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$")
+_DAY_S = 86_400.0
+_COARSEST_POWER, _FINEST_POWER = 3, -13
+
+
+class TimeUnit(NamedTuple):
+    """Unit of a time column, and who says so."""
+
+    unit: str
+    source: str
+    """Source: "manifest" | "file" | "name" | "" (nobody: seconds)."""
+
+
+class TimeColumn(NamedTuple):
+    """A time column in seconds."""
+
+    time_s: FloatArray
+    """Seconds (n,), those of epochs and dates since the first row."""
+    resolution_s: float
+    """Step [s] to which the stamps are rounded."""
+
+
+def choose_time_unit(manifest: str | None, stated: str | None, name: str) -> TimeUnit:
+    """Return the unit of a time column.
+
+    Args:
+        manifest: The record's `time_unit`.
+        stated: Text that the file states as the column's unit, if any.
+        name: Name of the column, which may end with a unit (`t_ms`).
+
+    Raises:
+        ValueError: The file states another unit than the manifest, or one that is no unit of time.
+    """
+    in_file = None if stated is None or not readable(time_unit_of(stated)) else time_unit_of(stated)
+    if in_file is not None:
+        try:
+            check_unit(in_file, "s")
+        except ValueError:
+            raise ValueError(
+                f'the file states unit "{stated}" for column "{name}", which is no time'
+            ) from None
+    if manifest is not None:
+        if in_file is not None and not agrees(in_file, manifest):
+            raise ValueError(
+                f'the file states unit "{stated}" for column "{name}", the manifest time_unit = "{manifest}"; '
+                "correct one"
+            )
+        return TimeUnit(manifest, "manifest")
+    if in_file is not None:
+        return TimeUnit(in_file, "file")
+    named = time_unit_in_name(name)
+    return TimeUnit("s", "") if named is None else TimeUnit(named, "name")
+
+
+def seconds(raw: NDArray[Any], unit: TimeUnit, name: str, first_row: int) -> TimeColumn:
+    """Return a raw time column in seconds; epochs and dates are counted from its first row. Raises ValueError in words.
+
+    Integers and dates are subtracted before they become floating-point numbers, which do not hold nanoseconds since
+    1970.
+    """
+    raw = raw.reshape(-1) if raw.size == max(raw.shape, default=0) else raw
+    if raw.dtype.kind in "OSU":
+        raw = _instants_of_text(raw, name, first_row)
+    if raw.dtype.kind in "Mm":
+        return _of_dates(raw, name, first_row)
+    values = numbers(raw, name, first_row)
+    check_finite(values, name, first_row)
+    size = float(np.abs(values).max(initial=0.0))
+    _check_size(size, unit, name)
+    if raw.dtype.kind in "iu" and size > _EXACT:
+        values = (raw - raw[0]).astype(np.int64).astype(np.float64)  # differences wrap around rightly
+        return _scaled(values, 1.0, unit.unit)
+    resolution = max(decimal_step(values), float(np.spacing(size)))
+    return _scaled(values if size < _LARGE else values - values[0], resolution, unit.unit)
+
+
+def decimal_step(values: FloatArray) -> float:
+    """Return the largest power of ten of which all `values` (n,) are multiples, to rounding; 0.0: there is none."""
+    size = float(np.abs(values).max(initial=0.0))
+    for power in range(_COARSEST_POWER, _FINEST_POWER - 1, -1):
+        step = 10.0**power
+        parts = values / step
+        if np.all(np.abs(parts - np.rint(parts)) < 1e-6 + 4.0 * np.spacing(size) / step):
+            return step
+        if 4.0 * np.spacing(size) > 0.1 * step:
+            break  # finer steps are not held by these numbers
+    return 0.0
+
+
+def remark_on_period(period_s: float, duration_s: float, unit: TimeUnit, name: str) -> str:
+    """Return a remark where seconds that nobody stated give an unusual rate, or a name alone gave the unit; else ""."""
+    if unit.source == "name":
+        return f'time column "{name}" is taken in {unit.unit}, after its name; time_unit says otherwise'
+    if unit.source or FAST_S < period_s < SLOW_S:
+        return ""
+    return (
+        f'time column "{name}" is taken in seconds, as nothing says otherwise: {1.0 / period_s:.6g} Hz over '
+        f'{duration_s:.6g} s. If it counts something else, say time_unit = "ms" (or "us", "min", "d"); if not, "s"'
+    )
+
+
+def _check_size(size: float, unit: TimeUnit, name: str) -> None:
+    if unit.source == "manifest" or unit.unit not in ("s", "sec", "second"):
+        return
+    for least, meant in _EPOCHS:
+        if size >= least:
+            raise ValueError(
+                f'time column "{name}" reaches {size:.6g}, as {meant} since 1970 would, but is read in seconds; '
+                f'say time_unit = "{meant}"'
+            )
+
+
+def _scaled(values: FloatArray, resolution: float, unit: str) -> TimeColumn:
+    factor = float(convert_column(np.array([1.0]), unit, "s")[0])
+    return TimeColumn(np.ascontiguousarray(factor * values), factor * resolution)
+
+
+def _of_dates(dates: NDArray[Any], name: str, first_row: int) -> TimeColumn:
+    missing = np.flatnonzero(np.isnat(dates))
+    if len(missing):
+        raise ValueError(f'column "{name}" has no date in {rows_text(missing + first_row)}')
+    if not len(dates):
+        return TimeColumn(np.empty(0), 0.0)
+    tick = np.array(1, dtype=f"timedelta64[{np.datetime_data(dates.dtype)[0]}]")
+    ticks = (dates - dates[0]) / tick
+    tick_s = float(tick / np.timedelta64(1, "s"))
+    return TimeColumn(np.ascontiguousarray(ticks * tick_s), tick_s * max(decimal_step(ticks), 1.0))
+
+
+def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
+    """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
+    words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
+    clock = [_CLOCK.match(word) for word in words]
+    if words and all(clock):
+        of_day = np.array(
+            [3600 * int(one[1]) + 60 * int(one[2]) + float(one[3].replace(",", ".")) for one in clock if one]
+        )
+        of_day += _DAY_S * np.cumsum(np.diff(of_day, prepend=of_day[0]) < -0.5 * _DAY_S)  # over midnight
+        return np.rint(1e9 * of_day).astype("timedelta64[ns]")
+    for kind in (pa.timestamp("ns"), pa.timestamp("ns", tz="UTC")):
+        try:
+            return np.asarray(
+                pa.array([word.strip() for word in words]).cast(kind).to_numpy(zero_copy_only=False)
+            )
+        except pa.ArrowInvalid:
+            continue
+    try:
+        numbers(np.asarray(words), name, first_row)
+    except ValueError as error:
+        raise ValueError(f"{error}. Dates are read as 2026-11-21T10:00:00.001") from None
+    raise ValueError(f'column "{name}" holds no dates')

@@ -1,0 +1,141 @@
+"""What a file states of a column in attributes: texts and numbers in any form, and how its numbers are packed.
+
+Of packed numbers p (CF conventions 1.11, sections 2.5.1 and 8.1): value = scale_factor p + add_offset, and p that is
+`_FillValue` or `missing_value`, or outside `valid_range` (`valid_min`, `valid_max`), is no reading: NaN. The limits
+and the missing values are in packed numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+UNIT_KEYS = ("unit", "units", "unit_string", "unitstring", "ni_unitdescription", "einheit")
+_SCALES, _OFFSETS = ("scale_factor",), ("add_offset",)
+_FILLS = ("_fillvalue", "missing_value")
+_UNAPPLIED = frozenset(
+    {"scale", "offset", "gain", "slope", "intercept", "factor", "sensitivity", "calibration", "multiplier"}
+)
+"""Attributes that may mean a scale, in no agreed way."""
+
+
+class Packing(NamedTuple):
+    """How the numbers of a column are to be read."""
+
+    scale: float = 1.0
+    offset: float = 0.0
+    missing: tuple[float, ...] = ()
+    """Packed numbers that are no readings."""
+    low: float = -np.inf
+    high: float = np.inf
+    """Limits of packed numbers that are readings."""
+    unsigned: bool = False
+    """Whether signed integers hold unsigned ones (NetCDF's attribute `_Unsigned`)."""
+
+    @property
+    def changes_numbers(self) -> bool:
+        """Return whether the numbers differ from those that are stored."""
+        return self != Packing()
+
+
+def text_of(attribute: Any) -> str:
+    """Return an attribute as text: a str, bytes (UTF-8, else Latin-1) or an array of one such; "" for others."""
+    if isinstance(attribute, np.ndarray) and attribute.size == 1:
+        attribute = attribute.reshape(-1)[0]
+    if isinstance(attribute, list | tuple) and len(attribute) == 1:
+        attribute = attribute[0]
+    if isinstance(attribute, str):
+        try:
+            attribute.encode()
+        except UnicodeEncodeError:  # bytes that h5py could not decode
+            attribute = attribute.encode("utf-8", "surrogateescape")
+    if isinstance(attribute, bytes):
+        try:
+            attribute = attribute.decode()
+        except UnicodeDecodeError:
+            attribute = attribute.decode("latin-1")
+    return str(attribute).strip("\0 \t\r\n") if isinstance(attribute, str) else ""
+
+
+def numbers_of(attribute: Any) -> NDArray[np.float64]:
+    """Return an attribute as numbers (n,). Raises ValueError where it holds none."""
+    if isinstance(attribute, str | bytes) or np.asarray(attribute).dtype.kind in "OSU":
+        texts = np.asarray(attribute).reshape(-1)
+        attribute = [float(part) for one in texts for part in text_of(one).replace(",", " ").split()]
+    return np.asarray(attribute, dtype=np.float64).reshape(-1)
+
+
+def stated_unit(attributes: Mapping[str, Any]) -> str | None:
+    """Return the text under any key for a unit, in any case; None: there is none."""
+    lower = {key.lower(): value for key, value in attributes.items()}
+    return next((text for key in UNIT_KEYS if key in lower and (text := text_of(lower[key]))), None)
+
+
+def packing_of(attributes: Mapping[str, Any]) -> Packing:
+    """Return how the attributes say that the numbers are packed. Raises ValueError for one that cannot be obeyed."""
+    lower = {key.lower(): (key, value) for key, value in attributes.items()}
+
+    def stated(*keys: str) -> NDArray[np.float64]:
+        found = [_stated_numbers(*lower[key]) for key in keys if key in lower]
+        return np.concatenate(found) if found else np.empty(0)
+
+    def one(keys: tuple[str, ...], default: float) -> float:
+        values = stated(*keys)
+        if len(values) > 1 or not np.isfinite(values).all():
+            raise ValueError(f"states {' '.join(keys)} = {values.tolist()}, one finite number is needed")
+        return float(values[0]) if len(values) else default
+
+    scale = one(_SCALES, 1.0)
+    if scale == 0.0:
+        raise ValueError("states a scale_factor of 0, which leaves nothing of its numbers; correct the file")
+    limits = stated("valid_range")
+    if len(limits) not in (0, 2):
+        raise ValueError(f"states valid_range = {limits.tolist()}, two numbers are needed")
+    low, high = stated("valid_min"), stated("valid_max")
+    return Packing(
+        scale=scale,
+        offset=one(_OFFSETS, 0.0),
+        missing=tuple(value for value in stated(*_FILLS).tolist() if not np.isnan(value)),
+        low=float(max([*limits[:1], *low], default=-np.inf)),
+        high=float(min([*limits[1:], *high], default=np.inf)),
+        unsigned=text_of(dict(attributes).get("_Unsigned")).lower() == "true",
+    )
+
+
+def unpack(stored: NDArray[Any], packing: Packing) -> NDArray[Any]:
+    """Return the readings of stored numbers; NaN for what is none. Text and complex numbers stay as they are."""
+    if not packing.changes_numbers or stored.dtype.kind not in "biuf":
+        return stored
+    if packing.unsigned and stored.dtype.kind == "i":
+        stored = stored.view(stored.dtype.str.replace("i", "u"))
+    packed = stored.astype(np.float64)
+    none = ~((packed >= packing.low) & (packed <= packing.high))
+    for value in packing.missing:
+        none |= (
+            stored == np.float64(value).astype(stored.dtype) if stored.dtype.kind == "f" else packed == value
+        )
+    readings: NDArray[np.float64] = packing.scale * packed + packing.offset
+    readings[none] = np.nan
+    return readings
+
+
+def unapplied(attributes: Mapping[str, Any]) -> str:
+    """Return a remark on attributes that may scale the numbers, in no agreed way; "": there are none."""
+    shown = [f"{key} = {_short(value)}" for key, value in attributes.items() if key.lower() in _UNAPPLIED]
+    if not shown:
+        return ""
+    return f"the file states {', '.join(shown)}, which is not applied; if it scales the numbers, give scale and offset"
+
+
+def _stated_numbers(key: str, value: Any) -> NDArray[np.float64]:
+    try:
+        return numbers_of(value)
+    except (ValueError, TypeError):
+        raise ValueError(f"states {key} = {_short(value)}, which is no number; correct the file") from None
+
+
+def _short(value: Any) -> str:
+    return (text_of(value) or str(np.asarray(value).tolist()))[:40]

@@ -1,0 +1,169 @@
+"""Form of the lines of a text file: separator, decimal mark, names, units, and the line at which the numbers begin.
+
+It is decided over the first few hundred lines. The line right above the numbers names the columns, unless it gives
+their units; what is above that is a preamble.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rtctl.measured.stated_unit import is_no_unit, readable
+
+OPENING_LINES = 300
+BLANKS = " "
+"""Separator of columns that any number of blanks and tabs separates."""
+_SEPARATORS: tuple[str, ...] = (";", "\t", ",")
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
+_COMMENTS = ("#", "%")
+
+
+class Form(NamedTuple):
+    """Form of the lines of a file."""
+
+    names: tuple[str, ...]
+    """Names of all columns, without blanks around; "" where a column has none."""
+    units: tuple[str, ...]
+    """Units by column from a row of its own; empty: there is no such row."""
+    head: int
+    """Number of lines before the numbers, blank ones not counted."""
+    separator: str
+    decimal: str
+
+
+class _Layout(NamedTuple):
+    """Lines as cells of one separator, and where its numbers begin."""
+
+    rows: list[list[str]]
+    columns: int
+    first: int
+    """The first line of numbers."""
+
+
+def find_form(lines: Sequence[str]) -> Form:
+    """Return the form of a file by its opening lines, none of them blank. Raises ValueError in words."""
+    start, separators = 0, _SEPARATORS
+    if lines and (told := _SEP_LINE.match(lines[0])):
+        start, separators = 1, (str(told[1]),)
+    while start < len(lines) and lines[start].startswith(_COMMENTS):
+        start += 1
+    if start >= len(lines):
+        raise ValueError("the header line is empty; the first line must name the columns")
+    forms = [form for one in separators if (form := _form_by(lines, start, one)) is not None]
+    if forms:
+        return max(forms, key=lambda form: len(form.names))
+    spaced = _form_by(lines, start, BLANKS) if len(separators) > 1 else None
+    return spaced or _plain_form(lines, start, separators)
+
+
+def cells_of(line: str, separator: str) -> list[str]:
+    """Return the cells of a line, without blanks and quotes around."""
+    if separator == BLANKS:
+        return line.split()
+    try:
+        (row,) = csv.reader([line], delimiter=separator, skipinitialspace=True) if line else ([],)
+    except (csv.Error, ValueError):
+        row = line.split(separator)
+    return [cell.strip() for cell in row]
+
+
+def is_number(text: str) -> bool:
+    """Return whether a cell holds a number, with decimal point or comma."""
+    return _NUMBER.fullmatch(text) is not None
+
+
+def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
+    """Return the form with this separator; None: the lines do not agree with it."""
+    layout = _lay_out(lines, start, separator)
+    if layout is None:
+        return None
+    rows, columns, first = layout
+    top = first
+    while top > start and not any(is_number(cell) for cell in rows[top - 1]) and _fits(rows[top - 1], layout):
+        top -= 1
+    names = _comment_names(lines, start, separator, columns) if first == start else None
+    head, units = first, tuple[str, ...]()
+    block = rows[top:first]
+    if block:
+        has_units = len(block) > 1 and _are_units(block[-1])
+        names = block[-2] if has_units else block[-1]
+        units = tuple(_bare(cell) for cell in block[-1]) if has_units else ()
+    elif names is None:
+        if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
+            return None
+        head, names = first + 1, rows[first]  # numbers among the names of the columns
+    names = [*names, *[""] * (columns - len(names))]
+    decimal = "," if separator != "," and _has_decimal_comma(rows[head:]) else "."
+    return Form(tuple(names), units, head, separator, decimal)
+
+
+def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None:
+    """Return the lines as cells; None: they do not hold numbers in columns of this separator."""
+    rows = [cells_of(line, separator) for line in lines]
+    usual = Counter(len(row) for row in rows[start + (len(rows) - start) // 2 :]).most_common(1)
+    columns = usual[0][0] if usual else 0
+    shown = [row for row in rows[start + (len(rows) - start) // 2 :] if len(row) == columns]
+    numeric = [k for k in range(columns) if _is_numeric([row[k] for row in shown])]
+    if not numeric:
+        return None
+    for k in range(start, len(rows)):
+        row = rows[k]
+        held = sum(is_number(row[one]) or not row[one] for one in numeric) if len(row) == columns else 0
+        if 2 * held > len(numeric) and any(is_number(row[one]) for one in numeric):
+            while k > start and len(rows[k - 1]) == columns and any(is_number(cell) for cell in rows[k - 1]):
+                k -= 1  # numbers among text: wrong cells, which are told with their row
+            return _Layout(rows, columns, k)
+    return None
+
+
+def _fits(row: list[str], layout: _Layout) -> bool:
+    """Return whether a row has as many cells as the rows of numbers, whose last cells may all be empty."""
+    if len(row) == layout.columns - 1:
+        return all(not one[-1] for one in layout.rows[layout.first :] if len(one) == layout.columns)
+    return len(row) == layout.columns
+
+
+def _is_numeric(cells: list[str]) -> bool:
+    filled = [cell for cell in cells if cell]
+    return bool(filled) and 10 * sum(is_number(cell) for cell in filled) >= 9 * len(filled)
+
+
+def _are_units(row: list[str]) -> bool:
+    """Return whether at least half of the cells that are filled are units."""
+    filled = [_bare(cell) for cell in row if cell]
+    units = sum(is_no_unit(text) or readable(text) for text in filled)
+    return bool(filled) and 2 * units >= len(filled)
+
+
+def _bare(cell: str) -> str:
+    return cell.strip("[]() ") if cell[:1] in ("[", "(") else cell
+
+
+def _comment_names(lines: Sequence[str], start: int, separator: str, columns: int) -> list[str] | None:
+    """Return the names in the comment right above the numbers, as numpy.savetxt writes them; None: it has none."""
+    if not start or not lines[start - 1].startswith(_COMMENTS):
+        return None
+    names = cells_of(lines[start - 1].lstrip("#% "), separator)
+    return names if len(names) == columns and not any(is_number(name) for name in names) else None
+
+
+def _has_decimal_comma(rows: list[list[str]]) -> bool:
+    return any(_DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
+
+
+def _plain_form(lines: Sequence[str], start: int, separators: Sequence[str]) -> Form:
+    """Return the form of a file whose first line names the columns, whatever follows. Raises ValueError in words."""
+    header = lines[start]
+    separator = max((",", *separators) if len(separators) > 1 else separators, key=header.count)
+    names = cells_of(header, separator)
+    if all(is_number(name) for name in names):
+        raise ValueError(
+            f'the first line must name the columns, got numbers: "{header[:60]}"; add a line with a name a column'
+        )
+    return Form(tuple(names), (), start + 1, separator, ".")

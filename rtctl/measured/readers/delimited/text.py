@@ -1,0 +1,197 @@
+"""Bytes of a text file as UTF-8 lines: the file itself, or a copy in memory where it is packed or written otherwise."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import io
+import re
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+
+BLOCK_BYTES = 1 << 18
+LARGEST_COPY = 1 << 30
+"""Bytes of a copy in memory; larger files have to be plain ones."""
+_LF, _CR, _QUOTE, _BLANK, _TAB = b'\n\r" \t'
+_GZIP = b"\x1f\x8b"
+_WIDE_MARKS = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+
+
+class Line(NamedTuple):
+    """Where a line starts; blank lines do not count."""
+
+    number: int
+    byte: int
+
+
+class Lines(NamedTuple):
+    """The lines of a text."""
+
+    written: int
+    """Number of lines that are not blank."""
+    places: list[Line]
+    """The first line of each block of the text."""
+    only_blanks: bool
+    """Whether a line has nothing but blanks, which a reader of numbers takes as a short row."""
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A text in UTF-8 (or Latin-1, outside of its numbers): a file, or a copy in memory."""
+
+    path: Path
+    copy: bytes | None = None
+
+    @contextmanager
+    def opened(self) -> Iterator[IO[bytes]]:
+        """Yield the text as a file."""
+        if self.copy is not None:
+            yield io.BytesIO(self.copy)
+            return
+        with self.path.open("rb") as file:
+            yield file
+
+    @contextmanager
+    def source(self) -> Iterator[pa.NativeFile]:
+        """Yield the text as a file of pyarrow's."""
+        if self.copy is not None:
+            yield pa.BufferReader(self.copy)
+            return
+        with pa.OSFile(str(self.path)) as file:
+            yield file
+
+    def whole(self) -> bytes:
+        """Return all bytes. Raises ValueError where they are too many for a copy."""
+        if self.copy is not None:
+            return self.copy
+        if self.path.stat().st_size > LARGEST_COPY:
+            raise ValueError(f"is larger than {LARGEST_COPY >> 20} MB and not plain CSV in UTF-8; convert it")
+        return self.path.read_bytes()
+
+    def without_blank_lines(self) -> Text:
+        """Return a copy without the lines that have blanks only."""
+        return Text(self.path, re.sub(rb"(?m)^[ \t]+\r?(\n|\Z)", b"", self.whole()))
+
+    def with_tabs(self) -> Text:
+        """Return a copy whose columns, separated by any blanks, are separated by one tab."""
+        lines = (b"\t".join(line.split()) for line in self.whole().splitlines())
+        text = b"\n".join(lines)
+        return Text(self.path, text + b"\n" if self.whole()[-1:] in (b"\n", b"\r") else text)
+
+    def opening(self, lines: int) -> list[str]:
+        """Return the first lines that are not blank, without their ends."""
+        found: list[str] = []
+        with self.opened() as file:
+            while len(found) < lines and (raw := file.readline(BLOCK_BYTES)):
+                parts = (_decoded(part) for part in raw.splitlines())  # ends may be CR only
+                found += [part for part in parts if part.strip()]
+        if found:
+            found[0] = found[0].removeprefix("\ufeff")
+        return found[:lines]
+
+    def size(self) -> int:
+        """Return the number of bytes."""
+        return self.path.stat().st_size if self.copy is None else len(self.copy)
+
+    def tail(self) -> bytes:
+        """Return the last bytes, at most a block."""
+        with self.opened() as file:
+            size = file.seek(0, 2)
+            file.seek(max(size - BLOCK_BYTES, 0))
+            return file.read()
+
+
+def open_text(path: Path) -> Text:
+    """Return the text of a file that may be packed (gzip) or in UTF-16. Raises ValueError in words."""
+    with path.open("rb") as file:
+        head = file.read(512)
+    if head.startswith(_GZIP):
+        copy = _unpacked(path)
+        head = copy[:512]
+    else:
+        copy = None
+    wide = _wide_encoding(head)
+    if wide is None:
+        return Text(path, copy)
+    raw = Text(path, copy).whole()
+    try:
+        return Text(path, raw.decode(wide).removeprefix("\ufeff").encode())
+    except UnicodeDecodeError:
+        raise ValueError("is cut off or damaged: it begins as UTF-16 and does not go on so") from None
+
+
+def index_lines(text: Text, head: int = 0) -> Lines:
+    """Return the number of non-blank lines, and in each block of the text the first of them from line `head` on.
+
+    Lines end with LF, CR LF or CR; the last may lack its end. Raises ValueError for a line break inside quotes.
+    """
+    count, offset, after_end, in_quotes, only_blanks = 0, 0, True, False, False
+    index: list[Line] = []
+    with text.opened() as file:
+        while block := file.read(BLOCK_BYTES):
+            codes = np.frombuffer(block, np.uint8)
+            ends = (codes == _LF) | (codes == _CR)
+            if in_quotes or b'"' in block:
+                inside = (np.cumsum(codes == _QUOTE) + in_quotes) % 2 == 1
+                if (inside & ends).any():
+                    raise ValueError("a line break stands inside quotes, or a quote is not closed; remove it")
+                in_quotes = bool(inside[-1])
+            starts = np.flatnonzero(~ends & np.concatenate([[after_end], ends[:-1]]))
+            only_blanks = only_blanks or _has_blank_line(block, codes, starts)
+            if count + len(starts) > head:
+                k = max(head - count, 0)
+                index.append(Line(count + k, offset + int(starts[k])) if k < len(starts) else index[-1])
+            count, offset, after_end = count + len(starts), offset + len(block), bool(ends[-1])
+    return Lines(count, index, only_blanks)
+
+
+_ONLY_BLANKS = re.compile(rb"[ \t]+(?=[\r\n]|\Z)")
+
+
+def _has_blank_line(block: bytes, codes: np.ndarray[tuple[int], np.dtype[np.uint8]], starts: object) -> bool:
+    first = np.asarray(starts)
+    candidates = first[(codes[first] == _BLANK) | (codes[first] == _TAB)]
+    return any(_ONLY_BLANKS.match(block, int(start)) for start in candidates)
+
+
+def _decoded(line: bytes) -> str:
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+def _wide_encoding(head: bytes) -> str | None:
+    """Return the encoding of a text of two-byte characters, by its mark or by the zeros in it."""
+    for mark, name in _WIDE_MARKS.items():
+        if head.startswith(mark):
+            return name
+    pairs = len(head) // 2
+    if pairs < 2:
+        return None
+    low, high = head[0 : 2 * pairs : 2].count(0), head[1 : 2 * pairs : 2].count(0)
+    return "utf-16-le" if high == pairs and not low else "utf-16-be" if low == pairs and not high else None
+
+
+def _unpacked(path: Path) -> bytes:
+    try:
+        with gzip.open(path) as file:
+            copy = file.read(LARGEST_COPY + 1)
+    except EOFError:
+        raise ValueError("is cut off: the packed file does not have its end; copy it again") from None
+    except (OSError, zlib.error) as error:
+        raise ValueError(f"not readable as gzip, or damaged: {error}") from None
+    if len(copy) > LARGEST_COPY:
+        raise ValueError(
+            f"holds more than {LARGEST_COPY >> 20} MB when it is unpacked; unpack it to a plain file"
+        )
+    if not copy:
+        raise ValueError("the file is empty (0 bytes)")
+    return copy
