@@ -2,6 +2,7 @@
 
 States y: z, z', relaxing part w, hysteretic part h, second mode q, q', lagged drive, lagged reading. Dry friction keeps
 the side to which the mass slides (-1, 1, or 0: it sticks) until the velocity reaches zero; there the force decides.
+The arguments of the kernels are many because a compiled kernel allocates nothing and has no state of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ Z, V, RELAXING, HYSTERETIC, MODE, MODE_RATE, LAGGED_DRIVE, LAGGED_READING = rang
 SEGMENTS = 24  # parts of one step; after so many the rest is taken without a look at kinks
 TRIALS = 60  # of the search for a kink in a step
 ACCURACY = 1e-12  # of that search, in steps
+TINY = 1e-300  # a velocity that has only a sign
+BEYOND = 1e12  # displacement of a motion that diverges
 
 
 class Law(NamedTuple):
@@ -160,7 +163,7 @@ def advance(
 
 
 @njit(cache=True)
-def kink(y: Array, force: float, law: Law, side: float, which: int) -> float:
+def kink(y: Array, force: float, law: Law, which: int) -> float:
     """Number that changes its sign at a kink: of the velocity, of the four edges, of a mass that sticks."""
     if which == 0:
         return y[V]
@@ -189,7 +192,7 @@ def crossing(
         place = min(max(place, low + 0.01 * ACCURACY), high - 0.01 * ACCURACY)
         advance(y, t, h, first, place, u, base, law, side, dry, work)
         force = push(work[0], t + place * h, between(u, place), between(base, place), law)
-        value = kink(work[0], force, law, side, which)
+        value = kink(work[0], force, law, which)
         if (value < 0.0) == (before < 0.0) and value != 0.0:
             low, before = place, value
             after = 0.5 * after if kept == 1 else after
@@ -204,6 +207,56 @@ def crossing(
 
 
 @njit(cache=True)
+def first_kink(
+    y: Array, t: float, h: float, first: float, u: Array, base: Array, law: Law, side: float, dry: bool,
+    active: tuple[bool, ...], work: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """Place and number of the first kink on the way that `work[0]` ends; (1, -1) if there is none."""
+    begins = push(y, t + first * h, between(u, first), between(base, first), law)
+    ends, at_end = work[0].copy(), push(work[0], t + h, u[2], base[2], law)
+    sticks, last, found = dry and side == 0.0, 1.0, -1
+    for which in range(6):
+        if (which == 5) != sticks or (which < 5 and not active[which]):
+            continue
+        before, after = kink(y, begins, law, which), kink(ends, at_end, law, which)
+        if which == 0 and dry and before == 0.0:
+            before = side * TINY  # it has just begun to slide
+        if before < 0.0 < after or before > 0.0 > after:
+            place = crossing(y, t, h, first, u, base, law, side, dry, work, which, before, after)
+            if place < last:
+                last, found = place, which
+    return last, found
+
+
+@njit(cache=True)
+def take_step(
+    y: Array, t: float, h: float, u: Array, base: Array, law: Law, side: float, dry: bool,
+    active: tuple[bool, ...], work: Array,
+) -> float:  # fmt: skip
+    """Bring `y` to the end of the step that begins at `t`; returns the side to which the mass slides then."""
+    kinked = active[0] or active[1] or active[3]
+    first, level = 0.0, law.sliding + law.breakaway
+    for segment in range(SEGMENTS if kinked else 1):
+        if dry and side == 0.0:
+            force = push(y, t + first * h, between(u, first), between(base, first), law)
+            side = np.sign(force) if abs(force) >= level else 0.0
+        advance(y, t, h, first, 1.0, u, base, law, side, dry, work)
+        last, found = 1.0, -1
+        if kinked and segment < SEGMENTS - 1:
+            last, found = first_kink(y, t, h, first, u, base, law, side, dry, active, work)
+            advance(y, t, h, first, last, u, base, law, side, dry, work)
+        y[:] = work[0]
+        if dry and (found == 0 or found == 5):
+            force = push(y, t + last * h, between(u, last), between(base, last), law)
+            y[V] = 0.0
+            side = np.sign(force) if found == 5 or abs(force) >= level else 0.0
+        if last >= 1.0:
+            break
+        first = last
+    return side
+
+
+@njit(cache=True)
 def run(
     law: Law, drive: Array, base: Array, h: float, t: float, y: Array, every: int, restarts: Array
 ) -> Array:
@@ -215,57 +268,21 @@ def run(
     steps = drive.shape[0]
     out = np.full((steps + 1, 4), np.nan)
     dry = (law.sliding + law.breakaway > 0.0) and law.smooth_speed == 0.0
+    stops = law.stop_stiffness > 0.0
     active = (
         dry or law.damping_v2 != 0.0 or law.power != 0.0 or law.hysteretic != 0.0,
         law.clearance > 0.0,
         law.clearance > 0.0,
-        law.stop_stiffness > 0.0,
-        law.stop_stiffness > 0.0 and law.stop_sides > 1.5,
+        stops,
+        stops and law.stop_sides > 1.5,
     )
-    kinked = active[0] or active[1] or active[3]
     y, work = y.copy(), np.zeros((5, STATES))
     side = np.sign(y[V])
-    for k in range(steps):
-        if every > 0 and k % every == 0:
+    for k in range(steps + 1):
+        if every > 0 and k % every == 0 and k < steps:
             y[Z], y[V] = restarts[k, 0], restarts[k, 1]
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = y[Z], y[V], y[MODE], y[LAGGED_READING]
-        if not abs(y[Z]) < 1e12:
+        if k == steps or not abs(y[Z]) < BEYOND:
             return out
-        u, shake, begin = drive[k], base[k], t + k * h
-        first = 0.0
-        for segment in range(SEGMENTS if kinked else 1):
-            if dry and side == 0.0:
-                force = push(y, begin + first * h, between(u, first), between(shake, first), law)
-                if abs(force) >= law.sliding + law.breakaway:
-                    side = np.sign(force)
-            advance(y, begin, h, first, 1.0, u, shake, law, side, dry, work)
-            last, found = 1.0, -1
-            if kinked and segment < SEGMENTS - 1:
-                force = push(y, begin + first * h, between(u, first), between(shake, first), law)
-                forced = push(work[0], begin + h, u[2], shake[2], law)
-                sticks = dry and side == 0.0
-                ends = work[0].copy()
-                for which in range(6):
-                    if (which == 5 and not sticks) or (which < 5 and (sticks or not active[which])):
-                        continue
-                    before, after = kink(y, force, law, side, which), kink(ends, forced, law, side, which)
-                    if which == 0 and dry and before == 0.0:
-                        before = side * 1e-300
-                    if before * after < 0.0 or (before > 0.0 > after) or (before < 0.0 < after):
-                        place = crossing(
-                            y, begin, h, first, u, shake, law, side, dry, work, which, before, after
-                        )
-                        if place < last:
-                            last, found = place, which
-                advance(y, begin, h, first, last, u, shake, law, side, dry, work)
-            y[:] = work[0]
-            if dry and (found == 0 or found == 5):
-                force = push(y, begin + last * h, between(u, last), between(shake, last), law)
-                y[V] = 0.0
-                limit = law.sliding + law.breakaway
-                side = np.sign(force) if found == 5 or abs(force) > limit else 0.0
-            first = last
-            if first >= 1.0:
-                break
-    out[steps, 0], out[steps, 1], out[steps, 2], out[steps, 3] = y[Z], y[V], y[MODE], y[LAGGED_READING]
+        side = take_step(y, t + k * h, h, drive[k], base[k], law, side, dry, active, work)
     return out

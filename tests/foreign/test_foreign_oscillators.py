@@ -1,4 +1,4 @@
-"""The foreign generator of oscillators: its files repeat, its physics is what textbooks say, its effects vanish at zero."""
+"""The foreign oscillators: files repeat, the physics is what textbooks say, effects vanish at size zero."""
 
 from __future__ import annotations
 
