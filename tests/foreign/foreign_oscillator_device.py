@@ -7,7 +7,7 @@ passes those of `READING`. At size zero each of them vanishes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ from foreign_oscillator_motion import (
     RELAXING,
     STATES,
     Law,
+    V,
     Z,
     run,
 )
@@ -30,6 +31,7 @@ from scipy.signal import resample
 ANGLE = 0.06  # largest angle [rad] that the fastest part of the equation turns in one step
 LEAST_STEPS = 4  # of a sample period
 MARGIN = 40  # samples of silence on both sides of a record whose drive is band-limited
+LONGEST_LEAD = 20_000  # samples of a base that moves before the record begins
 HOLDS = ("zero", "linear", "band-limited")
 
 KNOWN = {
@@ -118,7 +120,7 @@ class Record:
 
 
 class Readings(NamedTuple):
-    """Of each row, before noise: displacement and velocity; and (z, z') at the edges of all steps."""
+    """Of each row, before noise: displacement and velocity; (z, z') at the edges of all steps from the first row."""
 
     displacement: Array
     velocity: Array
@@ -276,36 +278,52 @@ def simulate(
     """Readings of one record; NaN where the motion diverges.
 
     `steps`: integration steps in a sample period, if not as many as these effects need. `restarts`: `fine` of another
-    simulation with as many steps, from which displacement and velocity begin anew every `restart_periods`.
+    simulation with as many steps, in whose first displacement and velocity the motion begins, and in a later one again
+    every `restart_periods`.
     """
-    law = changed_law(device.law, effects)
+    law, found = changed_law(device.law, effects), {effect.name: effect for effect in effects}
     steps = steps or steps_of(device, law)
-    h = device.period_s / steps
-    found = {effect.name: effect for effect in effects}
-    skew = found.get("timing.skew")
+    h, skew = device.period_s / steps, found.get("timing.skew")
     late = skew.size * skew.values["sign"] if skew else 0.0
+    before = np.empty(0) if restarts is not None else record.before
+    if "base.motion" in found:  # which did not begin with the record
+        before = np.concatenate([np.zeros(_decay_samples(device)), before])
+    record = replace(record, before=before)
     drive, times = _drive(device, record, effects, steps, 2 + max(ceil(late / device.period_s), 0))
     base = base_acceleration(found.get("base.motion"), times, record.seed)
-    every, anew = 0, np.zeros((1, 2))
-    if restarts is not None and device.restart_periods > 0.0:
+    start, every, anew = _start(law, device, found), 0, np.zeros((1, 2))
+    if restarts is not None:
+        start[[Z, V]], anew = restarts[0], restarts
         natural_s = 2.0 * np.pi / np.sqrt(natural_square(device.law))
-        every, anew = max(round(device.restart_periods * natural_s / h), 1), restarts
-    states = run(law, drive, base, h, float(times[0, 0]), _start(law, device, found), every, anew)
-
-    seen = states[:, 0] + (states[:, 2] if law.mode_gain else 0.0)
-    if "sensor.lag" in found and law.reading_lag_s:
-        seen = states[:, 3]
-    if "sensor.highpass" in found and law.reading_lag_s:
-        seen = seen - states[:, 3]
-    rows = steps * (record.before.size + int(device.read_at_end) + np.arange(record.drive.size))
-    reading, velocity = seen[rows], states[rows, 1]
-    if late and np.isfinite(seen).all():
-        reading = CubicSpline(np.arange(seen.size), seen)(np.clip(rows + late / h, 0.0, seen.size - 1.0))
+        every = round(device.restart_periods * natural_s / h)
+    states = run(law, drive, base, h, float(times[0, 0]), start, every, anew)
+    first = steps * record.before.size
+    rows = first + steps * (int(device.read_at_end) + np.arange(record.drive.size))
+    reading = _seen(states, law, found)
+    if late and np.isfinite(reading).all():
+        reading = CubicSpline(np.arange(reading.size), reading)(
+            np.clip(rows + late / h, 0.0, reading.size - 1.0)
+        )
+    else:
+        reading = reading[rows]
     at_rows = device.period_s * np.arange(record.drive.size)
     for effect in effects:
         if effect.name in READING:
             reading = READING[effect.name](reading, at_rows, record.seed, effect.size, effect.values)
-    return Readings(reading, velocity, states[:, :2])
+    return Readings(reading, states[rows, 1], states[first:, :2])
+
+
+def _seen(states: Array, law: Law, found: dict[str, Effect]) -> Array:
+    """What reaches the sensor's electronics at the edges of all steps, behind its lag or its AC coupling."""
+    seen = states[:, 0] + (states[:, 2] if law.mode_gain else 0.0)
+    if "sensor.lag" in found and law.reading_lag_s:
+        return states[:, 3]
+    return seen - states[:, 3] if "sensor.highpass" in found and law.reading_lag_s else seen
+
+
+def _decay_samples(device: Device) -> int:
+    """Samples in which a free motion dies away to 4 %."""
+    return min(round(2.0 * np.pi / device.law.damping / device.period_s), LONGEST_LEAD)
 
 
 def _drive(

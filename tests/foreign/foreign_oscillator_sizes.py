@@ -1,7 +1,7 @@
 """Draws what is hidden in an oscillator, and makes it as large as wished.
 
-The share of an effect is what a re-fit of the user's own model leaves: RMS error over RMS of the motion about its mean,
-free runs from the true start (in a bistable beam: begun anew every four periods), over the first `COMPARED` records.
+The share of an effect is what a re-fit of the user's own model leaves: RMS error over RMS of the motion about its mean.
+These are free runs of `COMPARED` records from the true first state (in a bistable beam: anew every four periods).
 """
 
 from __future__ import annotations

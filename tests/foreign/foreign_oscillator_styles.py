@@ -80,17 +80,7 @@ def _bench(
     `hardening`: cubic over linear force at the largest motion.
     """
     law, natural = device.law, np.sqrt(natural_square(device.law))
-    tests = int(rng.choice([0, 1, 1, 1, 2]))
-    said = "fit" if rng.random() < 0.6 else ""
-    twice = len(waves) - tests > 2 and rng.random() < 0.25
-    records = []
-    for k, (name, drive, before) in enumerate(waves):
-        use = "test" if k >= len(waves) - tests else said
-        _, sent, earlier = waves[0] if twice and k < 2 else (name, drive, before)
-        repeat, own = "A" if twice and k < 2 else "", int(rng.integers(1 << 30))
-        records.append(
-            Record(name=f"{name}{k:02d}", use=use, drive=sent, before=earlier, seed=own, repeat=repeat)
-        )
+    records = _records(rng, waves)
     straight = Law(damping=law.damping, stiffness=natural**2, cubic=0.0, gain=law.gain)
     trial = replace(device, law=straight, rest=0.0)
     moved = np.concatenate([simulate(trial, record).displacement for record in records])
@@ -127,6 +117,22 @@ def _bench(
         sensor_gain=1.0,
         file="npz",
     )
+
+
+def _records(rng: np.random.Generator, waves: list[tuple[str, Array, Array]]) -> list[Record]:
+    """The waves as records: the last ones to test, sometimes none; in some labs the first two are one, repeated."""
+    tests = int(rng.choice([0, 1, 1, 1, 2]))
+    said = "fit" if rng.random() < 0.6 else ""
+    twice = len(waves) - tests > 2 and rng.random() < 0.25
+    records = []
+    for k, (name, drive, before) in enumerate(waves):
+        use = "test" if k >= len(waves) - tests else said
+        _, sent, earlier = waves[0] if twice and k < 2 else (name, drive, before)
+        repeat, own = "A" if twice and k < 2 else "", int(rng.integers(1 << 30))
+        records.append(
+            Record(name=f"{name}{k:02d}", use=use, drive=sent, before=earlier, seed=own, repeat=repeat)
+        )
+    return records
 
 
 def _spring(rng: np.random.Generator, linear: bool) -> float:

@@ -305,6 +305,8 @@ def test_a_moving_base_is_an_acceleration_of_the_sizes_rms_times_the_root_of_two
     w = 2.0 * np.pi * 9.0
     expected = 50.0 / abs(NATURAL**2 - w * w + 1j * w * LINEAR.damping)
     assert np.sqrt(2.0) * np.std(moved) == pytest.approx(expected, rel=0.01)
+    begun = simulate(DEVICE, still, (hidden,)).displacement[:20]  # it moved before the record began
+    assert np.ptp(begun) > expected
 
 
 def test_the_bistable_beam_rests_in_its_well_under_a_constant_force() -> None:
@@ -319,6 +321,8 @@ def test_a_record_that_begins_in_motion_is_the_end_of_a_longer_one() -> None:
     whole = simulate(DEVICE, RECORD).displacement
     cut = replace(RECORD, drive=RECORD.drive[100:], before=RECORD.drive[:100])
     np.testing.assert_allclose(simulate(DEVICE, cut).displacement, whole[100:], atol=1e-9)
+    begun = simulate(DEVICE, cut, restarts=simulate(DEVICE, cut).fine)  # from the first row's state
+    np.testing.assert_allclose(begun.displacement, whole[100:], atol=1e-9)
 
 
 @pytest.mark.parametrize("style", STYLES)
@@ -357,7 +361,10 @@ def test_the_share_of_an_offset_is_the_offset_and_that_of_wrong_values_is_nothin
     assert share_left(other, ()) < 1e-6
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize(
+    "style",
+    [pytest.param(style, marks=[] if style == "test_stand" else pytest.mark.slow) for style in STYLES],
+)
 def test_an_effect_on_a_bench_reaches_its_share(style: str) -> None:
     bench = draw_bench(style, 4)
     hidden, share = sized_effect(bench, 4, "damping.quadratic")
