@@ -1,6 +1,7 @@
 """Runs `rtctl identify` and `rtctl diagnose` on foreign cases as a user would, and judges the answers.
 
 python tests/foreign/foreign_campaign.py --first 0 --last 39 --workers 1 --out DIR [--style few_domains]
+python tests/foreign/foreign_campaign.py --kind oscillator --effects known --first 0 --last 39 --out DIR
 
 DIR/results.jsonl gets one line a case (a stopped campaign continues), DIR/table.md the counts by style.
 """
@@ -19,21 +20,46 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from foreign_styles import STYLES
+import foreign_oscillator_styles
+import foreign_styles
 
 LONGEST_S = 3600.0  # of one command
 NAMES_ALLOWED = 2  # in `indistinguishable_from`, for the true id among them to count
+EFFECT_SETS = ("known", "new", "all")  # of oscillators: what the program had first, what came later, both
+SAME = {"parameter.stiffness_cubic": "stiffness.cubic"}  # a term that the model lacks, and its value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """A generator of cases, and where in a case's folder its files are."""
+
+    styles: tuple[str, ...]
+    generator: str
+    data: str  # folder with `dataset.toml`
+    truth: str  # file that only the judge reads
+
+
+KINDS = {
+    "vo2": Kind(styles=foreign_styles.STYLES, generator="foreign_generate.py", data="", truth="truth.json"),
+    "oscillator": Kind(
+        styles=foreign_oscillator_styles.STYLES,
+        generator="foreign_oscillator_generate.py",
+        data="data",
+        truth="truth/truth.json",
+    ),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """What one case's diagnosis said, and the judgement: right | wrong | missed | failed."""
+    """What one case's diagnosis said, and the judgement: right | partly | wrong | missed | failed."""
 
     style: str
     seed: int
     effect: str | None
-    staircase: str
-    share: float
+    second: str | None
+    groups: list[str]
+    share: float  # of the smaller effect
     outcome: str
     verdict: str | None
     causes: list[str]
@@ -44,8 +70,11 @@ class Case:
     note: str
 
 
-def judge(effect: str | None, diagnosis: dict[str, Any]) -> str:
-    """Right, wrong (a cause that is not there) or missed (for a null: not `adequate`, but no cause either)."""
+def judge(effect: str | None, diagnosis: dict[str, Any], second: str | None = None) -> str:
+    """Right, wrong (a cause that is not there) or missed (for a null: not `adequate`, but no cause either).
+
+    One effect: its id is the first, or in a set of two. Two: both are named and no other; "partly": one of them alone.
+    """
     causes = diagnosis["causes"]
     if effect is None:
         if diagnosis["verdict"] == "adequate" and not causes:
@@ -53,6 +82,9 @@ def judge(effect: str | None, diagnosis: dict[str, Any]) -> str:
         return "wrong" if causes else "missed"
     if not causes:
         return "missed"
+    if second is not None:
+        told, hidden = {cause["id"] for cause in causes}, {effect, second}
+        return "right" if told == hidden else "partly" if told < hidden else "wrong"
     others = causes[0].get("indistinguishable_from", [])
     if causes[0]["id"] == effect or (effect in others and len(others) <= NAMES_ALLOWED):
         return "right"
@@ -61,47 +93,74 @@ def judge(effect: str | None, diagnosis: dict[str, Any]) -> str:
     return "missed" if effect in named else "wrong"
 
 
-def run_case(style: str, seed: int, folder: Path) -> Case:
-    """Write the case, identify and diagnose it in processes of their own."""
-    here = Path(__file__).resolve().parent
-    rtctl = str(Path(sys.executable).with_name("rtctl"))
-    manifest, model = folder / "dataset.toml", folder / "model.toml"
-    write = [sys.executable, str(here / "foreign_generate.py"), "--style", style, "--seed", str(seed)]
-    identify = [rtctl, "identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]
-    diagnose = [rtctl, "diagnose", str(manifest), "--model", str(model), "--out", str(folder / "out")]
+def to_be_judged(diagnosis: dict[str, Any], also_true: list[str]) -> dict[str, Any]:
+    """The diagnosis without causes that are true of the bench beside any effect, and with one name for one thing."""
+    causes = []
+    for cause in diagnosis["causes"]:
+        others = [SAME.get(name, name) for name in cause.get("indistinguishable_from", [])]
+        if cause["id"] not in also_true:
+            name = SAME.get(cause["id"], cause["id"])
+            causes.append({**cause, "id": name, "indistinguishable_from": others})
+    only_these = bool(diagnosis["causes"]) and not causes
+    verdict = "adequate" if only_these and diagnosis["verdict"] == "explained" else diagnosis["verdict"]
+    return {**diagnosis, "verdict": verdict, "causes": causes}
 
-    truth: dict[str, Any] = {"effect": "?", "share": 0.0, "staircase": "?"}
-    seconds = [0.0, 0.0, 0.0]
-    outcome, notes, diagnosis = "failed", [], None
-    commands = ([*write, "--effect", "draw", "--out", str(folder)], identify, [*diagnose, "--quiet"])
-    (folder / "out" / "diagnosis.json").unlink(missing_ok=True)  # of a stopped campaign
-    for k, command in enumerate(commands):
+
+def user_commands(folder: Path, data: Path) -> list[tuple[str, list[str]]]:
+    """What a user runs, (verb, command): identify, or with `start.toml` identify from it, then diagnose.
+
+    A user who has the model of a data sheet (`sheet.toml`) diagnoses that as it is.
+    """
+    rtctl = str(Path(sys.executable).with_name("rtctl"))
+    manifest, start, sheet = data / "dataset.toml", data / "start.toml", data / "sheet.toml"
+    model = sheet if sheet.exists() else folder / "model.toml"
+    identify = [rtctl, "identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]
+    if start.exists():
+        identify += ["--model", str(start)]
+    diagnose = [rtctl, "diagnose", str(manifest), "--model", str(model)]
+    diagnose += ["--out", str(folder / "out"), "--quiet"]
+    return ([] if sheet.exists() else [("identify", identify)]) + [("diagnose", diagnose)]
+
+
+def run_case(style: str, seed: int, folder: Path, kind: str = "vo2", effects: str = "known") -> Case:
+    """Write the case, identify and diagnose it in processes of their own."""
+    spec, here = KINDS[kind], Path(__file__).resolve().parent
+    write = [sys.executable, str(here / spec.generator), "--style", style, "--seed", str(seed)]
+    write += ["--effect", "draw", "--out", str(folder)]
+    write += ["--effects", effects] if kind == "oscillator" else []
+    answer = folder / "out" / "diagnosis.json"
+    answer.unlink(missing_ok=True)  # of a stopped campaign
+
+    seconds, notes = {"identify": 0.0, "diagnose": 0.0}, []
+    code, said = _run(write)
+    if code != 0:
+        notes.append(f"{spec.generator}: exit {code}: {said[-300:]}")
+    for verb, command in user_commands(folder, folder / spec.data) if code == 0 else []:
         begin = time.perf_counter()
-        code, said = _run(command)
-        seconds[k] = time.perf_counter() - begin
-        if k == 0 and code == 0:
-            truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-        if code != 0:
-            notes.append(f"{Path(command[0]).name} {command[1]}: exit {code}: {said[-300:]}")
-        if code != 0 and (k == 0 or not model.exists()):
+        ended, said = _run(command)
+        seconds[verb] = round(time.perf_counter() - begin, 1)
+        if ended != 0:
+            notes.append(f"rtctl {verb}: exit {ended}: {said[-300:]}")
+        if verb == "identify" and ended != 0 and not (folder / "model.toml").exists():
             break
-    if (folder / "out" / "diagnosis.json").exists():
-        diagnosis = json.loads((folder / "out" / "diagnosis.json").read_text(encoding="utf-8"))
-        outcome = judge(truth["effect"], diagnosis)
-    causes = diagnosis["causes"] if diagnosis else []
+    truth = json.loads((folder / spec.truth).read_text(encoding="utf-8")) if code == 0 else {}
+    diagnosis = json.loads(answer.read_text(encoding="utf-8")) if answer.exists() else None
+    judged = to_be_judged(diagnosis, truth.get("also_true", [])) if diagnosis else {"causes": []}
+    causes, effect, second = judged["causes"], truth.get("effect", "?"), truth.get("second")
     return Case(
         style=style,
         seed=seed,
-        effect=truth["effect"],
-        staircase=truth["staircase"],
-        share=truth["share"],
-        outcome=outcome,
+        effect=effect,
+        second=second,
+        groups=truth.get("groups", []),
+        share=truth.get("share", 0.0),
+        outcome=judge(effect, judged, second) if diagnosis else "failed",
         verdict=diagnosis["verdict"] if diagnosis else None,
-        causes=[cause["id"] for cause in causes],
+        causes=[cause["id"] for cause in diagnosis["causes"]] if diagnosis else [],
         indistinguishable=causes[0].get("indistinguishable_from", []) if causes else [],
         probability=causes[0].get("probability") if causes else None,
-        identify_s=round(seconds[1], 1),
-        diagnose_s=round(seconds[2], 1),
+        identify_s=seconds["identify"],
+        diagnose_s=seconds["diagnose"],
         note=" | ".join(notes),
     )
 
@@ -126,18 +185,29 @@ def wilson(hits: int, trials: int) -> tuple[float, float]:
 
 
 def table(cases: list[dict[str, Any]]) -> str:
-    """Markdown table of the counts, a row for each style, one for all, and one for each kind of staircase."""
-    heads = ["style", "nulls", "called wrong", "not adequate", "singles", "right", "wrong name"]
-    heads += ["missed", "failed", "median s"]
+    """Markdown table of the counts: a row for each style, one for all, and one for each group of benches."""
+    heads = ["style", "nulls", "called wrong", "not adequate", "singles", "right", "wrong name", "missed"]
+    pairs_asked = any(case.get("second") for case in cases)
+    if pairs_asked:
+        heads += ["pairs", "both", "one of two", "wrong name", "missed"]
+    heads += ["failed", "median s"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    for style in [*STYLES, "all", "before the effect", "with the effect"]:
-        mine = [case for case in cases if style in (case["style"], "all", case["staircase"])]
+    styles = [style for spec in KINDS.values() for style in spec.styles]
+    groups = sorted({group for case in cases for group in case["groups"]})
+    for row in [*styles, "all", *groups]:
+        mine = [case for case in cases if row in (case["style"], "all", *case["groups"])]
         if not mine:
             continue
-        nulls = [case["outcome"] for case in mine if case["effect"] is None]
-        singles = [case["outcome"] for case in mine if case["effect"] is not None]
-        cells = [style, str(len(nulls)), _share(nulls, "wrong"), _share(nulls, "missed"), str(len(singles))]
+        hidden = [(case.get("effect") is not None) + bool(case.get("second")) for case in mine]
+        nulls, singles, pairs = (
+            [case["outcome"] for case, count in zip(mine, hidden, strict=True) if count == wanted]
+            for wanted in range(3)
+        )
+        cells = [row, str(len(nulls)), _share(nulls, "wrong"), _share(nulls, "missed"), str(len(singles))]
         cells += [_share(singles, outcome) for outcome in ("right", "wrong", "missed")]
+        if pairs_asked:
+            cells.append(str(len(pairs)))
+            cells += [_share(pairs, outcome) for outcome in ("right", "partly", "wrong", "missed")]
         cells.append(str(sum(case["outcome"] == "failed" for case in mine)))
         cells.append(f"{median(case['identify_s'] + case['diagnose_s'] for case in mine):.0f}")
         lines.append("| " + " | ".join(cells) + " |")
@@ -165,15 +235,20 @@ def read_results(path: Path) -> list[dict[str, Any]]:
 
 def main() -> None:
     """Run the cases that are not done yet, then write the table."""
-    parser = argparse.ArgumentParser(
-        description="Identify and diagnose foreign VO2 cases; judge the answers."
+    parser = argparse.ArgumentParser(description="Identify and diagnose foreign cases; judge the answers.")
+    parser.add_argument("--kind", choices=KINDS, default="vo2")
+    parser.add_argument(
+        "--effects", choices=EFFECT_SETS, default="known", help="of oscillators: drawn from these"
     )
     parser.add_argument("--first", type=int, required=True)
     parser.add_argument("--last", type=int, required=True)
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--style", choices=STYLES, help="only this one; default: styles in turn")
+    parser.add_argument("--style", help="only this one; default: the kind's styles in turn")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
+    styles = KINDS[given.kind].styles
+    if given.style not in (None, *styles):
+        parser.error(f"--style of --kind {given.kind} must be of {', '.join(styles)}; got {given.style}")
 
     results = given.out / "results.jsonl"
     given.out.mkdir(parents=True, exist_ok=True)
@@ -181,10 +256,10 @@ def main() -> None:
     results.write_text("".join(json.dumps(case) + "\n" for case in cases), encoding="utf-8")
     done = {(case["style"], case["seed"]) for case in cases}
     seeds = range(given.first, given.last + 1)
-    wanted = [(given.style or STYLES[seed % len(STYLES)], seed) for seed in seeds]
+    wanted = [(given.style or styles[seed % len(styles)], seed) for seed in seeds]
     with ThreadPoolExecutor(given.workers) as pool:
         runs = [
-            pool.submit(run_case, style, seed, given.out / f"{style}-{seed}")
+            pool.submit(run_case, style, seed, given.out / f"{style}-{seed}", given.kind, given.effects)
             for style, seed in wanted
             if (style, seed) not in done
         ]
@@ -193,8 +268,9 @@ def main() -> None:
             cases.append(case)
             with results.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(case) + "\n")
+            hidden = " + ".join(filter(None, (case["effect"], case["second"]))) or None
             told = case["causes"] or case["verdict"] or case["note"]
-            print(f"{case['style']} {case['seed']}: {case['effect']}: {told}: {case['outcome']}", flush=True)
+            print(f"{case['style']} {case['seed']}: {hidden}: {told}: {case['outcome']}", flush=True)
             (given.out / "table.md").write_text(table(cases), encoding="utf-8")
     (given.out / "table.md").write_text(table(cases), encoding="utf-8")
     print(table(cases))

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from foreign_common import flicker
 from foreign_device import EFFECTS, Effect, Readings, simulate
 from foreign_excitations import records
 from foreign_loops import Array
@@ -66,15 +67,6 @@ def with_instruments(bench: Bench, readings: Readings, rng: np.random.Generator)
     return Readings(resistance, deflection, readings.temperature)
 
 
-def flicker(samples: int, rng: np.random.Generator) -> Array:
-    """Noise with power 1/f and unit variance over its record."""
-    spectrum = np.fft.rfft(rng.normal(size=samples))
-    spectrum[1:] /= np.sqrt(np.arange(1, spectrum.size))
-    spectrum[0] = 0.0
-    noise = np.fft.irfft(spectrum, samples)
-    return noise / noise.std()
-
-
 def _write_columns(bench: Bench, path: Path, current: Array, readings: Readings) -> str:
     """Write one record in the bench's kind of file; returns the file's name."""
     columns = {
@@ -109,6 +101,7 @@ def _manifest(bench: Bench, seed: int, files: list[tuple[str, str]]) -> str:
 def _truth(bench: Bench, seed: int, hidden: Effect | None, shares: dict[str, float]) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
     device = bench.device
+    staircase = "before the effect" if staircase_before(seed) else "with the effect"
     return {
         "style": bench.style,
         "seed": seed,
@@ -120,7 +113,8 @@ def _truth(bench: Bench, seed: int, hidden: Effect | None, shares: dict[str, flo
         "share": max(shares.values(), default=0.0),
         "shares": shares,
         "convention": device.convention,
-        "staircase": "before the effect" if staircase_before(seed) else "with the effect",
+        "staircase": staircase,
+        "groups": [staircase],
         "device": {
             "time_constant_s": device.tau_s,
             "period_s": device.period_s,

@@ -10,9 +10,7 @@ from bisect import bisect_left, bisect_right
 from math import atanh, pi, sin, tanh
 
 import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from foreign_common import Array
 
 
 class DomainLoop:

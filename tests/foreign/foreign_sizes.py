@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
 
 import numpy as np
+from foreign_common import log_uniform, search_size
 from foreign_device import EFFECTS, Effect, Readings, simulate
 from foreign_loops import Array
-from foreign_styles import STYLES, Bench, log_uniform, stream
+from foreign_styles import STYLES, Bench, stream
 
 SMALLEST, LARGEST = 0.01, 0.20  # share of the variation
 
@@ -49,27 +49,15 @@ def sized_effect(
     effect, low, high = _start(bench, effect_id, rng, max(current.size for current in currents))
     without = [simulate(bench.device, current) for current in currents]
 
-    best: tuple[float, Effect, dict[str, float]] | None = None
-    small, large = low, high  # bounds that the trials narrow
-    for _ in range(12):
-        reached = share_changed(without, [simulate(bench.device, c, effect) for c in currents])
-        largest = max(reached.values())
-        miss = abs(np.log(max(largest, 1e-6) / wanted))
-        if best is None or miss < best[0]:
-            best = (float(miss), effect, reached)
-        if miss < 0.1:
-            break
-        if largest < wanted:
-            small = effect.size
-        else:
-            large = effect.size
-        guess = effect.size * min(max(wanted / max(largest, 1e-6), 0.1), 10.0)
-        inside = small * 1.02 < guess < large / 1.02
-        effect = replace(effect, size=guess if inside else sqrt(small * large))
-    assert best is not None
-    if not SMALLEST <= max(best[2].values()) <= LARGEST:
+    def reached(size: float) -> dict[str, float]:
+        acting = replace(effect, size=size)
+        return share_changed(without, [simulate(bench.device, c, acting) for c in currents])
+
+    size = search_size(lambda size: max(reached(size).values()), effect.size, low, high, wanted)
+    shares = reached(size)
+    if not SMALLEST <= max(shares.values()) <= LARGEST:
         raise RuntimeError(f"{effect_id} on {bench.style} {seed}: no size from {low:.3g} to {high:.3g} fits")
-    return best[1], best[2]
+    return replace(effect, size=size), shares
 
 
 def _start(

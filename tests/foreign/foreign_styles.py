@@ -8,6 +8,7 @@ from functools import partial
 from math import ceil, sqrt
 
 import numpy as np
+from foreign_common import log_uniform
 from foreign_device import Device
 from foreign_loops import Array, DomainLoop, LimitingLoop, SmoothLoop
 
@@ -37,11 +38,6 @@ def stream(style: str, seed: int, what: str) -> np.random.Generator:
     """Random numbers of one purpose, so that an effect does not change the device or the records."""
     purposes = ("device", "records", "effect", "noise")
     return np.random.default_rng([STYLES.index(style), seed, purposes.index(what)])
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number with its logarithm uniform."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def draw_bench(style: str, seed: int) -> Bench:

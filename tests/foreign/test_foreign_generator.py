@@ -10,9 +10,10 @@ from pathlib import Path
 import foreign_campaign
 import numpy as np
 import pytest
+from foreign_common import flicker
 from foreign_device import EFFECTS, Device, Effect, Readings, lagged, simulate
 from foreign_excitations import multisine
-from foreign_generate import flicker, generate
+from foreign_generate import generate
 from foreign_loops import DomainLoop, LimitingLoop
 from foreign_sizes import LARGEST, SMALLEST, draw_id, share_changed, sized_effect
 from foreign_styles import STYLES, draw_bench
