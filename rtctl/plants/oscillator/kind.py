@@ -14,8 +14,10 @@ OSCILLATOR = PlantKind(
     signals={
         "drive": SignalKind(role="input", not_in=("g",)),
         "displacement": SignalKind(role="output", not_in=("g", "m/s", "m/s^2"), optional=True),
-        "velocity": SignalKind(role="output", derivative_of="displacement", optional=True),
-        "acceleration": SignalKind(role="output", derivative_of="displacement", derivatives=2, optional=True),
+        "velocity": SignalKind(role="output", derivative_of="displacement", not_in=("g",), optional=True),
+        "acceleration": SignalKind(
+            role="output", derivative_of="displacement", derivatives=2, not_in=("g",), optional=True
+        ),
     },
     responses=("displacement", "velocity", "acceleration"),
     initial=("displacement", "velocity"),
