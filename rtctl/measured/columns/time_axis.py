@@ -82,9 +82,10 @@ def _check_gaps(intervals: FloatArray, usual: float, name: str, first_row: int) 
     longest = int(gaps[np.argmax(intervals[gaps])])
     edges = [first_row, *(gaps + first_row + 1).tolist(), first_row + len(intervals) + 1]
     parts = [f"[{a}, {b}]" for a, b in pairwise(edges) if b - a > 1]
+    count = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
     more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
     raise ValueError(
-        f'time column "{name}" has {len(gaps)} gaps, the longest of {intervals[longest]:.6g} s after row '
+        f'time column "{name}" has {count}, the longest of {intervals[longest]:.6g} s after row '
         f"{longest + first_row} (usually {usual:.6g} s; resampling bridges up to {LONGEST_GAP:g} of these). What lies "
         f"between was not measured: make one record of each part, with rows = {', '.join(parts[:_SHOWN])}{more}"
     )
