@@ -25,7 +25,7 @@ TERMS = (
     FRICTION, FRICTION_EXCESS, FRICTION_FADING,
 ) = range(len(TERMS))  # fmt: skip
 RUBBING = frozenset(TERMS[FRICTION:])
-"""Terms of dry friction: its level, what it has more at break-away, and the inverse of the speed over which that fades."""
+"""Terms of dry friction: its level, what it has more at break-away, 1 / the speed over which that fades."""
 NOMINAL = frozenset(TERMS[:4])
 
 

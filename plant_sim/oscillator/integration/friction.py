@@ -2,10 +2,10 @@
 
 level sign v  |  (level + excess exp(-(fading v)^2)) sign v        Coulomb  |  Stribeck
 
-While the motion goes on, the force is smooth over a step (its sign is kept), and the method keeps its order. Where a step ends beyond a
-turning point, the velocity in it is a parabola: the turning point is its root, after which the force points the other
-way or holds. A motion at rest stays there to the last bit until the other forces exceed the level inside a step. What
-is neglected is of order h^3 at each turning point.
+While the motion goes on, the force is smooth over a step (its sign is kept), and the method keeps its order. Where a
+step ends beyond a turning point, the velocity in it is a parabola: the turning point is its root, after which the force
+points the other way or holds. A motion at rest stays there to the last bit until the other forces exceed the level
+inside a step. What is neglected is of order h^3 at each turning point.
 
 Turning points are rare, so the integrator only notes each step, for all lanes at once, and looks afterwards whether
 any lane turned: a branch inside its loop over lanes would cost a factor of five.

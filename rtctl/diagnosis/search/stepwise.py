@@ -28,6 +28,7 @@ from rtctl.diagnosis.search.backward_elimination import (
 )
 from rtctl.diagnosis.search.candidates import interleave, propose_candidates, propose_pairs
 from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
+from rtctl.diagnosis.search.elimination.simpler_laws import prefer_simpler_laws
 from rtctl.diagnosis.search.model_selection import (
     best_of_each_set,
     rank_hypotheses,
@@ -35,7 +36,6 @@ from rtctl.diagnosis.search.model_selection import (
     whitened_bic,
 )
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents
-from rtctl.diagnosis.search.simpler_laws import prefer_simpler_laws
 from rtctl.diagnosis.search.state import SearchSettings, SearchState, StopReason
 from rtctl.diagnosis.search.successive_halving import halve_successively
 

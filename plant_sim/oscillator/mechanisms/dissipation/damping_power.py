@@ -22,8 +22,8 @@ def slowed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: 
 
 def fastest_rate(p: Values, speed: float) -> float:
     """Return the rate of the damping at the largest speed."""
-    slope = p["exponent"] * (speed / p["speed"]) ** (p["exponent"] - 1.0) / p["speed"]
-    return RELAXATION * p["level"] * slope
+    steepening: float = (speed / p["speed"]) ** (p["exponent"] - 1.0)
+    return RELAXATION * p["level"] * p["exponent"] * steepening / p["speed"]
 
 
 MECHANISM = OscillatorMechanism(

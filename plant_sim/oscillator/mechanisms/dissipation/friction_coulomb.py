@@ -7,7 +7,7 @@ from typing import Any
 
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.elementary import soft_sign
-from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechanism, Values, coefficient, shape
+from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -15,6 +15,11 @@ from plant_sim.oscillator.mechanism import RELAXATION, Memory, OscillatorMechani
 def smoothed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
     """Return force and rate; p: level, 1 / transition speed; w: one state, which a law must have and none needs."""
     return -p[row, j] * soft_sign(v * p[row + 1, j]), (0.0 * z,)
+
+
+SMOOTH = 0.1
+"""Angular frequency, over level / transition speed, that steps resolve while a motion creeps: a step of RK4 is then a
+quarter of the creep's time constant, and the whole at the steps of fits, where 2.8 of them are unstable."""
 
 
 def is_smooth(p: Values) -> bool:
@@ -49,6 +54,6 @@ MECHANISM = OscillatorMechanism(
     ),
     terms={"friction": lambda p: 0.0 if is_smooth(p) else p["level"]},
     memory=Memory(smoothed, 1, constants, acts=is_smooth),
-    fastest_rate=lambda p, speed: 0.1 * p["level"] / p["transition_speed"] if is_smooth(p) else 0.0,
+    fastest_rate=lambda p, speed: SMOOTH * p["level"] / p["transition_speed"] if is_smooth(p) else 0.0,
     transition=lambda p: p["transition_speed"] if is_smooth(p) else math.inf,
 )

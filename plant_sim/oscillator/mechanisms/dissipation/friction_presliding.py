@@ -1,7 +1,9 @@
-"""`friction.presliding`: - level h, displacement h' = z' - |z'| h (Dahl): F' = (level / displacement) z' (1 - h sign z').
+"""`friction.presliding`: - level h, displacement h' = z' - |z'| h (Dahl).
 
-Reference: P. Dahl, A Solid Friction Model, Aerospace Corporation TOR-158(3107-18), 1968, eq. 4 with i = 1. It is the law
-of Bouc and Wen whose yielding does not depend on the sign of the force (bend = 0).
+With F = level h and a contact of stiffness level / displacement that is F' = stiffness z' (1 - F / level sign z'), the
+law of Bouc and Wen whose yielding does not depend on the sign of the force (bend = 0).
+
+Reference: P. Dahl, A Solid Friction Model, Aerospace Corporation TOR-158(3107-18), 1968, eq. 4 with i = 1.
 """
 
 from __future__ import annotations

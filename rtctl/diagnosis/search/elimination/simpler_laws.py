@@ -1,7 +1,7 @@
 """Simpler laws: a law that another one is at certain values of its parameters is told unless the data need the other.
 
-Dry friction is Stribeck's without an excess, Dahl's with a stiff contact, and a smooth one of no width. Each of those fits
-whatever it fits, a little better. So the more general law has to be worth its further parameters.
+Dry friction is Stribeck's without an excess, Dahl's with a stiff contact, and a smooth one of no width. Each of those
+fits whatever it fits, a little better. So the more general law has to be worth its further parameters.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""Causes and laws that a chosen set does not need."""
