@@ -1,4 +1,4 @@
-"""Effects that no vo2 id of formats.md names. A diagnosis should say `unexplained`, or claim nothing false."""
+"""Effects that no vo2 id of formats.md section 5 names. A diagnosis should say `unexplained`, or claim nothing false."""
 
 from __future__ import annotations
 
@@ -39,9 +39,12 @@ def delaminating_beam(rng: np.random.Generator, _: Plant, __: float) -> Recipe:
 
 
 def runaway(_: np.random.Generator, __: Plant, ___: float) -> Recipe:
-    """The heating grows as the film turns metallic, by 1 - a to 1: positive feedback, snaps, negative resistance."""
+    """The heating grows as the film turns metallic, by 1 - a to 1: positive feedback, snaps, negative resistance.
+
+    An id of the catalogue by now. It stays among these so that a seed goes on drawing what it drew.
+    """
     return Recipe(
-        id=OUTSIDE,
+        id="thermal.phase_heating",
         variant="runaway",
         guess=0.05,
         largest=0.6,

@@ -4,15 +4,15 @@ import numpy as np
 
 from rtctl.simulations.vo2.mechanism import Pieces, Values, Vo2Mechanism, coefficient
 
+INSTANTS = np.array([0.0, 0.5, 1.0])
+"""Start, middle and end of a piece, in its duration."""
+
 
 def drifting(pieces: Pieces, p: Values) -> Pieces:
     """Change the gain of the current evenly."""
     durations = pieces.durations_s
-    within = np.concatenate(([0.0], np.cumsum(durations)[:-1]))[:, None] + durations[:, None] * [
-        0.0,
-        0.5,
-        1.0,
-    ]
+    starts = np.concatenate(([0.0], np.cumsum(durations)[:-1]))
+    within = starts[:, None] + durations[:, None] * INSTANTS
     periods = len(pieces.nodes) // len(durations)
     time_s = float(durations.sum()) * np.arange(periods)[:, None, None] + within
     return pieces._replace(nodes=pieces.nodes * (1.0 + p["rate"] * time_s.reshape(-1, 3)))
