@@ -52,7 +52,7 @@ KINDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """What one case's diagnosis said, and the judgement: right | partly | wrong | missed | failed."""
+    """What one case's diagnosis said, and the judgement: right | in sets | partly | wrong | missed | failed."""
 
     style: str
     seed: int
@@ -73,7 +73,8 @@ class Case:
 def judge(effect: str | None, diagnosis: dict[str, Any], second: str | None = None) -> str:
     """Right, wrong (a cause that is not there) or missed (for a null: not `adequate`, but no cause either).
 
-    One effect: its id is the first, or in a set of two. Two: both are named and no other; "partly": one of them alone.
+    One effect: its id is the first, or in a set of two. Two: both are named and no other; "in sets": each is, or stands
+    in a set of two with the one that is; "partly": one of them alone is named.
     """
     causes = diagnosis["causes"]
     if effect is None:
@@ -84,13 +85,22 @@ def judge(effect: str | None, diagnosis: dict[str, Any], second: str | None = No
         return "missed"
     if second is not None:
         told, hidden = {cause["id"] for cause in causes}, {effect, second}
-        return "right" if told == hidden else "partly" if told < hidden else "wrong"
-    others = causes[0].get("indistinguishable_from", [])
-    if causes[0]["id"] == effect or (effect in others and len(others) <= NAMES_ALLOWED):
+        if told <= hidden:
+            return "right" if told == hidden else "partly"
+        sets = [_set_of(cause) for cause in causes]
+        each = len(sets) == 2 and any(effect in a and second in b for a, b in (sets, sets[::-1]))
+        return "in sets" if each else "wrong"
+    if effect in _set_of(causes[0]):
         return "right"
     named = {cause["id"] for cause in causes}
     named.update(name for cause in causes for name in cause.get("indistinguishable_from", []))
     return "missed" if effect in named else "wrong"
+
+
+def _set_of(cause: dict[str, Any]) -> set[str]:
+    """The cause's id, with those that explain the data equally well if these are few."""
+    others = cause.get("indistinguishable_from", [])
+    return {cause["id"], *(others if len(others) <= NAMES_ALLOWED else [])}
 
 
 def to_be_judged(diagnosis: dict[str, Any], also_true: list[str]) -> dict[str, Any]:
@@ -189,7 +199,7 @@ def table(cases: list[dict[str, Any]]) -> str:
     heads = ["style", "nulls", "called wrong", "not adequate", "singles", "right", "wrong name", "missed"]
     pairs_asked = any(case.get("second") for case in cases)
     if pairs_asked:
-        heads += ["pairs", "both", "one of two", "wrong name", "missed"]
+        heads += ["pairs", "both", "both, in sets", "one of two", "wrong name", "missed"]
     heads += ["failed", "median s"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
     styles = [style for spec in KINDS.values() for style in spec.styles]
@@ -207,7 +217,7 @@ def table(cases: list[dict[str, Any]]) -> str:
         cells += [_share(singles, outcome) for outcome in ("right", "wrong", "missed")]
         if pairs_asked:
             cells.append(str(len(pairs)))
-            cells += [_share(pairs, outcome) for outcome in ("right", "partly", "wrong", "missed")]
+            cells += [_share(pairs, outcome) for outcome in ("right", "in sets", "partly", "wrong", "missed")]
         cells.append(str(sum(case["outcome"] == "failed" for case in mine)))
         cells.append(f"{median(case['identify_s'] + case['diagnose_s'] for case in mine):.0f}")
         lines.append("| " + " | ".join(cells) + " |")
