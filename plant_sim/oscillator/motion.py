@@ -233,6 +233,11 @@ class Equation:
             (memory.law, memory.states, constants)
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
+        row = len(TERMS)
+        for memory, count in zip(self.memories, self.constants, strict=True):
+            if memory.step is not None:
+                self.rows[row + memory.step] = drive.step_s
+            row += count
         integrator = _integrator(self.terms, tuple(layout), bool(self.rows[FRICTION].any()))
         states = self.own_start(z, v) if own is None else own
         integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)

@@ -25,6 +25,7 @@ from rtctl.output.progress import Progress, Reporter, reporter
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from rtctl.border.simulation import Simulation
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
     from rtctl.diagnosis.residual.localization import Location
     from rtctl.diagnosis.result import Cause

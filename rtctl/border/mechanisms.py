@@ -112,6 +112,9 @@ class Mechanism:
 
     Beside those a small correction is the identification's own error.
     """
+    generalises: tuple[str, ...] = ()
+    """Mechanisms of which it is the same law with further parameters: where one of those explains the data, this does
+    too and says no more."""
     slow: bool = False
     """Whether it grows with the time since a record's start, so that the first part hardly shows it."""
 

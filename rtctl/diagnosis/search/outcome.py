@@ -96,6 +96,16 @@ def replace_chosen(problem: Problem, result: SearchResult, fewer: TestedHypothes
     )
 
 
+def _generalises(rival: Hypothesis, chosen: Hypothesis) -> bool:
+    """Return whether `rival` has in place of one of the chosen causes the same law with further parameters."""
+    own, other = (
+        set(chosen.mechanisms) - set(rival.mechanisms),
+        set(rival.mechanisms) - set(chosen.mechanisms),
+    )
+    laws = [one for one in rival.simulation.mechanisms if one.id in other]
+    return len(own) == len(laws) == 1 and bool(own & set(laws[0].generalises))
+
+
 def find_equivalents(
     problem: Problem,
     rankings: Sequence[Sequence[RankedHypothesis]],
@@ -104,6 +114,8 @@ def find_equivalents(
     plain: bool = False,
 ) -> tuple[Hypothesis, ...]:
     """Return the sets of the best one's size that the data do not tell from it.
+
+    A set whose law has the chosen one as a special case is none of them.
 
     Args:
         problem: Records that were fitted.
@@ -117,7 +129,9 @@ def find_equivalents(
         one.hypothesis
         for ranking in rankings
         for one in ranking
-        if len(one.hypothesis.mechanisms) == size and one.hypothesis is not best.hypothesis
+        if len(one.hypothesis.mechanisms) == size
+        and one.hypothesis is not best.hypothesis
+        and not _generalises(one.hypothesis, best.hypothesis)
     ]
 
     def bic(one: Hypothesis) -> float:

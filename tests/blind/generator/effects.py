@@ -6,6 +6,7 @@ Recipe whose `apply(plan, a)` switches the effect on and whose `sizes(a)` names 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -31,6 +32,8 @@ class Surroundings:
     """rad/s: mains hum has its own frequency."""
     manifest_hold: str
     variant: str | None
+    radian: float = math.nan
+    """One radian, in L, of a device whose displacement is an angle."""
 
 
 @dataclass(frozen=True, kw_only=True)
