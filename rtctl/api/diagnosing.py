@@ -216,7 +216,10 @@ def watched_search(
 
 
 def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[str, ...]:
-    """Return the ids to try in the catalogue's order. Raises InputError for one that is unknown or not for such data."""
+    """Return the ids to try in the catalogue's order. Raises InputError for one that is unknown or not for such data.
+
+    A mechanism that is not for such data is left out in silence where all are tried.
+    """
     from rtctl.wiring import mechanism_ids
 
     known = mechanism_ids(simulation.kind)

@@ -12,14 +12,13 @@ from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.equation.terms import CUBIC, QUADRATIC, QUINTIC, STIFFNESS
 from plant_sim.oscillator.mechanism import Memory, OscillatorMechanism, Values, coefficient, shape
 
-
 TINY = 1e-100
 """Half of a step of no length, in any unit: where the motion turns, the mean is the value."""
 
 
 @law
 def secant(z: float, e: float, p: Any, j: int) -> Any:
-    """Return (f(z) - f(e)) / (z - e) of the spring's force f = stiffness z + quadratic z^2 + ..., without a division."""
+    """Return (f(z) - f(e)) / (z - e) of the spring's force f = stiffness z + quadratic z^2 + ..., without dividing."""
     product, squares = z * e, z * z + e * e
     stiffness = p[STIFFNESS, j] + p[QUADRATIC, j] * (z + e) + p[CUBIC, j] * (squares + product)
     return stiffness + p[QUINTIC, j] * (squares * (squares + product) - product * product)
