@@ -6,7 +6,6 @@ Recipe whose `apply(plan, a)` switches the effect on and whose `sizes(a)` names 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -32,7 +31,7 @@ class Surroundings:
     """rad/s: mains hum has its own frequency."""
     manifest_hold: str
     variant: str | None
-    radian: float = math.nan
+    radian: float = np.nan
     """One radian, in L, of a device whose displacement is an angle."""
 
 
