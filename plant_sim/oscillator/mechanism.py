@@ -89,6 +89,8 @@ class Memory(NamedTuple):
     """Returns whether it acts at these values of its mechanism, which may act elsewhere alone."""
     start: Callable[[float, float], tuple[float, ...]] | None = None
     """Returns the states at the start of a record from displacement and velocity there; None: all zero."""
+    step: int | None = None
+    """Which of its constants is the integrator's step [s], written there by it; None: none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

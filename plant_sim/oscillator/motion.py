@@ -245,6 +245,11 @@ class Equation:
             (memory.law, memory.states, constants)
             for memory, constants in zip(self.memories, self.constants, strict=True)
         ]
+        row = len(TERMS)
+        for memory, count in zip(self.memories, self.constants, strict=True):
+            if memory.step is not None:
+                self.rows[row + memory.step] = drive.step_s
+            row += count
         fades = bool(self.rows[FRICTION_EXCESS].any())
         rubs = fades or bool(self.rows[FRICTION].any())
         integrator = _integrator(self.terms, tuple(layout), rubs, fades)

@@ -25,6 +25,7 @@ from rtctl.output.progress import Progress, Reporter, reporter
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from rtctl.border.simulation import Simulation
     from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
     from rtctl.diagnosis.residual.localization import Location
     from rtctl.diagnosis.result import Cause
@@ -216,7 +217,10 @@ def watched_search(
 
 
 def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[str, ...]:
-    """Return the ids to try in the catalogue's order. Raises InputError for one that is unknown or not for such data."""
+    """Return the ids to try in the catalogue's order. Raises InputError for one that is unknown or not for such data.
+
+    A mechanism that is not for such data is left out in silence where all are tried.
+    """
     from rtctl.wiring import mechanism_ids
 
     known = mechanism_ids(simulation.kind)

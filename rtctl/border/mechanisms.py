@@ -139,7 +139,6 @@ class Mechanism:
     """
     slow: bool = False
     """Whether it grows with the time since a record's start, so that the first part hardly shows it."""
-
     by_levels: bool = False
     """Whether a diagnosis recognises it by the levels of the readings: no fit follows a step."""
 

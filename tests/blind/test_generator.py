@@ -11,6 +11,7 @@ import generator
 import numpy as np
 import pytest
 from generator import Options, generate
+from generator.added import ADDED
 from generator.effects import CATALOGUE, Surroundings
 from generator.equation import N_PARAMETERS, P
 from generator.files import FORMATS
@@ -233,10 +234,10 @@ def test_parameters_of_the_truth_are_those_that_act(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE_CATALOGUE])
+@pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE_CATALOGUE, *ADDED])
 def test_every_effect_can_be_drawn_and_switched_on(name: str) -> None:
     """Each recipe changes the response, and its parameters carry numbers."""
-    draw = (CATALOGUE | OUTSIDE_CATALOGUE)[name]
+    draw = (CATALOGUE | OUTSIDE_CATALOGUE | ADDED)[name]
     around = Surroundings(
         bistable=False,
         well=0.0,
@@ -245,6 +246,7 @@ def test_every_effect_can_be_drawn_and_switched_on(name: str) -> None:
         omega0=200.0,
         manifest_hold="linear",
         variant=None,
+        radian=2.0,
     )
     recipe = draw(np.random.default_rng(1), around)
     record = driven(600)
@@ -252,7 +254,8 @@ def test_every_effect_can_be_drawn_and_switched_on(name: str) -> None:
     moved = simulate(recipe.apply(duffing(), amplitude), record)[0] - simulate(duffing(), record)[0]
     assert np.sqrt(np.mean(moved**2)) > 1e-5
     assert all(np.isfinite(value[0]) for value in recipe.sizes(amplitude).values())
-    assert recipe.id == (name if name in CATALOGUE else generator.OUTSIDE)
+    named_since = {"stop": {"stop.one_sided", "stop.two_sided"}}
+    assert recipe.id in ({name} if name in CATALOGUE | ADDED else named_since.get(name, {generator.OUTSIDE}))
 
 
 def test_null_is_the_nominal_model_and_noise_and_nothing_else(tmp_path: Path) -> None:

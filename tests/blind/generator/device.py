@@ -13,6 +13,7 @@ from .truth import Quantity
 
 SHAPES = ("none", "hardening", "softening", "bistable")
 METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+RADIANS = {"rad": 1.0, "deg": np.pi / 180.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +31,13 @@ class Device:
     displacement_unit: str
     drive_unit: str
     length: float
+
+    @property
+    def radian(self) -> float:
+        """One radian, dimensionless; NaN where the displacement is no angle."""
+        if self.displacement_unit not in RADIANS:
+            return float("nan")
+        return 1.0 / (RADIANS[self.displacement_unit] * self.length)
 
     @property
     def omega0(self) -> float:
@@ -93,6 +101,9 @@ def draw_device(rng: np.random.Generator, options: Options, ids: tuple[str, ...]
         np.exp(rng.uniform(np.log(2e-5), np.log(5e-3)) if f0 < 100.0 else rng.uniform(-17.0, -10.0))
     )
     unit = "m" if rng.random() < 0.12 else ("mm" if metres > 1e-4 else "um")
+    if options.angle or "stiffness.gravity" in ids:
+        unit, drive_unit = str(rng.choice(list(RADIANS))), "V"
+        metres = float(rng.uniform(0.35, 0.9))
     return Device(
         f0_Hz=f0,
         quality=options.quality or float(np.exp(rng.uniform(np.log(5.0), np.log(500.0)))),
@@ -105,7 +116,7 @@ def draw_device(rng: np.random.Generator, options: Options, ids: tuple[str, ...]
         or str(rng.choice(["linear", "zero", "band-limited"], p=[0.45, 0.35, 0.2])),
         displacement_unit=unit,
         drive_unit=drive_unit,
-        length=metres / METRES[unit],
+        length=metres / (METRES | RADIANS)[unit],
     )
 
 

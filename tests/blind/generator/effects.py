@@ -31,6 +31,8 @@ class Surroundings:
     """rad/s: mains hum has its own frequency."""
     manifest_hold: str
     variant: str | None
+    radian: float = np.nan
+    """One radian, in L, of a device whose displacement is an angle."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -61,6 +61,10 @@ class P(IntEnum):
     CU = auto()
     FRACTIONAL = auto()
     FRACTIONAL_ORDER = auto()
+    PLAY = auto()
+    """Half of the free play of the spring."""
+    PLAY_CENTRE = auto()
+    """Its centre over that half."""
 
 
 N_PARAMETERS = len(P)
@@ -92,6 +96,7 @@ CBRT_SMOOTHING = 1e-2  # speed under which the cube root is made linear: its slo
 (FEEDBACK, FEEDBACK_TIME, RIPPLE, RIPPLE_KAPPA, EXP, EXP_LENGTH, CU, FRACTIONAL, FRACTIONAL_ORDER) = range(
     27, 36
 )
+PLAY, PLAY_CENTRE = 36, 37
 S_SIZE, S_H, S_E, S_Q, S_D, S_S, S_F = range(7)
 
 
@@ -118,7 +123,10 @@ def slots(p: FloatArray) -> NDArray[np.int64]:
 @njit(cache=True, error_model="numpy", fastmath={"contract", "nsz"})
 def static_force(y: float, p: FloatArray) -> float:
     """What pulls back at rest, without the drive; the acceleration is minus this."""
-    force = (p[K] + (p[K2] + (p[K3] + p[K5] * y * y) * y) * y) * y
+    e = y
+    if p[PLAY] != 0.0:
+        e = y - min(max(y, p[PLAY] * (p[PLAY_CENTRE] - 1.0)), p[PLAY] * (p[PLAY_CENTRE] + 1.0))
+    force = (p[K] + (p[K2] + (p[K3] + p[K5] * e * e) * e) * e) * e
     if p[STOP] != 0.0:
         inside = y - p[STOP_CENTRE]
         if inside > p[STOP_GAP]:

@@ -20,9 +20,9 @@ class Grid(NamedTuple):
     length: FloatArray
 
 
-def sample_grid(samples_a_period: float, delay_samples: float = 0.0) -> Grid:
-    """At least 64 steps a period; a step ends wherever a delayed drive may jump or bend."""
-    count = int(np.ceil(STEPS_A_PERIOD / samples_a_period))
+def sample_grid(samples_a_period: float, delay_samples: float = 0.0, finer: int = 1) -> Grid:
+    """At least 64 steps a period, times `finer`; a step ends wherever a delayed drive may jump or bend."""
+    count = int(np.ceil(finer * STEPS_A_PERIOD / samples_a_period))
     edges = np.linspace(0.0, 1.0, count + 1)
     bend = delay_samples % 1.0
     if np.abs(edges - bend).min() > 1e-9:

@@ -15,7 +15,7 @@ class Options:
     kind: str | None = None
     """null | single | pair | outside"""
     effects: tuple[str, ...] | None = None
-    """Ids of section 5, or variants of effects outside the catalogue (see outside.py)."""
+    """Ids of section 5, those of added.py, or variants of effects outside the catalogue (see outside.py)."""
     variant: str | None = None
     """Variant of the first effect, where it has several."""
     share: tuple[float, float] = (0.06, 0.30)
@@ -37,6 +37,8 @@ class Options:
     """csv | parquet | npz | mat"""
     slices: bool | None = None
     """Records as slices of one file."""
+    angle: bool = False
+    """Whether the displacement is in rad or deg; a pendulum's always is."""
     cut: float = 0.0
     """Share of each record, its beginning, that is not written: what is left begins in motion."""
     parameter_error: float | None = None

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import noise as sensor_noise
+from .added import ADDED
 from .device import Device, draw_device, draw_drive_scale
 from .effects import CATALOGUE, NEVER_TOGETHER, Recipe, Surroundings
 from .equation import P
@@ -209,11 +210,12 @@ def _recipes(
             omega0=device.omega0,
             manifest_hold=device.manifest_hold,
             variant=options.variant if i == 0 else None,
+            radian=device.radian,
         )
-        if name not in CATALOGUE and name not in OUTSIDE_CATALOGUE:
-            raise ValueError(f"no effect {name!r}; there are {', '.join((*CATALOGUE, *OUTSIDE_CATALOGUE))}")
-        draw = CATALOGUE[name] if name in CATALOGUE else OUTSIDE_CATALOGUE[name]
-        recipes.append(draw(rng, around))
+        known = CATALOGUE | OUTSIDE_CATALOGUE | ADDED
+        if name not in known:
+            raise ValueError(f"no effect {name!r}; there are {', '.join(known)}")
+        recipes.append(known[name](rng, around))
     return recipes
 
 

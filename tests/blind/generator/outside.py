@@ -12,11 +12,15 @@ from .plan import FloatArray
 from .truth import OUTSIDE
 
 
-def stop(rng: np.random.Generator, around: Surroundings) -> Recipe:
-    """An elastic stop, ks (z - gap) beyond a gap, on one side or both; z from the device's rest."""
-    gap, both = rng.uniform(0.6, 1.6), float(rng.random() < 0.4)
+def stop(rng: np.random.Generator, around: Surroundings, both: float | None = None) -> Recipe:
+    """An elastic stop, ks (z - gap) beyond a gap, on one side or both; z from the device's rest.
+
+    The catalogue has it by now; it is drawn from here still, so that a seed keeps its case.
+    """
+    gap, drawn = rng.uniform(0.6, 1.6), float(rng.random() < 0.4)
+    both = drawn if both is None else both
     return Recipe(
-        id=OUTSIDE,
+        id="stop.two_sided" if both else "stop.one_sided",
         variant="stop",
         place="stiffness",
         apply=lambda plan, a: plan.having(STOP=a, STOP_GAP=gap, STOP_BOTH=both, STOP_CENTRE=around.well),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .equation import S_D, S_Q, S_S, P, slots, static_force
-from .holds import drive_at_nodes, sample_grid
+from .holds import NODES, drive_at_nodes, sample_grid
 from .integrator import cubic_coefficients, integrate
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +51,10 @@ class Plan:
     drive: tuple[Static, ...] = field(default=())
     reading: tuple[Callable[[Input, FloatArray, FloatArray], FloatArray], ...] = field(default=())
     jumps: Jumps | None = None
+    push: Callable[[Input, FloatArray], FloatArray] | None = None
+    """Force of no drive, of the record and the time since its start."""
+    finer: int = 1
+    """Times as many steps as usual, for an effect that is over within one."""
 
     @property
     def sample_time(self) -> float:
@@ -78,6 +82,7 @@ def resting_place(plan: Plan, drive_at_rest: float) -> float:
         width = 1e-6
         slope = (static_force(y + width, p) - static_force(y - width, p)) / (2 * width)
         slope += p[P.PAR] * drive_at_rest + p[P.FEEDBACK]
+        slope = slope or 1.0  # inside free play there is none
         change = (static_force(y, p) + (p[P.PAR] * drive_at_rest + p[P.FEEDBACK]) * y - force) / slope
         y -= float(np.clip(change, -0.5, 0.5))
         if abs(change) < 1e-12:
@@ -95,13 +100,17 @@ def simulate(
     """
     u = record.drive[:samples]
     delay = plan.delay / plan.sample_time
-    grid = sample_grid(plan.samples_a_period, delay)
+    grid = sample_grid(plan.samples_a_period, delay, plan.finer)
     nodes = drive_at_nodes(u, plan.hold, grid, delay)
     idle = np.zeros(1)
     for static in plan.drive:
         nodes = static(nodes)
         idle = static(idle)
     p = plan.parameters
+    if plan.push is not None:
+        inside = grid.begin[:, None] + grid.length[:, None] * NODES
+        t_nodes = (np.arange(u.size - 1)[:, None, None] + inside[None]) * plan.sample_time
+        nodes = nodes + plan.push(record, t_nodes) / p[P.G]
     slot = slots(p)
     start = np.zeros(slot[0])
     start[0] = resting_place(plan, float(idle[0])) + record.displaced + nudge

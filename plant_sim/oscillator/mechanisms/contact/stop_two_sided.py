@@ -1,4 +1,7 @@
-"""`stop.two_sided`: - stiffness (z - upper) where z > upper, - stiffness (z - lower) where z < lower."""
+"""`stop.two_sided`: - stiffness (z - upper) where z > upper, - stiffness (z - lower) where z < lower.
+
+With one place beyond the motion it is `stop.one_sided`; beside a spring of no stiffness, `stiffness.clearance`.
+"""
 
 from __future__ import annotations
 
@@ -33,6 +36,12 @@ MECHANISM = OscillatorMechanism(
             quantiles={"": (0.6, 0.82, 0.95, 0.997)},
         ),
     ),
+    generalises={
+        "stop.one_sided": lambda p: {"above": p["stiffness"], "place": p["upper"]},
+        "stiffness.clearance": lambda p: {
+            "gap": 0.5 * (p["upper"] - p["lower"]), "centre": (p["upper"] + p["lower"]) / (p["upper"] - p["lower"]),
+        },
+    },
     memory=Memory(between, 1, lambda p: (p["stiffness"], p["lower"], p["upper"])),
     fastest_rate=lambda p, speed: math.sqrt(p["stiffness"]),
 )  # fmt: skip

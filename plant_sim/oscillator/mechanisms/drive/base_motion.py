@@ -1,8 +1,8 @@
 """`base.motion`: + cosine cos(2 pi frequency t) + sine sin(2 pi frequency t), a force that no input shows.
 
 A tone, as of a machine beside the bench; t from the record's first sample, and each record has its own phase. It acts
-through the device, unlike hum in a reading: near the resonance it is amplified, and a device that is not linear mixes it
-with the drive. A linear device alone cannot tell it from a tone that the sensor adds.
+through the device, unlike hum in a reading: near the resonance it is amplified, and a device that is not linear mixes
+it with the drive. A linear device alone does not tell it from a tone that the sensor adds.
 """
 
 from __future__ import annotations

@@ -1,0 +1,138 @@
+"""Free play, stops, gravity, backlash and a moving base are named, and so are the causes that look like them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosis_cases import MODEL, answer_to, dataset_of, device, measured, noise_drive
+
+from rtctl.api import diagnosing
+from rtctl.border.errors import InputError
+from rtctl.diagnosis.problem.bounds import parameter_bounds
+from rtctl.diagnosis.problem.fit import sensitivity_of
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.subjects import subject_of
+from rtctl.diagnosis.residual.directions import catalogue_directions
+from rtctl.diagnosis.residual.shape_grid import shape_grid
+from rtctl.identification.fit_record import select_fit_records
+from rtctl.identification.scales import estimate_scales
+
+RADIAN = np.degrees(2.0)
+"""Degrees in a millimetre of a pendulum half a millimetre long."""
+LEVELS = ((1, 6.0, "fit"), (2, 9.0, "fit"), (3, 7.5, "test"))
+SPRINGS = (
+    "stiffness.quadratic,stiffness.cubic,stiffness.quintic,stiffness.clearance,stop.one_sided,stop.two_sided"
+)
+DRIVES = "drive.deadband,drive.delay,drive.lag,actuator.backlash,stiffness.clearance,friction.coulomb"
+Z, K = "mm", "1/s^2"
+CASES: list[tuple[str, dict[str, tuple[float, str]], str]] = [
+    ("stiffness.clearance", {"gap": (0.04, Z), "centre": (0.3, "dimensionless")}, SPRINGS),
+    ("stop.one_sided", {"above": (2e4, K), "place": (0.25, Z)}, SPRINGS),
+    ("stop.one_sided", {"below": (1e4, K), "place": (-0.2, Z)}, SPRINGS),
+    ("stop.two_sided", {"stiffness": (2e4, K), "lower": (-0.35, Z), "upper": (0.25, Z)}, SPRINGS),
+    ("stiffness.cubic", {"coefficient": (2e4, "1/(mm^2*s^2)")}, SPRINGS),
+    ("stiffness.quadratic", {"coefficient": (1.5e3, "1/(mm*s^2)")}, SPRINGS),
+    ("actuator.backlash", {"width": (0.9, "V")}, DRIVES),
+    ("drive.deadband", {"width": (0.9, "V")}, DRIVES),
+    ("drive.delay", {"delay": (0.003, "s")}, DRIVES),
+    ("base.motion", {"cosine": (200.0, "mm/s^2"), "frequency": (11.3, "Hz")}, "base.motion,sensor.hum,mode.second"),
+]  # fmt: skip
+
+
+def cause(identity: str, values: dict[str, tuple[float, str]]) -> dict[str, Any]:
+    """Table of a mechanism."""
+    return {
+        "id": identity,
+        "parameters": {name: {"value": value, "unit": unit} for name, (value, unit) in values.items()},
+    }
+
+
+def records(*mechanisms: dict[str, Any], level: float = 1.0) -> list[tuple[Any, Any, str]]:
+    """Two records to fit and one to test."""
+    plant = device(*mechanisms)
+    drives = [(noise_drive(seed, level * size), use) for seed, size, use in LEVELS]
+    return [(drive, measured(plant, drive), use) for drive, use in drives]
+
+
+@pytest.mark.parametrize(("identity", "values", "rivals"), CASES)
+def test_it_is_named_among_those_that_look_like_it(
+    tmp_path: Path, identity: str, values: dict[str, tuple[float, str]], rivals: str
+) -> None:
+    found = answer_to(tmp_path, records(cause(identity, values)), rivals)
+    assert found["verdict"] == "explained"
+    assert [(one["id"], one["indistinguishable_from"]) for one in found["causes"]] == [(identity, [])]
+    estimates = found["causes"][0]["parameters"]
+    for name, (value, _) in values.items():
+        assert (
+            estimates[name]["low"] - 0.05 * abs(value) < value < estimates[name]["high"] + 0.05 * abs(value)
+        )
+
+
+def in_degrees(folder: Path) -> None:
+    """Rewrite the case of a folder: what was mm are degrees."""
+    for name in ("dataset.toml", "model.toml"):
+        path = folder / name
+        path.write_text(path.read_text().replace('"mm', '"deg'))
+
+
+@pytest.mark.parametrize("truth", ["stiffness.gravity", "stiffness.cubic"])
+def test_a_pendulum_is_told_from_a_series_of_its_sine(truth: str, tmp_path: Path) -> None:
+    """Half a millimetre is a radian; what is written are degrees."""
+    gravity = {"coefficient": (1.2e4, K), "radian": (0.5, Z)}
+    series = {"coefficient": (-4e3, "1/(mm^2*s^2)")}
+    made = records(cause(truth, gravity if truth == "stiffness.gravity" else series), level=0.35)
+    turned = [(drive, displacement * RADIAN, use) for drive, displacement, use in made]
+    dataset_of(tmp_path, *turned)
+    (tmp_path / "model.toml").write_text(MODEL)
+    in_degrees(tmp_path)
+    model = (tmp_path / "model.toml").read_text().replace("430.0", f"{430.0 * RADIAN}")
+    (tmp_path / "model.toml").write_text(model)
+    found = diagnosing.diagnose(
+        tmp_path / "dataset.toml", tmp_path / "model.toml",
+        mechanisms="stiffness.gravity,stiffness.cubic,stiffness.quintic,stop.two_sided",
+    )  # fmt: skip
+    assert [(one.id, list(one.indistinguishable_from)) for one in found.causes] == [(truth, [])]
+
+
+def test_gravity_is_not_looked_for_where_the_displacement_is_no_angle_and_asking_for_it_is_told_so(
+    tmp_path: Path,
+) -> None:
+    data = dataset_of(tmp_path, *records())
+    problem, model = problem_of(data), device()
+    assert catalogue_directions(model, ("stiffness.gravity",), problem, [np.zeros((1, 9))]) == []
+    with pytest.raises(InputError, match=r'"stiffness\.gravity" is for data whose displacement is in rad'):
+        diagnosing.diagnose(
+            tmp_path / "dataset.toml", tmp_path / "model.toml", mechanisms="stiffness.gravity"
+        )
+
+
+def problem_of(data: Any) -> Problem:
+    """Its records to fit."""
+    fits = select_fit_records(data)
+    return Problem(subject=subject_of("oscillator"), records=fits, scales=estimate_scales(fits))
+
+
+def test_stops_are_looked_for_where_the_motion_passes_and_stay_there(tmp_path: Path) -> None:
+    """A place beyond the motion shows in no record, one behind all of it is an offset."""
+    problem = problem_of(dataset_of(tmp_path, *records()))
+    read = np.concatenate([one.measured["displacement"] for one in problem.records])
+    model = device().extended(("stop.one_sided", "stop.two_sided"))
+    one_sided, two_sided = model.mechanisms
+    for form, sign in (("above", 1.0), ("below", -1.0)):
+        places = [one.values["place"] for one in shape_grid(one_sided, problem, [], form)]
+        beyond = [np.mean(sign * read > sign * place) for place in places]
+        assert max(beyond) == pytest.approx(0.6, abs=0.01)
+        assert 0.0 < min(beyond) < 0.01
+        fixed = frozenset({"stop.one_sided.below" if form == "above" else "stop.one_sided.above"})
+        sensitivity = sensitivity_of(problem, model, fixed)
+        names = [model.parameters[k].name for k in sensitivity.free]
+        low, high = parameter_bounds(problem, sensitivity)
+        at = names.index("stop.one_sided.place")
+        assert low[at] * sensitivity.scale[at] == pytest.approx(min(places))
+        assert high[at] * sensitivity.scale[at] == pytest.approx(max(places))
+    pairs = [(one.values["lower"], one.values["upper"]) for one in shape_grid(two_sided, problem, [])]
+    assert len(pairs) == 16
+    assert all(lower < np.median(read) < upper for lower, upper in pairs)
