@@ -83,10 +83,15 @@ def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray
 def sensitivity_of(problem: Problem, simulation: Simulation, fixed_parameters: frozenset[str]) -> Sensitivity:
     """Return the sensitivity by all parameters but the fixed ones and those in `fixed_parameters`.
 
-    Parameters that each record has for itself are fitted with its initial state.
+    Parameters that each record has for itself are fitted with its initial state; a shape at its simplest value stays
+    there, where the law is another one and has no derivative.
     """
     parameters = simulation.parameters
-    free = [k for k, one in enumerate(parameters) if not one.fixed and one.name not in fixed_parameters]
+    free = [
+        k
+        for k, one in enumerate(parameters)
+        if not one.fixed and one.name not in fixed_parameters and one.value != one.declared.simplest
+    ]
     of_record = [k for k in free if parameters[k].declared.per_record]
     return Sensitivity.of(
         simulation, problem.records, free, scales=problem.scales, record_parameters=of_record
