@@ -41,10 +41,10 @@ from rtctl.border.simulation import FreeParameter
 STATES_OF_A_HUNDREDFOLD_COST = 25.0
 """States of mechanisms with which an integration step takes about a hundred times as long as without any (measured, 8
 lanes: 28 ns without, 25 ns with 1 state, 48 ns with 5, 2.4 us with 24, which no longer fit in registers)."""
-TRANSITION = 0.02
+TRANSITION = 0.01
 """Share of the acceleration over a force's transition speed that the rate of a motion counts: at 256 steps in a period
-of it the velocity changes by 1.2 transition speeds a step at most. Measured with a smooth sign of 1 to 30 % of the top
-speed: off by 1e-8 of the motion, by 1e-5 at the 64 steps of fits."""
+of it the velocity changes by 2.5 transition speeds a step at most. Measured with a smooth sign of 1 to 30 % of the top
+speed: off by 1e-7 of the motion, by 1e-5 at the 64 steps of fits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -54,5 +54,5 @@ def test_the_deepest_valley_is_found_from_its_neighbours(factor: float) -> None:
     found = search_basins(problem, stuck)
     assert stuck.cost > 5.0 * right.cost
     assert found.cost < 1.05 * right.cost
-    level = [one.name for one in found.simulation.parameters].index("friction.coulomb.level")
-    assert found.values[level] == pytest.approx(LEVEL, rel=1e-2)
+    level = next(one.value for one in found.simulation.parameters if one.name == "friction.coulomb.level")
+    assert level == pytest.approx(LEVEL, rel=1e-2)

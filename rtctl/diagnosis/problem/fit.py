@@ -83,8 +83,8 @@ def _segment_cost(problem: Problem, sensitivity: Sensitivity, starts: FloatArray
 def sensitivity_of(problem: Problem, simulation: Simulation, fixed_parameters: frozenset[str]) -> Sensitivity:
     """Return the sensitivity by all parameters but the fixed ones and those in `fixed_parameters`.
 
-    Parameters that each record has for itself are fitted with its initial state. A shape at which the law is a simpler
-    one stays there: a smooth sign of no width has no derivative by its width.
+    Parameters that each record has for itself are fitted with its initial state; a shape at its simplest value stays
+    there, where the law is another one and has no derivative.
     """
     parameters = simulation.parameters
     free = [

@@ -17,9 +17,9 @@ def smoothed(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j
     return -p[row, j] * soft_sign(v * p[row + 1, j]), (0.0 * z,)
 
 
-SMOOTH = 0.1
-"""Angular frequency, over level / transition speed, that steps resolve while a motion creeps: a step of RK4 is then a
-quarter of the creep's time constant, and the whole at the steps of fits, where 2.8 of them are unstable."""
+SMOOTH = 0.06
+"""Angular frequency, over level / transition speed, that steps resolve while a motion creeps: a step of RK4 is then
+0.4 of the creep's time constant, and 1.6 at the steps of fits, where 2.8 are unstable."""
 
 
 def is_smooth(p: Values) -> bool:
