@@ -1,4 +1,4 @@
-"""Effects that no vo2 id of formats.md section 5 names. A diagnosis should say `unexplained`, or claim nothing false."""
+"""Effects that no vo2 id of formats.md section 5 names. A diagnosis should say `unexplained`, or nothing false."""
 
 from __future__ import annotations
 
