@@ -15,7 +15,7 @@ from case import diagnosed, identified, run_case
 from generator import generate
 
 from rtctl.diagnosis.problem.fit import fit_hypothesis
-from rtctl.diagnosis.search.backward_elimination import drop_causes_within_allowance
+from rtctl.diagnosis.search.elimination.backward_elimination import drop_causes_within_allowance
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.wiring import mechanism_ids

@@ -10,7 +10,11 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.screening.split import split_records
-from rtctl.diagnosis.search.backward_elimination import _compensate, eliminate_negligible, refit_without_each
+from rtctl.diagnosis.search.elimination.backward_elimination import (
+    _compensate,
+    eliminate_negligible,
+    refit_without_each,
+)
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured import read_dataset
 

@@ -16,7 +16,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import drop_inactive_causes, refit_without_each
+from rtctl.diagnosis.search.elimination.backward_elimination import drop_inactive_causes, refit_without_each
 from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
 from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome

@@ -46,7 +46,7 @@ def test_a_coarse_step_is_a_cause_and_the_extended_model_rounds_by_it(tmp_path: 
     assert cause.id == "sensor.quantisation"
     assert cause.parameters["step"].value == pytest.approx(20.0 * NOISE_MM)
     assert cause.parameters["level"].value == pytest.approx(0.01)
-    assert cause.statement.startswith("The displacement readings have a step of 0.08 mm, which explains 9")
+    assert cause.statement.startswith("The readings have a step of 0.08 mm, which explains 9")
     assert answer.gain is not None
     assert answer.gain.ratio_low > 1.2
     (table,) = answer.model.model.mechanisms

@@ -72,7 +72,7 @@ def at(cost: float, p_value: float) -> Any:
 def test_a_part_is_explained_by_what_is_removed_or_by_half_of_it_where_the_gate_nearly_opens(
     left: float, p_value: float, said: str
 ) -> None:
-    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False)
+    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, p_value), passes=False, is_part=False)
     assert classify_outcome(search, 0.9, SearchThresholds()) == said
 
 
@@ -84,7 +84,7 @@ def test_a_set_that_passes_and_leaves_half_is_doubted_where_a_misfit_is_allowed(
     left: float, allowed: bool, passes: bool, said: bool
 ) -> None:
     """A reading whose gain walks at random passes as ageing: the rest is as slow as what a model may be off by."""
-    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, 0.9), passes=passes)
+    search: Any = SimpleNamespace(nominal=at(1.0, 0.0), chosen=at(left, 0.9), passes=passes, is_part=False)
     assert is_doubtful(search, allowed, SearchThresholds().removed_share) == said
 
 

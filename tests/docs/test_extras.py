@@ -36,6 +36,7 @@ WITHOUT = {
     "rtctl.campaign.figures",
     "rtctl.diagnosis.report.pictures",
     "rtctl.measured.readers.tdms",
+    "rtctl.measured.readers.storage",
     "rtctl.measured.readers.uff58",
 }
 """Modules that are imported only where their extra is installed."""

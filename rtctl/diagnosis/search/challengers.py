@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import refit_without
 from rtctl.diagnosis.search.candidates import propose_candidates
+from rtctl.diagnosis.search.elimination.backward_elimination import refit_without
 from rtctl.diagnosis.search.model_selection import best_of_each_set, rank_hypotheses, whitened_bic
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.state import SearchSettings

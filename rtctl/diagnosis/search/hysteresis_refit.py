@@ -21,7 +21,7 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subject import RefittedParts
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import refit_without, refit_without_each
+from rtctl.diagnosis.search.elimination.backward_elimination import refit_without, refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.outcome import HysteresisRefit, SearchResult
 from rtctl.identification.fit_record import FitRecord

@@ -18,7 +18,9 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
-from rtctl.diagnosis.search.backward_elimination import (
+from rtctl.diagnosis.search.candidates import interleave, propose_candidates, propose_pairs
+from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
+from rtctl.diagnosis.search.elimination.backward_elimination import (
     drop_causes_within_allowance,
     drop_inactive_causes,
     drop_negligible_causes,
@@ -26,8 +28,6 @@ from rtctl.diagnosis.search.backward_elimination import (
     refit_without,
     refit_without_each,
 )
-from rtctl.diagnosis.search.candidates import interleave, propose_candidates, propose_pairs
-from rtctl.diagnosis.search.challengers import list_unfinished, refit_challengers, refit_rivals
 from rtctl.diagnosis.search.elimination.simpler_laws import prefer_simpler_laws
 from rtctl.diagnosis.search.model_selection import (
     best_of_each_set,
