@@ -20,7 +20,11 @@ def answer(folder: Path, hidden: list[dict[str, object]], ids: str) -> dict[str,
 
 
 @pytest.mark.parametrize(
-    "others", ["stiffness.cubic", "stiffness.cubic,damping.quadratic,hysteresis.bouc_wen"]
+    "others",
+    [
+        "stiffness.cubic",
+        pytest.param("stiffness.cubic,damping.quadratic,hysteresis.bouc_wen", marks=pytest.mark.slow),
+    ],
 )
 def test_friction_is_named_beside_what_no_law_on_offer_is(tmp_path: Path, others: str) -> None:
     """The stiffness drifts besides, which the catalogue that is tried does not have."""
@@ -40,3 +44,7 @@ def test_a_look_alike_is_not_named_where_a_law_of_no_name_explains_more(tmp_path
     found = answer(tmp_path, [FRICTION, CUBIC], "friction.coulomb,stiffness.quintic")
     assert (found["verdict"], found["causes"]) == ("unexplained", [])
     assert any("a nonparametric alternative leaves a smaller residual" in one for one in found["warnings"])
+    assert any(
+        "stiffness.quintic comes nearest" in one and "% of the squared error" in one
+        for one in found["warnings"]
+    )

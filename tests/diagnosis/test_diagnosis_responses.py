@@ -66,7 +66,8 @@ def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: 
 def test_an_accelerometer_that_reads_gravity_too_has_an_offset_in_its_own_unit(tmp_path: Path) -> None:
     manifest, model = write(tmp_path, device(), "acceleration", "linear", offset=0.4), tmp_path / "model.toml"
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
-    command = ["diagnose", str(manifest), "--model", str(model), "--quiet"]
+    ids = "sensor.offset,sensor.lag,sensor.saturation,drive.offset,stiffness.quadratic"
+    command = ["diagnose", str(manifest), "--model", str(model), "--mechanisms", ids, "--quiet"]
     assert main([*command, "--out", str(tmp_path / "out")]) == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     (cause,) = found["causes"]

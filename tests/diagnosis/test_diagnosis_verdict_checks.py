@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import FRICTION, NOISE_MM, FloatArray, answer_to, device, measured, noise_drive
+from diagnosis_cases import NOISE_MM, FloatArray, answer_to, device, measured, noise_drive
 
 FEW = "friction.coulomb,stiffness.cubic"
 Records = list[tuple[FloatArray, FloatArray, str]]
@@ -70,18 +70,3 @@ def test_an_error_there_of_parameters_that_the_fitted_records_leave_open_is_no_g
     verdict, warnings = diagnosed(tmp_path, records)
     assert verdict == "adequate"
     assert not any("measured or written otherwise" in one for one in warnings)
-
-
-def test_where_none_is_named_the_nearest_cause_is_told_with_its_share(tmp_path: Path) -> None:
-    """Dry friction and a cubic spring, of which the catalogue that is tried has a look-alike."""
-    cubic = {"id": "stiffness.cubic", "parameters": {"coefficient": {"value": 2e4, "unit": "1/(mm^2*s^2)"}}}
-    records = []
-    for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
-        drive = noise_drive(seed, 9.0)
-        records.append((drive, measured(device(FRICTION, cubic), drive), use))
-    found = answer_to(tmp_path, records, "friction.coulomb,stiffness.quintic")
-    assert (found["verdict"], found["causes"]) == ("unexplained", [])
-    assert any(
-        "stiffness.quintic comes nearest" in one and "% of the squared error" in one
-        for one in found["warnings"]
-    )
