@@ -159,17 +159,31 @@ class OscillatorSimulation:
         if "acceleration" in self.outputs:
             before = stimulus.holds.get("drive", "linear") == "zero"
             courses.append(differentiate(v, between, step_s, before=before))
-        read = self.outputs.index(self.response)
-        slopes = courses[read + 1] if read + 1 < len(courses) else np.gradient(courses[read], step_s, axis=1)
-        time_s = step_s * np.arange(z.shape[1], dtype=np.float64)
-        moved = Moved(z[0], v[0], time_s, step_s, drive, how.substeps // between, read, {})
-        for lane, own in enumerate(values):
-            moved = moved._replace(displacement=courses[read][lane], velocity=slopes[lane])
-            courses[read][lane], slopes[lane] = self._reading(moved, active, own)
+        if any(mechanism.sensor is not None for mechanism in active):
+            self._read(courses, step_s, drive, how.substeps // between, active, values)
         return {
             name: np.ascontiguousarray(course[:, ::between])
             for name, course in zip(self.outputs, courses, strict=True)
         }
+
+    def _read(
+        self,
+        courses: list[FloatArray],
+        step_s: float,
+        drive: Driven,
+        substeps: int,
+        active: list[OscillatorMechanism],
+        values: FloatArray,
+    ) -> None:
+        """Put what the sensor reads in place of the response, in `courses` (lanes, n) of the outputs; and its slope."""
+        read = self.outputs.index(self.response)
+        responses = courses[read]
+        slopes = courses[read + 1] if read + 1 < len(courses) else np.gradient(responses, step_s, axis=1)
+        time_s = step_s * np.arange(responses.shape[1], dtype=np.float64)
+        moved = Moved(responses[0], slopes[0], time_s, step_s, drive, substeps, read, {})
+        for lane, own in enumerate(values):
+            moved = moved._replace(displacement=responses[lane], velocity=slopes[lane])
+            responses[lane], slopes[lane] = self._reading(moved, active, own)
 
     def _drive(
         self, stimulus: Stimulus, active: list[OscillatorMechanism], values: FloatArray, count: int

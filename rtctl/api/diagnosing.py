@@ -239,12 +239,13 @@ def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[
 
 def _check_units(name: str, simulation: Simulation) -> None:
     """Raise InputError where a mechanism that was asked for has no meaning in the units of the data."""
-    for one in simulation.extended((name,)).mechanisms[-1].parameters:
-        if one.default_unit and one.default is None:
-            raise InputError(
-                f'mechanisms: "{name}" is for data whose displacement is in {one.default_unit} or a multiple of it; '
-                "give the signal such a unit, with a `scale` if it was read in another, or leave the mechanism out"
-            )
+    mechanism = simulation.extended((name,)).mechanisms[-1]
+    if not mechanism.suits_data:
+        unit = next(one.default_unit for one in mechanism.parameters if one.default_unit)
+        raise InputError(
+            f'mechanisms: "{name}" is for data whose displacement is in {unit} or a multiple of it; give the signal '
+            "such a unit, with a `scale` if it was read in another, or leave the mechanism out"
+        )
 
 
 def _words(options: DiagnosisOptions, mechanisms: Sequence[str] | str | None) -> tuple[str, ...]:

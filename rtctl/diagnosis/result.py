@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
@@ -53,7 +54,10 @@ class Cause(NamedTuple):
         """Return the entry of `causes` in `diagnosis.json`."""
         return {
             **self._asdict(),
-            "parameters": {name: estimate._asdict() for name, estimate in self.parameters.items()},
+            "parameters": {
+                name: {**estimate._asdict(), "unit": plain_unit(estimate.unit) or estimate.unit}
+                for name, estimate in self.parameters.items()
+            },
             "indistinguishable_from": list(self.indistinguishable_from),
         }
 

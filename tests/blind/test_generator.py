@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import tomllib
 from collections import Counter
 from pathlib import Path
@@ -20,6 +21,7 @@ from generator.noise import KINDS, add_noise, noise_colour
 from generator.oscillator import _draw_ids
 from generator.outside import OUTSIDE_CATALOGUE
 from generator.plan import Input, Plan, simulate
+from generator.stale_caches import drop_stale_caches
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -423,3 +425,17 @@ def test_a_record_that_is_cut_is_the_rest_of_the_whole_one_and_begins_in_motion(
     assert max(speeds) > 0.2
     with pytest.raises(ValueError, match="share of a record"):
         Options(cut=1.0)
+
+
+def test_kernels_that_were_compiled_before_a_source_changed_are_dropped(tmp_path: Path) -> None:
+    """The integrator calls the equation, which is another file: an old one would make other devices."""
+    (tmp_path / "__pycache__").mkdir()
+    for name, time_s in (
+        ("equation.py", 200.0),
+        ("__pycache__/old.nbi", 100.0),
+        ("__pycache__/new.nbc", 300.0),
+    ):
+        (tmp_path / name).write_text("")
+        os.utime(tmp_path / name, (time_s, time_s))
+    assert drop_stale_caches(tmp_path) == 1
+    assert [one.name for one in (tmp_path / "__pycache__").iterdir()] == ["new.nbc"]

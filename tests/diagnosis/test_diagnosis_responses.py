@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis_cases import FRICTION, PERIOD_S, device, noise_drive
+from diagnosis_cases import FRICTION, MODEL, PERIOD_S, device, noise_drive
 
 from rtctl.border.quantities import convert
 from rtctl.border.simulation import Simulation, Stimulus
@@ -63,6 +63,29 @@ def test_friction_is_found_by_any_response(tmp_path: Path, response: str, hold: 
         )
 
 
+def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity(tmp_path: Path) -> None:
+    """Places are tried by the displacement, of which a velocity tells the size alone."""
+    parameters = {"above": {"value": 3e4, "unit": "1/s^2"}, "place": {"value": 0.5, "unit": "mm"}}
+    stop = {"id": "stop.one_sided", "parameters": parameters}
+    manifest = write(tmp_path, device(stop), "velocity", "linear")
+    (tmp_path / "model.toml").write_text(MODEL)
+    ids = "stop.one_sided,stiffness.cubic,stiffness.quadratic"
+    command = [
+        "diagnose",
+        str(manifest),
+        "--model",
+        str(tmp_path / "model.toml"),
+        "--mechanisms",
+        ids,
+        "--quiet",
+    ]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    (cause,) = found["causes"]
+    assert cause["id"] == "stop.one_sided"
+    assert cause["parameters"]["place"]["value"] == pytest.approx(0.5, rel=0.01)
+
+
 def test_an_accelerometer_that_reads_gravity_too_has_an_offset_in_its_own_unit(tmp_path: Path) -> None:
     manifest, model = write(tmp_path, device(), "acceleration", "linear", offset=0.4), tmp_path / "model.toml"
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0
@@ -73,7 +96,7 @@ def test_an_accelerometer_that_reads_gravity_too_has_an_offset_in_its_own_unit(t
     (cause,) = found["causes"]
     assert cause["id"] == "sensor.offset"
     offset = cause["parameters"]["offset"]
-    assert "m/s^2" in offset["unit"]
+    assert offset["unit"] == "m/s^2"
     assert convert(offset["value"], offset["unit"], "mm/s^2") > 0.0
     assert (
         main(

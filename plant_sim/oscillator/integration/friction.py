@@ -61,12 +61,18 @@ def note(noted: Any, j: int, z1: float, v1: float, a1: float, a4: float, held: f
 
 
 @law
+def any_turned(v: Any, noted: Any) -> bool:
+    """Return whether a lane turned within the step, or started it at rest; all are looked at, without a branch."""
+    turned = 0
+    for j in range(len(v)):
+        turned += 1 if v[j] * noted[1, j] <= 0.0 else 0
+    return turned > 0
+
+
+@law
 def settle(z: Any, v: Any, noted: Any, h: float, p: Any) -> None:
     """Put right the lanes that turned within the step of `h`, or started it at rest."""
-    turned = 0
-    for j in range(len(z)):
-        turned += 1 if v[j] * noted[1, j] <= 0.0 else 0
-    if turned == 0:
+    if not any_turned(v, noted):
         return
     for j in range(len(z)):
         if noted[1, j] == 0.0:
@@ -138,10 +144,7 @@ def settle_faded(z: Any, v: Any, noted: Any, h: float, p: Any) -> None:
 
     Beyond a turning point the friction is its mean over the velocities there, whose mean square is v^2 / 3.
     """
-    turned = 0
-    for j in range(len(z)):
-        turned += 1 if v[j] * noted[1, j] <= 0.0 else 0
-    if turned == 0:
+    if not any_turned(v, noted):
         return
     for j in range(len(z)):
         if noted[1, j] == 0.0:

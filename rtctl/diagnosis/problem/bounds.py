@@ -65,7 +65,7 @@ def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[f
     """
     chosen = declared.quantiles.get(form) or declared.quantiles.get("")
     levels = chosen or [one for own in declared.quantiles.values() for one in own]
-    name = problem.subject.output
+    name = "displacement"
     read = [record.measured[name][record.first :] for record in problem.records if name in record.measured]
     if not read:
         size = abs(float(declared.scale(problem.scales)))

@@ -69,10 +69,10 @@ def propose_pairs(parent: TestedHypothesis, limits: SearchThresholds) -> list[Ca
     One effect alone moves the nominal parameters until the other, beside it, is far from its right value, and a pair
     that is no neighbour of the best single cause would never be tried.
     """
-    best = []
-    for (name, first), (rival, second) in combinations(_group_directions(parent).items(), 2):
-        laws = parent.hypothesis.simulation.extended((name, rival)).mechanisms
-        if laws[-1].is_related_to(laws[-2]):
+    best, grouped = [], _group_directions(parent)
+    laws = {name: parent.hypothesis.simulation.extended((name,)).mechanisms[-1] for name in grouped}
+    for (name, first), (rival, second) in combinations(grouped.items(), 2):
+        if laws[name].is_related_to(laws[rival]):
             continue
         groups = ([*one, *other] for one, other in product(first, second))
         best.append(max(((_score(parent, group), group) for group in groups), key=lambda scored: scored[0]))

@@ -21,6 +21,8 @@ def choose_largest_part(
 ) -> SearchResult:
     """Return the outcome with the largest part as its chosen set; as it is where a set explains, or where no part does.
 
+    Loops that were refitted stay with the set behind which they were.
+
     Args:
         result: Outcome of a search.
         problem: Records that were fitted.
@@ -29,7 +31,8 @@ def choose_largest_part(
     """
     limits = problem.thresholds.search
     claim = classify_outcome(result, problem.subject.least_share_removed, limits)
-    if claim != "unexplained" or not (tests and result.rankings and result.rankings[0]):
+    has_singles = bool(result.rankings and result.rankings[0])
+    if claim != "unexplained" or not (tests and has_singles) or result.hysteresis_refit is not None:
         return result
     singles = sorted((one.hypothesis for one in result.rankings[0]), key=lambda one: one.cost)
     part, *others = singles

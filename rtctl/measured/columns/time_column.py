@@ -17,7 +17,7 @@ from rtctl.measured.units import check_unit, convert_column
 SLOW_S, FAST_S = 1.0, 1e-7
 """Periods [s] beyond which seconds that nobody stated are remarked upon."""
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
-"""Sizes from which a number is an instant since 1970 in this unit; in a larger oneit would be past the year 5000."""
+"""Sizes from which a number is an instant since 1970 in this unit; in a larger one it would be past the year 5000."""
 _LARGE, _EXACT = 1e8, 2.0**53
 """Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$")

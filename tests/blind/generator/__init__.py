@@ -10,11 +10,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .more import more
-from .options import Options
-from .oscillator import generate_oscillator
-from .truth import OUTSIDE, Effect, Noise, Quantity, RecordTruth, Truth
-from .vo2 import Vo2Options, Vo2Truth, generate_vo2
+from .stale_caches import drop_stale_caches
+
+drop_stale_caches(Path(__file__).parent)
+
+from .more import more  # noqa: E402
+from .options import Options  # noqa: E402
+from .oscillator import generate_oscillator  # noqa: E402
+from .truth import OUTSIDE, Effect, Noise, Quantity, RecordTruth, Truth  # noqa: E402
+from .vo2 import Vo2Options, Vo2Truth, generate_vo2  # noqa: E402
 
 __all__ = [
     "OUTSIDE",
