@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from rtctl.border.errors import nearest
-from rtctl.border.motion import lowest_response, with_displacement
+from rtctl.border.motion import held_response, lowest_response, with_displacement
 from rtctl.measured.units import check_is_no, check_proportional, check_unit, is_unit
 from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
@@ -19,7 +19,9 @@ def measured_kinds() -> dict[str, PlantKind]:
 def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
     """Return the unit in which `signal` is held; `units` are the manifest's."""
     kind = plant_kind(plant).signals[signal]
-    if kind.derivative_of is None or signal == lowest_response(units):
+    if kind.derivative_of is not None and signal == lowest_response(units):
+        return held_response(signal, str(units[signal]))
+    if kind.derivative_of is None:
         return kind.unit or str(units[signal])
     return f"{with_displacement(units)[kind.derivative_of]}/s" + ("^2" if kind.derivatives == 2 else "")
 
