@@ -11,7 +11,7 @@ from diagnosis_cases import PERIOD_S, device
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.quantization import quantization_step
+from rtctl.diagnosis.problem.quantization import grid_level, quantization_step
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.projection.quantization import changing_samples, rounding_error_directions
 from rtctl.diagnosis.residual.projection.residual_rows import residual_rows
@@ -93,6 +93,30 @@ def test_the_step_is_that_of_the_grid_though_levels_are_skipped(scale: float) ->
     assert quantization_step([fast], LEVELS) == pytest.approx(scale)
     assert quantization_step([fast, fast + 0.3 * scale], LEVELS) == 0.0
     assert quantization_step([np.zeros(50)], LEVELS) == 0.0
+
+
+TIMES = np.arange(8000.0)
+SWINGS = {
+    "sine": np.sin(0.01 * TIMES),
+    "ring-down": np.exp(-TIMES / 2000.0) * np.sin(0.05 * TIMES),
+    "noise": np.random.default_rng(3).normal(size=8000),
+    "at rest, then a sine": np.where(TIMES < 2500.0, 0.0, np.sin(0.01 * TIMES)),
+    "two wells": 3.0 * np.sign(np.sin(0.003 * TIMES)) + 0.3 * np.sin(0.05 * TIMES),
+}
+
+
+@pytest.mark.parametrize("name", SWINGS)
+@pytest.mark.parametrize("step", [0.02, 0.1])
+def test_a_step_is_seen_below_noise_that_was_added_behind_it(name: str, step: float) -> None:
+    noise = np.random.default_rng(4).normal(size=8000)
+    swing = SWINGS[name]
+    for share in (0.01, 0.1):
+        readings = 0.3 * step + step * np.round(swing / step) + share * step * noise
+        assert quantization_step([readings[:3000], readings[3000:]], LEVELS) == pytest.approx(step, rel=2e-3)
+        level = grid_level(readings, step)
+        assert level == pytest.approx(0.3 * step, abs=0.02 * step)
+    assert quantization_step([step * np.round(swing / step) + 0.3 * step * noise], LEVELS) == 0.0
+    assert quantization_step([swing + 0.01 * step * noise], LEVELS) == 0.0
 
 
 def test_a_quiet_record_beside_loud_ones_is_thinned_for_every_hypothesis_alike() -> None:

@@ -22,15 +22,24 @@ ROUNDED = '[[model.mechanisms]]\nid = "sensor.quantisation"\nparameters = {{ ste
 
 
 def quantised(
-    folder: Path, steps_of_noise: float, level: float = 0.0, more: str = "", *plant: dict[str, Any]
+    folder: Path,
+    steps_of_noise: float,
+    level: float = 0.0,
+    more: str = "",
+    *plant: dict[str, Any],
+    behind: float = 0.0,
 ) -> Diagnosis:
-    """The answer on two records to fit and one to test, with readings rounded to so many times the noise."""
+    """The answer on two records to fit and one to test, with readings rounded to so many times the noise.
+
+    `behind` is noise that is added behind the converter, as a share of the step.
+    """
     bench, step = device(*plant), steps_of_noise * NOISE_MM
     records = []
     for seed, gain, use in ((1, 6.0, "fit"), (2, 9.0, "fit"), (3, 7.5, "test")):
         drive = noise_drive(seed, gain)
         reading = measured(bench, drive)
         rounded = level + step * np.round((reading - level) / step) if step else reading
+        rounded += behind * step * np.random.default_rng(seed).normal(size=len(rounded))
         records.append((drive, rounded, use))
     manifest = write_case(folder, records)
     path = folder / "model.toml"
@@ -53,6 +62,18 @@ def test_a_coarse_step_is_a_cause_and_the_extended_model_rounds_by_it(tmp_path: 
     assert table.id == "sensor.quantisation"
     assert table.parameters["step"].value == pytest.approx(0.08)
     assert answer.withheld == ""
+
+
+def test_noise_behind_the_converter_does_not_hide_its_steps(tmp_path: Path) -> None:
+    friction = {"id": "friction.coulomb", "parameters": {"level": {"value": 900.0, "unit": "mm/s^2"}}}
+    answer = quantised(tmp_path, 20.0, 0.01, "", friction, behind=0.05)
+    assert answer.verdict == "explained"
+    assert [one.id for one in answer.causes] == ["friction.coulomb", "sensor.quantisation"]
+    estimated = answer.causes[1].parameters
+    assert estimated["step"].value == pytest.approx(20.0 * NOISE_MM, rel=2e-3)
+    assert estimated["level"].value == pytest.approx(0.01, abs=1e-3 * 0.08)
+    assert answer.gain is not None
+    assert answer.gain.noise_floor <= answer.gain.after
 
 
 def test_a_step_of_six_times_the_noise_is_mentioned_and_one_of_the_noise_is_not(tmp_path: Path) -> None:

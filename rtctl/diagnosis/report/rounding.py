@@ -17,7 +17,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.estimate import Estimate
-from rtctl.diagnosis.problem.quantization import quantization_step
+from rtctl.diagnosis.problem.quantization import grid_level, quantization_step
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.result import Cause, Diagnosis
@@ -84,7 +84,7 @@ def _examine(answer: Diagnosis, request: SearchRequest, signal: str) -> Step | N
     tests = [one for one in request.tests if _is_whole(one, whole.get(one.name))]
     if not (size > 0.0 and tests):
         return None
-    level = _level(readings[0], size)
+    level = _level(np.concatenate(readings), size)
     tests = [replace(one, measured={signal: np.asarray(whole[one.name])}) for one in tests]
     before, after = (
         [_error(one.hypothesis.simulation, record, signal, request) for record in tests]
@@ -112,7 +112,7 @@ def _is_whole(record: FitRecord, readings: FloatArray | None) -> bool:
 
 def _level(readings: FloatArray, size: float) -> float:
     """Return the level nearest to zero; exactly zero where it is one but for round-off."""
-    off = float(readings[0] - size * np.rint(readings[0] / size))
+    off = grid_level(readings, size)
     return off if abs(off) > 1e-3 * size else 0.0
 
 
@@ -150,7 +150,7 @@ def _named(answer: Diagnosis, request: SearchRequest, steps: Sequence[Step]) -> 
         share_removed=share,
         indistinguishable_from=(),
     )  # fmt: skip
-    gain = next((one.gain for one in steps if one.signal == subject.output), answer.gain)
+    gain = next((_bounded(one.gain) for one in steps if one.signal == subject.output), answer.gain)
     model = subject.extended_model(
         request.model, simulation, {**estimates_by_mechanism(after), ID: estimates}
     )
@@ -158,6 +158,11 @@ def _named(answer: Diagnosis, request: SearchRequest, steps: Sequence[Step]) -> 
     return replace(
         answer, verdict=verdict, causes=(*answer.causes, cause), gain=gain, model=model, helps=True
     )  # fmt: skip
+
+
+def _bounded(gain: Gain) -> Gain:
+    """Return the gain with a noise that is no larger than the error of the model that rounds: it counted the steps."""
+    return gain._replace(noise_floor=min(gain.noise_floor, gain.after))
 
 
 def _rounding(simulation: Simulation, values: dict[str, float]) -> Simulation:

@@ -33,3 +33,15 @@ class ProblemThresholds:
     """Distance of a level from the grid of the converter at most, in steps."""
     quantization_readings_per_level: float = 2.0
     """Readings per level at least, on average, for a grid to be a converter's: without steps all readings differ."""
+    quantization_peak: float = 0.7
+    """Characteristic function of the readings at a step above which noise behind the converter hides it no more: 0.73
+    is noise of an eighth of the step."""
+    quantization_contrast: float = 0.5
+    """Largest value of the function between a quarter and three quarters of that frequency, as a share of the peak:
+    readings at rest give a slope down from 1 and no peak."""
+    quantization_least_levels: int = 6
+    """Steps in the range of the readings at least: two wells or a few settled values lie about a grid by chance."""
+    quantization_least_readings: int = 200
+    """Number of readings at least: of so many without steps the function is a tenth by chance."""
+    quantization_bins: int = 16384
+    """Bins of the histogram whose spectrum the function is; a step is 32 of them at least."""
