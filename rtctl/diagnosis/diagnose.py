@@ -131,7 +131,7 @@ def _answer(
         where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
-        noise_rms=noise_rms_of(search.chosen, problem.subject.output),
+        noise_rms=verified.gain.noise_floor if verified.gain else noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,

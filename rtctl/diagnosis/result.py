@@ -39,7 +39,7 @@ class Cause(NamedTuple):
     compare sets of the catalogue only, and are no measure of certainty then."""
     parameters: Mapping[str, Estimate]
     share_removed: float
-    """Fraction of the removable squared error that comes back without this cause."""
+    """Fraction of the removable squared error that this cause removes beside those that remove more."""
     indistinguishable_from: tuple[str, ...]
     """Ids that would explain the data as well in its place."""
 

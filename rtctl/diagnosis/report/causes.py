@@ -16,6 +16,7 @@ from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.diagnosis.report.joint_statements import joint_statements
 from rtctl.diagnosis.report.same_laws import add_same_laws
+from rtctl.diagnosis.report.shares import sequential_shares, shares_that_return
 from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
@@ -79,7 +80,7 @@ def name_causes(
     elif search.hysteresis_refit:
         notes.append(REFITTED_LOOPS)
     simulations = [one.simulation for one in (estimated.hypothesis, *search.equivalent)]
-    causes, corrections = separate_corrections(causes, simulations, thresholds)
+    causes, corrections = separate_corrections(causes, simulations, thresholds, shares_that_return(search))
     if verified.verdict.claim == "partly_explained":
         causes = [cause._replace(probability=None) for cause in causes]
     if corrections:
@@ -93,6 +94,7 @@ def mechanism_causes(
     """Return the mechanisms that the chosen set adds, most probable first; values are those of `estimated`."""
     added = set(search.chosen.hypothesis.mechanisms) - set(search.nominal.hypothesis.mechanisms)
     probabilities = _probabilities(search, thresholds.max_probability)
+    shares = sequential_shares(search)
     joint = joint_statements(estimated.hypothesis.simulation)
     causes = []
     for mechanism in search.chosen.hypothesis.simulation.mechanisms:
@@ -105,7 +107,7 @@ def mechanism_causes(
             kind="mechanism",
             probability=probabilities.get(mechanism.id, 0.0),
             parameters=estimates,
-            share_removed=_share_removed(search, mechanism.id),
+            share_removed=shares.get(mechanism.id, 0.0),
             indistinguishable_from=_equivalents_of(search, mechanism.id),
         )
         causes.append(cause)
@@ -138,7 +140,10 @@ def hysteresis_cause(search: SearchResult, subject: Subject, thresholds: ReportT
 
 
 def separate_corrections(
-    causes: Sequence[Cause], simulations: Sequence[Simulation], thresholds: ReportThresholds
+    causes: Sequence[Cause],
+    simulations: Sequence[Simulation],
+    thresholds: ReportThresholds,
+    returning: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[list[Cause], tuple[str, ...]]:
     """Return the causes without small corrections of the identified model, and the ids of those corrections.
 
@@ -149,13 +154,15 @@ def separate_corrections(
         causes: Causes of the chosen set.
         simulations: Models of the chosen set, and of those that the data do not tell from it.
         thresholds: Thresholds of the report.
+        returning: Share of the squared error that returns without a cause, by id; else the share that it removes.
     """
     own = {one.id for simulation in simulations for one in simulation.mechanisms if one.of_identification}
     least = thresholds.identification_error_share
     small = [
         cause
         for cause in causes
-        if cause.share_removed < least and own & {cause.id, *cause.indistinguishable_from}
+        if returning.get(cause.id, cause.share_removed) < least
+        and own & {cause.id, *cause.indistinguishable_from}
     ]
     if len(small) == len(causes):
         return list(causes), ()
@@ -200,20 +207,6 @@ def _probabilities(search: SearchResult, largest: float) -> dict[str, float]:
         for identity in one.hypothesis.mechanisms:
             probabilities[identity] = probabilities.get(identity, 0.0) + weight / total
     return {identity: min(largest, probability) for identity, probability in probabilities.items()}
-
-
-def _share_removed(search: SearchResult, identity: str) -> float:
-    """Return the fraction of the squares beyond the noise that comes back without one cause."""
-    chosen = search.chosen.hypothesis
-    rest = frozenset(chosen.mechanisms) - {identity}
-    without = search.nominal.hypothesis.cost
-    for one in search.leave_one_out:
-        if frozenset(one.mechanisms) == rest:
-            without = one.cost
-    removable = search.nominal.hypothesis.cost - noise_cost_of(search.chosen)
-    if not removable > 0.0:
-        return 0.0
-    return float(np.clip((without - chosen.cost) / removable, 0.0, 1.0))
 
 
 def _equivalents_of(search: SearchResult, identity: str) -> tuple[str, ...]:
