@@ -1,0 +1,44 @@
+"""Shares of the error that causes remove add up to what their set removes, also where one could stand for another."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from rtctl.diagnosis.report import shares
+from rtctl.diagnosis.report.shares import sequential_shares, shares_that_return
+
+
+def outcome(costs: dict[str, float], chosen: str) -> Any:
+    """The outcome of a search whose sets, by the letters of their mechanisms beside the nominal "n", have `costs`."""
+    sets = {names: SimpleNamespace(mechanisms=("n", *names), cost=cost) for names, cost in costs.items()}
+    return SimpleNamespace(
+        nominal=SimpleNamespace(hypothesis=sets[""]), chosen=SimpleNamespace(hypothesis=sets[chosen]),
+        hypotheses=[one for names, one in sets.items() if names and len(names) != len(chosen) - 1],
+        leave_one_out=[one for names, one in sets.items() if len(names) == len(chosen) - 1 > 0],
+    )  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shares, "noise_cost_of", lambda tested: 0.0)
+
+
+def test_causes_that_replace_each_other_do_not_all_count_as_nothing() -> None:
+    found = outcome(
+        {"": 100.0, "g": 2.0, "c": 3.0, "f": 60.0, "gc": 1.9, "gf": 0.5, "cf": 0.6, "gcf": 0.4}, "gcf"
+    )
+    assert shares_that_return(found) == pytest.approx({"g": 0.002, "c": 0.001, "f": 0.015})
+    assert sequential_shares(found) == pytest.approx({"g": 0.98, "f": 0.015, "c": 0.001})
+
+
+def test_a_cause_alone_has_the_share_of_its_set() -> None:
+    found = outcome({"": 100.0, "g": 2.0}, "g")
+    assert sequential_shares(found) == shares_that_return(found) == pytest.approx({"g": 0.98})
+
+
+def test_where_no_smaller_set_was_fitted_the_rest_is_shared_equally() -> None:
+    found = outcome({"": 100.0, "abcd": 4.0, "abc": 10.0, "bcd": 20.0}, "abcd")
+    assert sequential_shares(found) == pytest.approx({"d": 0.06, "a": 0.3, "b": 0.3, "c": 0.3})
