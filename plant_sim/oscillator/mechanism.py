@@ -8,7 +8,7 @@ passes them: `input` (the drive between its samples), `drive` (the drive at the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -91,6 +91,15 @@ class Memory(NamedTuple):
     """Returns the states at the start of a record from displacement and velocity there; None: all zero."""
     step: int | None = None
     """Which of its constants is the integrator's step [s], written there by it; None: none."""
+    simpler: Any = None
+    """Law that is the same where `is_simple` holds, and cheaper; None: there is none."""
+    is_simple: Callable[[Values], bool] = lambda values: False
+    """Returns whether `simpler` is the same law at these values."""
+
+    def at(self, lanes: Sequence[Values]) -> Memory:
+        """Return the memory with the cheapest law for the values of all lanes."""
+        simple = self.simpler is not None and all(self.is_simple(lane) for lane in lanes)
+        return self._replace(law=self.simpler) if simple else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -88,7 +88,7 @@ class Equation:
                 ]
                 terms.add(row)
         remembering = [
-            (one, one.memory, of_all)
+            (one, one.memory.at(of_all), of_all)
             for one, of_all in own
             if one.memory is not None and any(one.memory.acts(lane) for lane in of_all)
         ]

@@ -131,7 +131,10 @@ def nearest(z: FloatArray, p: P) -> FloatArray:
 def bouc_wen(y: FloatArray, p: P) -> float:
     """h' of y[2]."""
     z_rate, h = y[1], y[2]
-    return (z_rate - p["loop"] * abs(z_rate) * h - p["bend"] * z_rate * abs(h)) / p["displacement"]
+    size = abs(h) ** p["order"]
+    return (z_rate - p["loop"] * abs(z_rate) * math.copysign(size, h) - p["bend"] * z_rate * size) / p[
+        "displacement"
+    ]
 
 
 def stribeck(v: float, p: P) -> float:
@@ -183,7 +186,7 @@ ORACLES: dict[str, Oracle] = {
     ),
     "friction.coulomb": Oracle(values={"level": 350.0, "transition_speed": 0.0}, tolerance=2e-5),
     "hysteresis.bouc_wen": Oracle(
-        values={"level": 250.0, "displacement": 0.03, "loop": 0.6, "bend": 0.3},
+        values={"level": 250.0, "displacement": 0.03, "loop": 0.6, "bend": 0.3, "order": 1.7},
         rate=lambda t, y, u, p: [y[1], duffing(y[0], y[1], u) - p["level"] * y[2], bouc_wen(y, p)],
         states=lambda first: [0.0],
         tolerance=2e-5,

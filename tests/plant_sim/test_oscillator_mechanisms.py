@@ -30,7 +30,7 @@ from duffing_cases import (
     stick_slip,
     stimulus,
 )
-from mechanism_oracles import EXACT, ORACLES, cut, dead, oracle_motion
+from mechanism_oracles import EXACT, ORACLES, bouc_wen, cut, dead, oracle_motion
 from scipy.integrate import solve_ivp
 
 from plant_sim.oscillator.equation.terms import NOMINAL, TERMS, law_for
@@ -135,13 +135,8 @@ def test_both_memories_at_once() -> None:
 
     def rate(t: float, y: FloatArray, u: float) -> list[float]:
         force = duffing(y[0], y[1], u) - a.values["stiffness"] * y[2] - b.values["level"] * y[3]
-        slip = b.values["loop"] * abs(y[1]) * y[3] + b.values["bend"] * y[1] * abs(y[3])
-        return [
-            y[1],
-            force,
-            y[1] - y[2] / a.values["time_constant"],
-            (y[1] - slip) / b.values["displacement"],
-        ]
+        yielding = bouc_wen(np.array([y[0], y[1], y[3]]), b.values)
+        return [y[1], force, y[1] - y[2] / a.values["time_constant"], yielding]
 
     expected = solved(rate, multisine(), "linear", [Z_0, V_0, 0.0, 0.0])
     for order in (identities, identities[::-1]):
@@ -618,7 +613,7 @@ def test_a_cycle_of_bouc_wen_takes_energy_from_the_motion_and_its_backbone_alone
     areas = {}
     for loop in (0.0, 0.6):
         constants = np.array(
-            [memory.constants({"level": 1.0, "displacement": 0.03, "loop": loop, "bend": 0.3})]
+            [memory.constants({"level": 1.0, "displacement": 0.03, "loop": loop, "bend": 0.3, "order": 1.4})]
         ).T
         h, force_at, angle = 0.0, [], np.linspace(0.0, 6.0 * np.pi, 30_001)
         z, v = 0.1 * np.sin(angle), 0.1 * np.cos(angle)
@@ -630,6 +625,20 @@ def test_a_cycle_of_bouc_wen_takes_energy_from_the_motion_and_its_backbone_alone
         areas[loop] = -float(np.trapezoid(np.array(force_at)[last], z[last]))
     assert areas[0.6] > 0.05  # of level times four amplitudes, 0.4
     assert abs(areas[0.0]) < 1e-3
+
+
+def test_bouc_wen_of_the_first_order_is_the_general_law_there() -> None:
+    memory = MECHANISMS["hysteresis.bouc_wen"].memory
+    assert memory is not None
+    law: dict[str, float] = {"level": 2.0, "displacement": 0.03, "loop": 0.6, "bend": -0.3, "order": 1.0}
+    assert memory.at([law, law]).law is memory.simpler
+    assert memory.at([law, {**law, "order": 1.1}]).law is memory.law
+    rows = np.array([memory.constants(law)]).T
+    for v, h in np.random.default_rng(0).normal(size=(50, 2)):
+        expected = (-2.0 * h, (v - 0.6 * abs(v) * h + 0.3 * v * abs(h)) / 0.03)
+        for one in (memory.law, memory.simpler):
+            force, (rate,) = one(0.1, v, 0.0, 0.0, (h,), rows, 0, 0)
+            assert (force, rate) == pytest.approx(expected, rel=1e-12)
 
 
 RM5 = {"damping": 0.9, "stiffness": -3558.6, "stiffness_cubic": 82.1, "drive_gain": 1.0}

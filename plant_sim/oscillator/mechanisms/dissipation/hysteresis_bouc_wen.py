@@ -1,4 +1,7 @@
-"""`hysteresis.bouc_wen`: - level h, displacement h' = z' - loop |z'| h - bend z' |h| (exponent 1)."""
+"""`hysteresis.bouc_wen`: - level h, displacement h' = z' - loop |z'| |h|^(order - 1) h - bend z' |h|^order.
+
+Source: Y. K. Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102 (1976).
+"""
 
 from __future__ import annotations
 
@@ -19,10 +22,28 @@ from plant_sim.oscillator.mechanism import (
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
 @law
 def hysteretic(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
-    """Return force and rate; p: level, 1 / displacement, loop, bend; w: h, which stays within 1 / (loop + bend)."""
+    """Return force and rate; p: level, 1 / displacement, loop, bend, order; w: h.
+
+    |h|^order stays within 1 / (loop + bend).
+    """
+    h = w[0]
+    size = abs(h) ** p[row + 4, j]
+    rate = v - p[row + 2, j] * abs(v) * (size if h > 0.0 else -size) - p[row + 3, j] * v * size
+    return -p[row, j] * h, (rate * p[row + 1, j],)
+
+
+# 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
+@law
+def of_first_order(z: float, v: float, u: float, t: float, w: Any, p: Any, row: int, j: int) -> Any:  # noqa: PLR0913
+    """Return the same where order is 1, in arithmetic that the compiler works on for several lanes at once."""
     h = w[0]
     rate = v - p[row + 2, j] * abs(v) * h - p[row + 3, j] * v * abs(h)
     return -p[row, j] * h, (rate * p[row + 1, j],)
+
+
+def constants(p: Values) -> tuple[float, ...]:
+    """Return the constants of both laws."""
+    return (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"], p["order"])
 
 
 def fastest_rate(p: Values, speed: float) -> float:
@@ -61,8 +82,18 @@ MECHANISM = OscillatorMechanism(
             shape_range=(0.1, 3.0),
             also=(-0.5,),
         ),
+        shape(
+            "order",
+            "dimensionless",
+            "of the yielding: large where it sets in at once",
+            lambda s: 1.0,
+            default=1.0,
+            low=0.5,
+            high=10.0,
+            shape_range=(0.5, 3.0),
+        ),
     ),
-    memory=Memory(hysteretic, 1, lambda p: (p["level"], 1.0 / p["displacement"], p["loop"], p["bend"])),
+    memory=Memory(hysteretic, 1, constants, simpler=of_first_order, is_simple=lambda p: p["order"] == 1.0),
     fastest_rate=fastest_rate,
     generalises={
         "friction.presliding": lambda p: {
