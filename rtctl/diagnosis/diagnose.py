@@ -31,6 +31,7 @@ from rtctl.diagnosis.screening.screen import screen_dataset
 from rtctl.diagnosis.screening.steps import list_fitted, without_steps
 from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.verification.minor_causes import list_minor_causes
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verify import Verified, verify
 from rtctl.diagnosis.verification.whole_record_fits import (
@@ -113,7 +114,8 @@ def _answer(
     same_laws = find_same_laws(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
     )
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
+    minor = list_minor_causes(search, problem, request.tests) if verdict.claim == "partly_explained" else ()
+    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws, minor)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]

@@ -28,6 +28,10 @@ OFFSET_MM = 0.004
 
 
 FRICTION_FREE = ()
+ASYMMETRIC: dict[str, object] = {
+    "id": "stiffness.quadratic",
+    "parameters": {"coefficient": {"value": 2e3, "unit": "1/(mm*s^2)"}},
+}
 
 
 def record_of(seed: int, offset_mm: float, effects: tuple[dict[str, object], ...] = (FRICTION,)) -> FitRecord:

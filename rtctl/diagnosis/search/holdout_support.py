@@ -53,9 +53,9 @@ def drop_unsupported(
             break
         of_record = any(parameter.declared.per_record for parameter in chosen.simulation.parameters)
         shown = problem.thresholds.search.shown_share if of_record else 0.0
-        error = _sum_squares(chosen, problem, tests, shown)
+        error = sum_squared_errors(chosen, problem, tests, shown)
         rest, fewer = min(
-            ((_sum_squares(one, problem, tests, shown), one) for one in reduced),
+            ((sum_squared_errors(one, problem, tests, shown), one) for one in reduced),
             key=lambda pair: pair[0].sum(),
         )
         seen = np.isfinite(error) & np.isfinite(rest)
@@ -118,7 +118,7 @@ def _causes(result: SearchResult) -> set[str]:
     return set(result.chosen.hypothesis.mechanisms) - set(result.nominal.hypothesis.mechanisms)
 
 
-def _sum_squares(
+def sum_squared_errors(
     hypothesis: Hypothesis, problem: Problem, tests: Sequence[FitRecord], shown: float
 ) -> FloatArray:
     """Return the squared error of each test record (records,), over all outputs in squares of their sizes.
