@@ -14,10 +14,10 @@ from judge import judged
 SMALL: dict[str, Any] = {"samples": 5000, "fit_records": 3, "test_records": 1, "samples_a_period": 25.0}
 NULLS = (200_000, 200_001, 200_002)
 HIDDEN = (
-    (200_010, ("friction.coulomb",)),
+    pytest.param(200_010, ("friction.coulomb",), marks=pytest.mark.slow),
     (200_011, ("stiffness.cubic",)),
     (200_012, ("drive.delay",)),
-    (200_013, ("drive.deadband",)),
+    pytest.param(200_013, ("drive.deadband",), marks=pytest.mark.slow),
     pytest.param(200_014, ("damping.quadratic",), marks=pytest.mark.slow),
     pytest.param(200_015, ("stiffness.parametric",), marks=pytest.mark.slow),
     pytest.param(200_016, ("sensor.hum",), marks=pytest.mark.slow),
