@@ -30,6 +30,7 @@ def test_stages_of_the_first_order_are_told_with_their_times(damping: float, bot
     fast, slow = np.sort(1.0 / np.abs(np.roots([1.0, damping, 1.6e4])))
     assert f"{slow:.3g} s" in said
     assert (f"another stage with {fast:.3g} s" in said) == both
+    assert "records at two frequencies" in said
 
 
 def test_two_tanks_are_said_to_be_no_oscillator(tmp_path: Path) -> None:
