@@ -18,9 +18,9 @@ NO_RESONANCE = (
 )
 NO_OSCILLATION = (
     "the re-fitted response does not oscillate: it is that of a plant of the first order with {slow:.3g} s{faster}. Is "
-    "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters. Hysteresis that does "
-    "not depend on the rate (a piezo, a magnetic core, dry friction) looks like such a lag too, as long as the drive has "
-    "one frequency: records at two frequencies, ten times apart, tell them apart"
+    "this an oscillator? No cause of the catalogue describes what acts in tanks, heaters or filters. Hysteresis that "
+    "does not depend on the rate (a piezo, a magnetic core, dry friction) looks like such a lag too, as long as the "
+    "drive has one frequency: records at two frequencies, ten times apart, tell them apart"
 )
 FASTER = ", and another stage with {fast:.3g} s"
 
