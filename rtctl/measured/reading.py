@@ -14,6 +14,7 @@ from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.record_reading import Reading, check_record, read_record
 from rtctl.measured.stored import RecordHead, StoredDataset
+from rtctl.registry import plant_kind
 
 
 def read_dataset(path: str | Path) -> Dataset:
@@ -22,7 +23,9 @@ def read_dataset(path: str | Path) -> Dataset:
     reading, names = _begin(path)
     records = [read_record(reading, k, name) for k, name in enumerate(names) if check_record(reading, k)]
     if not reading.findings.lines:
-        _find_never_measured(reading, lambda name: any(record and record.has(name) for record in records))
+        _find_never_measured(
+            reading, lambda name: any(record and record.has(reading.held_name(name)) for record in records)
+        )
     reading.findings.raise_all()
     units, holds = _units_and_holds(reading)
     return Dataset(
@@ -95,6 +98,9 @@ def _begin(path: Path) -> tuple[Reading, list[str]]:
     if twice:
         findings.add(f'records need different names, "{twice[0]}" appears twice; give each its own name')
     uses = Counter(path.parent / record.file for record in manifest.records)
+    for name in manifest.signals:
+        if remark := plant_kind(manifest.dataset.plant).signals[name].remark:
+            findings.remark(f"signals.{name}: {remark}")
     cache = TableCache(shared=[file for file, count in uses.items() if count > 1])
     return Reading(manifest=manifest, folder=path.parent, cache=cache, findings=findings), names
 
@@ -114,8 +120,13 @@ def _one_record(reading: Reading, k: int, name: str) -> Record:
 
 def _units_and_holds(reading: Reading) -> tuple[dict[str, str], dict[str, str]]:
     tables = reading.manifest.signals
-    units = {name: reading.unit(name) for name in tables}
-    return units, {name: table.hold or "linear" for name, table in tables.items() if table.role == "input"}
+    units = {reading.held_name(name): reading.unit(name) for name in tables}
+    holds: dict[str, str] = {
+        reading.held_name(name): table.hold or "linear"
+        for name, table in tables.items()
+        if table.role == "input"
+    }
+    return units, holds
 
 
 def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> None:

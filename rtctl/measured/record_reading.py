@@ -30,7 +30,7 @@ from rtctl.measured.columns.time_column import (
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import Manifest, RecordTable
-from rtctl.measured.manifest.signal_kinds import held_unit
+from rtctl.measured.manifest.signal_kinds import held_name, held_unit
 from rtctl.measured.readers.table import Header
 from rtctl.measured.units import convert_column
 from rtctl.registry import plant_kind
@@ -49,6 +49,10 @@ class Reading:
         """Return the unit in which the signal is held."""
         units = {name: table.unit for name, table in self.manifest.signals.items()}
         return held_unit(self.manifest.dataset.plant, signal, units)
+
+    def held_name(self, signal: str) -> str:
+        """Return the name under which the signal is held."""
+        return held_name(self.manifest.dataset.plant, signal)
 
     def is_optional(self, signal: str) -> bool:
         """Return whether a record may lack the signal: not the first response that the manifest has."""
@@ -120,7 +124,7 @@ def read_record(reading: Reading, k: int, name: str) -> Record | None:
             file=entry.file,
             period_s=period_s,
             use=entry.use,
-            signals=signals,
+            signals={reading.held_name(signal): values for signal, values in signals.items()},
             ignore_first=entry.ignore_first,
             repeat=entry.repeat,
             conditions={**reading.manifest.dataset.conditions, **entry.conditions},

@@ -33,6 +33,12 @@ class SignalKind:
     """Whether the signal may be missing in a manifest or in single records."""
     not_in: tuple[str, ...] = ()
     """Units of what the signal cannot be: of the signals with which it is mixed up."""
+    like: str = ""
+    """Unit of the same dimension as the signal's must be; "": any."""
+    stands_for: str = ""
+    """Signal whose place it takes: it is held under that name, and a dataset has one of the two; "": none."""
+    remark: str = ""
+    """What a user must know of a dataset with this signal."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

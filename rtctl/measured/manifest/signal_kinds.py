@@ -26,6 +26,11 @@ def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
     return f"{with_displacement(units)[kind.derivative_of]}/s" + ("^2" if kind.derivatives == 2 else "")
 
 
+def held_name(plant: str, signal: str) -> str:
+    """Return the name under which `signal` is held: its own, or that of the signal for which it stands."""
+    return plant_kind(plant).signals[signal].stands_for or signal
+
+
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
     """Return what is wrong with the names, roles and units of the `[signals]` tables, as read from the file."""
     kinds = plant_kind(plant).signals
@@ -35,9 +40,15 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
         if name not in kinds
     ]
     for name, kind in kinds.items():
+        standing = [other for other, one in kinds.items() if one.stands_for == name and other in signals]
         if name in signals:
             found += _table_findings(plant, name, kind, signals)
-        elif not kind.optional:
+            found += [
+                f'signals "{name}" and "{other}" are both there: a plant "{plant}" has one input; remove one, or write '
+                "its equations with both"
+                for other in standing
+            ]
+        elif not (kind.optional or kind.stands_for or standing):
             unit = f" in {kind.unit}" if kind.unit else ""
             found.append(
                 f'signal "{name}" is missing: a plant "{plant}" needs its {kind.role}; '
@@ -66,6 +77,7 @@ def _table_findings(plant: str, name: str, kind: SignalKind, signals: Mapping[st
             if kind.unit is None:
                 check_proportional(unit)
                 check_is_no(unit, kind.not_in)
+                check_unit(unit, kind.like or None)
         except ValueError as error:
             found.append(f'key "signals.{name}.unit": {error}')
     return found

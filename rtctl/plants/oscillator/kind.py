@@ -3,6 +3,11 @@
 from rtctl.border import records
 from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind, SignalKind
 
+BASE = (
+    "the input is the acceleration of the base, which is the drive of the model: its drive_gain is -1 (in the units of "
+    "the data) where the response is relative to the base and nothing else drives"
+)
+
 OSCILLATOR = PlantKind(
     name="oscillator",
     summary="oscillator with one degree of freedom",
@@ -13,6 +18,9 @@ OSCILLATOR = PlantKind(
     },
     signals={
         "drive": SignalKind(role="input", not_in=("g",)),
+        "base_acceleration": SignalKind(
+            role="input", like="m/s^2", not_in=("g",), stands_for="drive", remark=BASE
+        ),
         "displacement": SignalKind(role="output", not_in=("g", "m/s", "m/s^2"), optional=True),
         "velocity": SignalKind(role="output", derivative_of="displacement", not_in=("g",), optional=True),
         "acceleration": SignalKind(
