@@ -87,6 +87,9 @@ class Parameter:
     opposite: str = ""
     """Mechanism that is the same law as this parameter below 0: a search leaves that side to it, an answer names both.
     """
+    least_periods: float = 0.0
+    """Periods of a frequency that the shortest record has to hold: with a phase of its own in each record, a slower
+    tone takes up whatever is slow."""
     kinked: bool = False
     """Whether the cost has many minima along it, as where dry friction stops a motion: one for each possible cycle."""
 

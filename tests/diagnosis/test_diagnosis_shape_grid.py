@@ -104,3 +104,32 @@ def test_what_causes_are_compared_with_is_of_the_records() -> None:
     ):  # fmt: skip
         (declared,) = (one for one in OF_VO2[identity].parameters if one.name == name)
         assert declared.scale(large) == pytest.approx(power * declared.scale(small))
+
+
+def test_a_tone_that_records_hold_no_periods_of_is_not_looked_for() -> None:
+    """With a phase of its own in each record, a tone of less than a period would be any slow force."""
+    tables = {"damping": {"value": 0.2, "unit": "1/s"}, "stiffness": {"value": 40.0, "unit": "1/s^2"},
+              "drive_gain": {"value": 1.0, "unit": "mm/s^2/V"}}  # fmt: skip
+    simulation = build_simulation(
+        ModelFile.model_validate({"model": {"kind": "oscillator", "parameters": tables}}),
+        {"drive": "V", "displacement": "mm"}, "device",
+    )  # fmt: skip
+    extended = simulation.extended(("base.motion",))
+    rng = np.random.default_rng(0)
+    time_s = PERIOD_S * np.arange(N)  # 4 s
+    slow = np.cos(2.0 * np.pi * 0.5 * time_s) + 0.01 * rng.standard_normal(N)
+    stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": slow}),)
+    problem = Problem(subject=subject_of("oscillator"), records=records, scales=estimate_scales(records))
+    shapes = list(shape_grid(extended.mechanisms[-1], problem, [slow[None]]))
+    assert shapes
+    assert min(one.values["frequency"] for one in shapes) >= 0.75 * (1.0 - 1e-12)
+    fixed = frozenset(one.name for one in extended.parameters if one.name != "base.motion.frequency")
+    sensitivity = sensitivity_of(problem, extended, fixed)
+    low, _ = parameter_bounds(problem, sensitivity)
+    (index,) = (
+        k
+        for k, one in enumerate(sensitivity.free)
+        if extended.parameters[one].name == "base.motion.frequency"
+    )
+    assert low[index] * sensitivity.scale[index] == pytest.approx(0.75)

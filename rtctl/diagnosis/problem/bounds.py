@@ -38,6 +38,8 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
         elif declared.is_shape:
             least, most = _shape_bounds(declared, problem, sensitivity.scale[k])
             low[k], high[k] = max(low[k], least), min(high[k], most)
+        if declared.least_periods:
+            low[k] = max(low[k], lowest_frequency(declared, problem) / sensitivity.scale[k])
     return low, high
 
 
@@ -72,6 +74,11 @@ def places_of_motion(declared: Parameter, problem: Problem, form: str) -> list[f
         return [size * NormalDist().inv_cdf(level) for level in levels]
     found: list[float] = np.quantile(np.concatenate(read), levels).tolist()
     return found
+
+
+def lowest_frequency(declared: Parameter, problem: Problem) -> float:
+    """Return the frequency [Hz] of which the shortest record holds the periods that a shape declares, at least."""
+    return declared.least_periods / min((one.samples - one.first) * one.period_s for one in problem.records)
 
 
 def _form_of(sensitivity: Sensitivity, identity: str) -> str:

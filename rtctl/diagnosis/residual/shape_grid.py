@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
-from rtctl.diagnosis.problem.bounds import places_of_motion
+from rtctl.diagnosis.problem.bounds import lowest_frequency, places_of_motion
 from rtctl.diagnosis.problem.problem import Problem
 
 
@@ -55,6 +55,9 @@ def _axis(
         return [(value, 1) for value in places_of_motion(parameter, problem, form)]
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
+    low = max(low, lowest_frequency(parameter, problem))
+    if low > high:
+        return []  # no record is long enough to show it
     if parameter.redundant and parameter.default is None:
         values = [(size, 1)]
     elif parameter.default is not None and not parameter.searched and parameter.simplest is None:

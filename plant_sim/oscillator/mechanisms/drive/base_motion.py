@@ -41,7 +41,10 @@ MECHANISM = OscillatorMechanism(
             "sine", "{z}/s^2", "a quarter of a period later", lambda s: s.acceleration, default=0.0,
             per_record=True,
         ),
-        shape("frequency", "Hz", "of the tone", lambda s: s.rate / (2.0 * math.pi), shape_range=(0.1, 10.0), grid=1),
+        shape(
+            "frequency", "Hz", "of the tone", lambda s: s.rate / (2.0 * math.pi), shape_range=(0.1, 10.0), grid=1,
+            least_periods=3.0,
+        ),
     ),
     memory=Memory(shaken, 2, constants, start=lambda z, v: (1.0, 0.0)),
     fastest_rate=lambda p, speed: 2.0 * math.pi * p["frequency"],
