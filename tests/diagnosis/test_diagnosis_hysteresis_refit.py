@@ -17,7 +17,6 @@ from rtctl.diagnosis.report.causes import REFITTED_LOOPS
 from rtctl.diagnosis.report.pictures import noise_density, pictures
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search import catalogue_search as causes
-from rtctl.diagnosis.search import hysteresis_refit
 from rtctl.diagnosis.search.catalogue_search import (
     LOOPS_NOT_CHECKED,
     LOOPS_NOT_REFITTED,
@@ -25,6 +24,7 @@ from rtctl.diagnosis.search.catalogue_search import (
     SearchRequest,
     correct_after_search,
 )
+from rtctl.diagnosis.search.static_loops import hysteresis_refit
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds
 from rtctl.diagnosis.verification import nonparametric_comparison

@@ -21,9 +21,9 @@ from rtctl.diagnosis.residual.noise_floor import noise_cost_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis
 from rtctl.diagnosis.result import Cause
-from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.model_selection import RankedHypothesis
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.diagnosis.verification.verify import Verified
 from rtctl.diagnosis.verification.wald_test import WrongValue
@@ -122,8 +122,15 @@ def mechanism_causes(
         )
         causes.append(cause)
     qualifiers = {"drive.offset"} if joint else set()  # says how the friction depends on direction
+    corrections = {one.id for one in search.chosen.hypothesis.simulation.mechanisms if one.of_identification}
     return sorted(
-        causes, key=lambda one: (-(one.probability or 0.0), one.id in qualifiers, -one.share_removed)
+        causes,
+        key=lambda one: (
+            one.id in corrections,
+            -(one.probability or 0.0),
+            one.id in qualifiers,
+            -one.share_removed,
+        ),
     )
 
 

@@ -19,11 +19,13 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
-from rtctl.diagnosis.search.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.search.state import SearchSettings
+from rtctl.diagnosis.search.static_loops.beside_correction import BesideCorrection
+from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
+from rtctl.diagnosis.search.static_loops.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.stepwise import search_stepwise, significance_level
 from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
@@ -190,31 +192,56 @@ def _look_behind_coarse_loops(request: SearchRequest) -> FoundCauses | None:
 
 
 def _look_behind_loop_errors(request: SearchRequest, found: FoundCauses) -> FoundCauses:
-    """Search once more with refitted loops where those that were identified may hide a cause behind their own error.
+    """Search once more where the loops that were identified may hide a cause behind their own error.
 
-    That is where nothing is named, although a misfit is allowed. What is found must be an effect of its own: loops that
-    were refitted without it are no cause, and it has to lower the error on the test records by itself.
+    That is where nothing is named, although a misfit is allowed: first with loops that are refitted to the records,
+    then beside a correction of them.
     """
-    result, subject = found.result, request.problem.subject
+    result = found.result
     names_cause = result.passes and result.chosen.hypothesis is not result.nominal.hypothesis
-    tries = request.tests and request.problem.allowed and subject.refit_parts is not None
+    tries = request.tests and request.problem.allowed and request.problem.subject.refit_parts is not None
     if names_cause or not tries or request.budget.spent:
         return found
     try:
-        loops = subject.find_identified_parts(request.model, request.dataset)
-        refitter = request.loop_refitter(loops)
-        refitted = refitter.refit_nominal(result) if loops else None
-        if refitted is None:
-            return found
-        again = _search_behind_refitted_loops(request, refitted, refitter)
+        return _look_behind_refitted_loops(request, found) or _look_beside_correction(request, found) or found
     except CancelledError:
         return found
+
+
+def _look_behind_refitted_loops(request: SearchRequest, found: FoundCauses) -> FoundCauses | None:
+    """Search with refitted loops; return None where that finds nothing.
+
+    What is found must be an effect of its own: loops that were refitted without it are no cause, and it has to lower
+    the error on the test records by itself.
+    """
+    loops = request.problem.subject.find_identified_parts(request.model, request.dataset)
+    refitter = request.loop_refitter(loops)
+    refitted = refitter.refit_nominal(found.result) if loops else None
+    if refitted is None:
+        return None
+    again = _search_behind_refitted_loops(request, refitted, refitter)
     is_alone = again.result.chosen.hypothesis.mechanisms == refitted.nominal.hypothesis.mechanisms
     if is_alone or again.cancelled or not again.result.passes:
-        return found
+        return None
     bare, least = refitted.chosen.hypothesis, request.problem.thresholds.search.least_holdout_gain
     gains = measure_gains(bare, again.result.chosen, request.problem, request.tests)
-    return again if any(one.ratio > least and one.ratio_low > 1.0 for one in gains) else found
+    return again if any(one.ratio > least and one.ratio_low > 1.0 for one in gains) else None
+
+
+def _look_beside_correction(request: SearchRequest, found: FoundCauses) -> FoundCauses | None:
+    """Search for one cause beside the catalogue's correction of the loops; return None where none is borne out."""
+    claim = classify_outcome(
+        found.result, request.problem.subject.least_share_removed, request.problem.thresholds.search
+    )
+    if claim not in ("adequate", "unexplained") or HYSTERESIS_SHAPE not in request.ids:
+        return None
+    problem = found.result.refined_problem or request.problem
+    beside = BesideCorrection(
+        HYSTERESIS_SHAPE, problem, request.tests, request.ids, budget=request.budget, report=request.report,
+        level=significance_level(problem, request.options.false_claim_rate),
+    )  # fmt: skip
+    result = beside.search(found.result)
+    return found._replace(result=result) if result else None
 
 
 def _search_behind_refitted_loops(

@@ -8,9 +8,9 @@ from dataclasses import replace
 from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.search.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.nonparametric import find_better_alternative, find_memory_alternative
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.verification.holdout_gain import added_mechanisms
 from rtctl.diagnosis.verification.verdict import Verdict
 

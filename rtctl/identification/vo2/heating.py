@@ -28,11 +28,13 @@ SEARCH_FACTOR = 10.0  # about the nominal value, either way
 SCALES = (1.0, 30.0, 900.0, 1.0 / 30.0)
 """Multiples of the nominal value about which the search runs, one after the other, until one shows: their ranges
 overlap, from 5 us to 16 s about 1.8 ms."""
-READS_AFTER_COST = 0.9
-"""Share of the cost below which readings at the end of a period are believed. Of twelve foreign devices with nothing
-hidden (`benchmarks/static_loop_errors.py`, seeds 200 to 203) the four that are read there had 0.26 at most, the eight
-that are read at the start 2.0 at least; beside a hidden effect the former had up to 0.71. In a device that is slow
-against its sample period either fits."""
+READS_AFTER_ROWS = 0.5
+READS_AFTER_ERRORS = 4.0
+"""Rows after its current at which a row is read, by a fit of that and of the time constant together, and its standard
+errors, above which readings at the end of a period are believed, if they also leave less. Of twelve foreign devices
+with nothing hidden (`benchmarks/static_loop_errors.py`, seeds 200 to 203) the four that are read there leave 0.26 of
+what readings at the start leave at most, the eight that are read at the start 2.0 at least; with films of ten periods
+and hidden effects it was 0.87 to 0.95, and the fit gave 0.93 to 1.6 rows."""
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
@@ -101,7 +103,7 @@ def find_time_constant(
 def fit_time_constant(
     records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float
 ) -> TimeConstant | None:
-    """Fit the time constant, with readings at the start of a row's period, or at its end where that fits far better.
+    """Fit the time constant, with readings at the start of a row's period, or at its end where that certainly fits.
 
     A sample that is missing between current and reading would be taken for a slower or faster film. See
     `fit_with_readings`.
@@ -110,7 +112,49 @@ def fit_time_constant(
         fit_with_readings(records, resistance, deflection, nominal_s, reads_after=after)
         for after in (False, True)
     )
-    return after if after is not None and cost < READS_AFTER_COST * least else usual
+    if after is None or not cost < least:
+        return usual
+    rows, error = estimate_reading_instant(records, resistance, deflection, nominal_s, after.value_s)
+    return after if rows > max(READS_AFTER_ROWS, READS_AFTER_ERRORS * error) else usual
+
+
+def estimate_reading_instant(
+    records: Sequence[Record], resistance: ReadOut, deflection: ReadOut | None, nominal_s: float, tau_s: float
+) -> tuple[float, float]:
+    """Estimate when a row is read, by one linear step for that and for the time constant together.
+
+    Args:
+        records: Records with transients.
+        resistance: Read-out of -ln R.
+        deflection: Read-out of the deflection, where there is one.
+        nominal_s: Nominal time constant [s], by which samples count as moving.
+        tau_s: Time constant [s] at which the residuals are linearised.
+
+    Returns:
+        The instant, 0 for the start of the row's period and 1 for its end, and its standard error; a read-out errs
+        alike all along a hold, so holds count, not samples.
+    """
+    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
+    masks = [_find_moving_samples(record, nominal_s) for record in usable]
+
+    def residual(tau: float, *, reads_after: bool) -> FloatArray:
+        parts = [
+            _compute_residual(record, mask, resistance, deflection, tau, reads_after=reads_after)
+            for record, mask in zip(usable, masks, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    step = 0.01
+    at_start, at_end = residual(tau_s, reads_after=False), residual(tau_s, reads_after=True)
+    longer, shorter = (residual(tau_s * math.exp(by), reads_after=True) for by in (step, -step))
+    slopes = np.stack([(longer - shorter) / (2.0 * step), at_end - at_start])
+    gram = np.linalg.pinv(slopes @ slopes.T)
+    change = -gram @ (slopes @ at_end)
+    left = at_end + change @ slopes
+    holds = _number_holds(usable, masks, deflection is not None)
+    scores = np.stack([np.bincount(holds, weights=slope * left) for slope in slopes])
+    spread = gram @ (scores @ scores.T) @ gram
+    return 1.0 + float(change[1]), math.sqrt(max(float(spread[1, 1]), 0.0))
 
 
 # six parameters because a read-out and its instant belong to neither the records nor the search
