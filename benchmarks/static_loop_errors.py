@@ -6,7 +6,7 @@ A line for each device: RMS misfit on moving records less the bench's noise, ove
 the deflection and of ln R (`ON_OTHER_RECORDS` allows 1.5); the largest share of the allowed misfit along the direction
 of one mechanism, in units of the noise and by size, without and with `hysteresis.shape` (`allowed_coloured`,
 `allowed_correction`, `allowed_by_size`); and the cost of readings at the end of a period over that at its start, with
-the truth (`READS_AFTER_COST`).
+the truth (`READS_AFTER_ROWS`).
 """
 
 from __future__ import annotations
