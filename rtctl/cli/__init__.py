@@ -32,6 +32,10 @@ VERBS = {
     ),
     "recover": Verb("device.recover", "what a run that was killed has recorded, as Parquet with a summary"),
     "acquire": Verb("device.acquire", "play an open-loop excitation through a driver into a dataset"),
+    "init": Verb(
+        "modelling.init", "data files -> manifest: columns, units, rate, roles; a picture of the data"
+    ),
+    "preview": Verb("modelling.preview", "what was read of a dataset: tables and a picture"),
     "identify": Verb("modelling.identify", "measured data -> model"),
     "simulate": Verb("modelling.simulate", "how far a model is from a dataset"),
     "diagnose": Verb("modelling.diagnose", "what the simulation gets wrong, why, and the model with it"),
