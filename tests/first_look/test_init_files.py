@@ -147,10 +147,10 @@ def test_displacement_and_velocity_together(tmp_path: Path) -> None:
 def test_what_leads_is_the_drive_where_neither_name_nor_unit_tells(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "t [s],A1 [V],A2 [V]\n", M.t, M.x, M.u)
     found = guessed(path, outputs="displacement=A1")
-    check(found, {"drive": "V", "displacement": "V"}, columns={"drive": "A2"})
+    check(found, {"drive": "V", "displacement": "V"}, columns={"drive": "A2 [V]"})
     path = write_text(tmp_path / "s.csv", "t [s],acc1 [mm/s^2],acc2 [mm/s^2]\n", M.t, M.a, M.u)
     found = rtctl.init(path, out=tmp_path / "s", plot=False)
-    check(found, {"drive": "mm/s^2", "acceleration": "mm/s^2"}, columns={"drive": "acc2"})
+    check(found, {"drive": "mm/s^2", "acceleration": "mm/s^2"}, columns={"drive": "acc2 [mm/s^2]"})
     assert any("leads in the data" in text for text in found.unsure)
 
 
@@ -250,7 +250,9 @@ def test_several_files_keep_every_third_or_the_one_that_says_so(tmp_path: Path) 
         return write_text(tmp_path / name, "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
 
     def uses(*names: str, **answers: Any) -> list[str]:
-        found = rtctl.init([write(name) for name in names], out=tmp_path / "new", force=True, plot=False, **answers)
+        found = rtctl.init(
+            [write(name) for name in names], out=tmp_path / "new", force=True, plot=False, **answers
+        )
         return [record.use for record in found.dataset.records]
 
     assert uses("a.csv", "b.csv") == ["fit", "test"]

@@ -16,7 +16,7 @@ SEGMENT = 2048
 FEWEST = 256
 LEAST_MARGIN = 0.15
 """Difference of the two shares of energy at lags >= 0 from which one signal leads."""
-LEAST_SHARE = 0.8
+LEAST_SHARE = 0.65
 """Least share of energy at lags >= 0 from the signal that leads."""
 _FLOOR = 1e-4
 """Power, relative to the largest, below which a frequency says nothing."""

@@ -112,7 +112,9 @@ def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, floa
         return {"none": STRONG}, ""
     votes = dict(named)
     letters = ("velocity", "acceleration")  # v and a: of a voltage or an amplifier as often as of a motion
-    outputs = {one: vote for one, vote in named.items() if one in OUTPUTS and (vote >= STRONG or one not in letters)}
+    outputs = {
+        one: vote for one, vote in named.items() if one in OUTPUTS and (vote >= STRONG or one not in letters)
+    }
     output = max(outputs.values(), default=0.0)
     driven = named.get("drive", 0.0)
     if measured in MOTIONS:

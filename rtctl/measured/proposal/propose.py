@@ -13,7 +13,7 @@ from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.proposal.candidates import Candidate, find_candidates
 from rtctl.measured.proposal.column_names import STRONG
-from rtctl.measured.proposal.column_units import Unit, given_unit, read_column
+from rtctl.measured.proposal.column_units import MOTIONS, Unit, given_unit, quantity_of, read_column
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
 from rtctl.measured.proposal.parts import find_parts, needs_resampling, propose_records
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
@@ -126,6 +126,7 @@ def _signals(
                 f"may be the {name}, but nobody states its unit: --output {name}={choice.column}:UNIT"
             )
             continue
+        _check_motion(name, choice.column, unit.text)
         if not unit.text:
             opens.append(_unit_question(name, kind.signals[name].role, choice, unit))
         if reading.doubt and unit.source != "given":
@@ -144,6 +145,17 @@ def _unit(given: Given | None, name: str, read: Unit) -> Unit:
         return given_unit(given.unit, name)
     except ValueError as error:
         raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
+
+
+def _check_motion(name: str, column: str, unit: str) -> None:
+    """Raise InputError for a motion in the unit of another one: the user named the wrong signal."""
+    measured = quantity_of(unit) if unit else ""
+    if name in MOTIONS and measured in MOTIONS and measured != name:
+        article = "an" if measured == "acceleration" else "a"
+        raise InputError(
+            f'column "{column}" is read in {unit}, as {article} {measured} is: it cannot be the {name}; say '
+            f"--output {measured}={column}, or correct the unit"
+        )
 
 
 def _unit_question(name: str, role: str, choice: Choice, unit: Unit) -> Open:
