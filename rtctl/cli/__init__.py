@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from rtctl.border.errors import RtctlError
+from rtctl.cli.examples import VerbHelp, epilog_of
 from rtctl.registry import load_plugin
 from rtctl.version import __version__
 
@@ -67,7 +68,10 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"rtctl {__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for name, known in VERBS.items():
-        verb = verbs.add_parser(name, help=known.summary, description=_module(name).__doc__)
+        verb = verbs.add_parser(
+            name, help=known.summary, description=_module(name).__doc__, epilog=epilog_of(name),
+            formatter_class=VerbHelp,
+        )  # fmt: skip
         _module(name).add_arguments(verb)
         verb.add_argument(
             "--plugin", dest="plugins", action="append", default=[], metavar="FILE.py",
