@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.measured.proposal.column_names import STRONG, read_name
-from rtctl.measured.proposal.column_units import Reading, Unit, quantity_of, read_column
+from rtctl.measured.proposal.naming.column_names import STRONG, read_name
+from rtctl.measured.proposal.naming.column_units import Reading, Unit, quantity_of, read_column
 from rtctl.measured.proposal.survey import Survey
 from rtctl.registry import SignalKind
 
@@ -25,6 +25,7 @@ QUANTITIES = {
 """Quantities that a signal may be called, with the weight of their votes."""
 EXACT = 8.0
 """Vote of a column that has the signal's own name."""
+SINGLE = "a single number"
 NOT_SIGNALS = ("time", "index", "rate", "period", "none")
 
 
@@ -98,7 +99,7 @@ def find_candidates(
         if first.values is None:
             others[name] = first.refusal
         elif any(name not in survey.numeric for survey in surveys if name in survey.columns):
-            others[name] = f"{first.rows} of {surveys[0].rows} rows"
+            others[name] = SINGLE if first.rows == 1 else f"{first.rows} of {surveys[0].rows} rows"
         elif len(columns) < len(surveys):
             others[name] = "not in every file"
         elif not any(column.varies for column in columns):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
-from rtctl.measured.proposal.column_names import bare_name
+from rtctl.measured.proposal.naming.column_names import bare_name
 from rtctl.measured.proposal.proposal import Answers
 from rtctl.registry import SignalKind
 

@@ -58,13 +58,13 @@ def _record(record: RecordGuess, time: TimeGuess, folder: Path) -> list[str]:
 
 
 def _time(record: RecordGuess, time: TimeGuess) -> list[str]:
-    if time.column is not None:
+    if time.column is not None and not time.rounded:
         lines = [f"time = {quoted(time.column)}{_because(time.why)}"]
         lines += [f"time_unit = {quoted(time.unit)}"] if time.unit else []
         return lines + (["resample = true  # its steps are uneven"] if time.resample else [])
     rate_hz = time.rate_hz or (record.rate_hz if time.stated_hz is None else None)
     if rate_hz is not None:
-        return [f"sample_rate_hz = {rate_hz!r}{_because(time.why)}"]
+        return [f"sample_rate_hz = {rate_hz!r}{_because(time.rounded or time.why)}"]
     return [f"# sample rate: {_comment(time.why)}"]
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
-from rtctl.measured.columns.time_axis import LONGEST_GAP, uniform_period
+from rtctl.measured.columns.time_axis import LONGEST_GAP
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.time_base import read_time, variable_rate_hz
+from rtctl.measured.proposal.time_base import read_time
 
 FEWEST_ROWS = 60
 """Rows below which a file is not cut into fit and test."""
@@ -63,25 +63,6 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
     )
 
 
-def needs_resampling(survey: Survey, parts: Sequence[tuple[int, int]], time: TimeGuess) -> str:
-    """Return why the time of the parts is to be resampled; "": it is uniform. Raises ValueError where it goes back."""
-    if time.column is None:
-        return ""
-    stamps = read_time(survey.columns[time.column], time.unit)
-    for first, end in parts:
-        piece = stamps.time_s[first:end]
-        if np.any(np.diff(piece) <= 0.0) or len(piece) < 3:
-            uniform_period(piece, time.column, first, stamps.resolution_s)  # says where it goes back
-        try:
-            uniform_period(piece, time.column, first, stamps.resolution_s)
-        except ValueError:
-            steps = np.diff(piece)
-            usual = float(np.median(steps))
-            off = 100.0 * float(np.abs(steps - usual).max()) / usual
-            return f"its steps differ by up to {off:.3g} % from {usual:.6g} s"
-    return ""
-
-
 def _gaps(survey: Survey, time: TimeGuess) -> list[int]:
     """Return the rows after which the time jumps over more than resampling bridges."""
     if time.column is None:
@@ -99,6 +80,7 @@ def _cut(run: tuple[int, int], breaks: Sequence[int]) -> list[tuple[int, int]]:
 def propose_records(
     surveys: Sequence[Survey],
     parts: Sequence[list[tuple[int, int]]],
+    rates: Sequence[float | None],
     test: str | None,
     staircase: Sequence[bool],
 ) -> tuple[RecordGuess, ...]:
@@ -107,6 +89,7 @@ def propose_records(
     Args:
         surveys: The files.
         parts: Rows of the records of each file.
+        rates: Rate of each file [Hz], where it is to be written.
         test: What the user said of test records, or None.
         staircase: Whether each file is a quasi-static staircase, which is identified as a whole.
 
@@ -115,14 +98,13 @@ def propose_records(
     """
     found = []
     names = _names([survey.path for survey in surveys])
-    rates = {survey.path: variable_rate_hz(survey) for survey in surveys}
-    for survey, rows, name, steps in zip(surveys, parts, names, staircase, strict=True):
+    for survey, rows, rate_hz, name, steps in zip(surveys, parts, rates, names, staircase, strict=True):
         for one in rows:
             whole = one == (0, survey.rows)
             use = "identify" if steps else "fit"
             why = "a quasi-static staircase" if steps else ""
             found.append(RecordGuess(file=survey.path, use=use, why=why, rows=None if whole else one,
-                                     name=name, rate_hz=rates[survey.path]))  # fmt: skip
+                                     name=name, rate_hz=rate_hz))  # fmt: skip
     if all(staircase) or test == NO_TEST:
         return tuple(found)
     if len(found) == 1:

@@ -19,6 +19,8 @@ class Open(NamedTuple):
     """What is not known, a sentence."""
     option: str
     """The option that settles it."""
+    example: str = ""
+    """The option with a column of the file; "": `option` is one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +81,8 @@ class TimeGuess:
     """Rate that the files state."""
     why: str = ""
     resample: bool = False
+    rounded: str = ""
+    """Why the records have the rate of their stamps in the place of the column; "": they have the column."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +95,7 @@ class RecordGuess:
     rows: tuple[int, int] | None = None
     ignore_first: int = 0
     rate_hz: float | None = None
-    """Rate of this file where files differ."""
+    """Rate of this file, by a variable or by its stamps."""
     name: str | None = None
 
 

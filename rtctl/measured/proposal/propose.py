@@ -11,21 +11,23 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
-from rtctl.measured.proposal.candidates import Candidate, find_candidates
-from rtctl.measured.proposal.column_names import STRONG
-from rtctl.measured.proposal.column_units import MOTIONS, Unit, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
 from rtctl.measured.proposal.given import Given, check_plant, given_signals
-from rtctl.measured.proposal.parts import find_parts, needs_resampling, propose_records
+from rtctl.measured.proposal.naming.column_names import STRONG
+from rtctl.measured.proposal.naming.column_units import MOTIONS, Unit, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.parts import find_parts, propose_records
 from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
+from rtctl.measured.proposal.stamps import judge_stamps
 from rtctl.measured.proposal.survey import Survey
-from rtctl.measured.proposal.time_base import find_time
+from rtctl.measured.proposal.time_base import find_time, variable_rate_hz
 from rtctl.registry import PlantKind, plant_kind
 
 HELD_SHARE = 0.5
 """Share of rows that repeat the one before, from which an input is taken as held between its samples."""
 STAIR_LEVELS, STAIR_ROWS = 20, 3
 """Fewest levels, and rows of a level, of a quasi-static staircase."""
+NO_SIGNAL = "no signal of this plant"
 HOLDS = ("linear", "zero", "band-limited")
 
 
@@ -66,10 +68,9 @@ def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
         seen.append(f"time = {proposal.time.column}")
     if seen:
         lines.append(f"  taken so far: {', '.join(seen)}")
-    if proposal.unused:
-        lines.append(
-            "  not used: " + "; ".join(f"{name} ({why})" for name, why in list(proposal.unused.items())[:8])
-        )
+    others = [f"{name} ({why})" for name, why in proposal.unused.items() if why not in (NO_SIGNAL, SINGLE)]
+    if others:
+        lines.append("  not used: " + "; ".join(others[:8]))
     words = [word for one in proposal.opens for word in _as_words(one)]
     lines.append(f"  for example: rtctl init {shlex.join([*files, *words])}")
     raise InputError("\n".join(lines))
@@ -77,7 +78,7 @@ def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
 
 def _as_words(one: Open) -> list[str]:
     """Return the first option of a question as words of a command line, its place holders as they are."""
-    return shlex.split(one.option.partition(" or ")[0])
+    return shlex.split(one.example or one.option.partition(" or ")[0])
 
 
 def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, str]:
@@ -201,22 +202,30 @@ def _records(
     surveys: Sequence[Survey], signals: Sequence[SignalGuess], time: TimeGuess, answers: Answers, plant: str
 ) -> tuple[tuple[RecordGuess, ...], TimeGuess, list[str]]:
     """Return the records of all files, the time with its resampling, and what should be looked at."""
-    parts, notes, why = [], [], ""
+    parts, notes, stamps = [], [], []
     for survey in surveys:
         columns = [one.column for one in signals if one.column in survey.columns]
         try:
             rows, cut = find_parts(survey, columns, time)
-            why = needs_resampling(survey, rows, time) or why
+            stamps.append(judge_stamps(survey, rows, time))
         except ValueError as error:
             raise InputError(f"{survey.path}: {error}") from None
         parts.append(rows)
         notes += [f"{survey.path.name}: {cut}"] if cut else []
-    if why:
-        notes.append(f'time: "{time.column}" is not uniform ({why}): it is resampled')
+    uneven = next((one.uneven for one in stamps if one.uneven), "")
+    rounded = "" if uneven else next((one.rounded for one in stamps if one.rounded), "")
+    if uneven:
+        notes.append(f'time: "{time.column}" is not uniform ({uneven}): it is resampled')
+    if rounded:
+        rounded = f'"{time.column}": {rounded}'
+    rates = [
+        one.rate_hz if rounded else variable_rate_hz(survey)
+        for one, survey in zip(stamps, surveys, strict=True)
+    ]
     drive = next((one.column for one in signals if one.role == "input"), None)
     steps = [plant == "vo2" and drive is not None and _is_staircase(survey, drive) for survey in surveys]
-    records = propose_records(surveys, parts, answers.test, steps)
-    return records, replace(time, resample=bool(why)), notes
+    records = propose_records(surveys, parts, rates, answers.test, steps)
+    return records, replace(time, resample=bool(uneven), rounded=rounded), notes
 
 
 def _is_staircase(survey: Survey, column: str) -> bool:
@@ -231,9 +240,7 @@ def _leftovers(
     candidates: Mapping[str, Candidate], signals: Sequence[SignalGuess], roles: Roles
 ) -> dict[str, str]:
     used = [one.column for one in signals]
-    return {
-        name: roles.left_out.get(name, "no signal of this plant") for name in candidates if name not in used
-    }
+    return {name: roles.left_out.get(name, NO_SIGNAL) for name in candidates if name not in used}
 
 
 def _remarks(surveys: Sequence[Survey]) -> list[str]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
-from rtctl.measured.proposal.column_units import given_unit
 from rtctl.measured.proposal.given import NONE
+from rtctl.measured.proposal.naming.column_units import given_unit
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import HOLDS

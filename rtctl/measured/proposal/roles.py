@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rtctl.measured.proposal.candidates import Candidate
 from rtctl.measured.proposal.causality import leads
-from rtctl.measured.proposal.column_names import WEAK
 from rtctl.measured.proposal.given import NONE, Given
+from rtctl.measured.proposal.naming.column_names import WEAK
 from rtctl.measured.proposal.proposal import Open
 from rtctl.registry import PlantKind, SignalKind
 
@@ -95,7 +96,7 @@ def _choose_input(
         if contenders
         else f"no column looks like the {signal}"
     )
-    roles.opens.append(Open(signal, text, "--input COLUMN[:UNIT]"))
+    roles.opens.append(Open(signal, text, "--input COLUMN[:UNIT]", _example("--input", "", contenders)))
 
 
 def _is_clear(signal: str, kind: SignalKind, group: list[Candidate]) -> bool:
@@ -135,7 +136,8 @@ def _choose_output(roles: Roles, signal: str, kind: SignalKind, group: list[Cand
     elif group:
         names = ", ".join(f'"{one.name}"' for one in group)
         text = f"several columns may be the {signal}: {names}"
-        roles.opens.append(Open(signal, text, f"--output {signal}=COLUMN[:UNIT]"))
+        option = f"--output {signal}=COLUMN[:UNIT]"
+        roles.opens.append(Open(signal, text, option, _example("--output", f"{signal}=", group)))
 
 
 def _require_responses(
@@ -159,14 +161,21 @@ def _require_responses(
                 Open(signal, f"no column looks like the {signal}", f"--output {signal}=COLUMN[:UNIT]")
             )
     if responses and not has_response and not any(one.key in responses for one in kept):
-        free = [
-            f'"{one.name}"' for one in candidates.values() if roles.is_free(one.name) and not one.is_no_signal
-        ]
-        names = ", ".join(free) or "no column is left"
+        free = [one for one in candidates.values() if roles.is_free(one.name) and not one.is_no_signal]
+        names = ", ".join(f'"{one.name}"' for one in free) or "no column is left"
         text = (
             f"which motion was measured ({', '.join(responses)}), and in which column, does not show: {names}"
         )
-        roles.opens.append(Open("response", text, f"--output {responses[0]}=COLUMN[:UNIT]"))
+        option = f"--output {responses[0]}=COLUMN[:UNIT]"
+        roles.opens.append(Open("response", text, option, _example("--output", f"{responses[0]}=", free)))
+
+
+def _example(option: str, name: str, candidates: list[Candidate]) -> str:
+    """Return an option with the first candidate's column; "" without one."""
+    if not candidates:
+        return ""
+    unit = "" if candidates[0].unit.text else ":UNIT"
+    return f"{option} {shlex.quote(name + candidates[0].name + unit)}"
 
 
 def _because(candidate: Candidate) -> str:

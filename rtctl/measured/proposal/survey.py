@@ -156,7 +156,7 @@ def _remedy(survey: Survey) -> str:
     for name, column in survey.columns.items():
         if "one dimension is needed" in column.refusal:
             if survey.path.suffix.lower() == ".mat":
-                parts = f"t = {name}(:,1); u = {name}(:,2); x = {name}(:,3)"
+                parts = f"u = {name}(:,1); x = {name}(:,2); and so on"
                 return f". Save the columns of the matrix apart, in MATLAB: {parts}"
             return f'. Save the columns of "{name}" apart, one array a signal'
     return ""

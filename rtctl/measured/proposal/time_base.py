@@ -14,16 +14,18 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.measured.columns.time_column import SLOW_S, TimeColumn, TimeUnit, seconds
-from rtctl.measured.proposal.column_names import WEAK
-from rtctl.measured.proposal.column_units import quantity_of, read_column
+from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
 from rtctl.measured.proposal.given import NONE, column_and_unit
+from rtctl.measured.proposal.naming.column_names import WEAK
+from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
 from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
 from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.units import check_unit
 
 FINEST_DOUBT_S = 0.0101
 """Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
+AGREES = 0.005
+"""Relative difference of a step and a period below which they are the same."""
 _EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
 """Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
 _DEFAULT_PERIODS = (1.0,)
@@ -45,9 +47,9 @@ def find_time(surveys: Sequence[Survey], answers: Answers) -> Time:
     columns = surveys[0].columns
     if answers.time not in (None, NONE):
         name, unit = column_and_unit(str(answers.time), columns, "--time")
-        return _of_column(columns[name], unit, "you said so")
+        return _of_column(columns[name], unit, "you said so", variable_rate_hz(surveys[0]))
     if answers.time is None and (found := _time_column(surveys[0])) is not None:
-        return _of_column(*found)
+        return _of_column(found[0], "", found[1], variable_rate_hz(surveys[0]))
     return _of_files(surveys)
 
 
@@ -63,8 +65,8 @@ def time_candidates(survey: Survey) -> list[str]:
     return [name for name, column in survey.columns.items() if _increases(column, survey.rows)]
 
 
-def _time_column(survey: Survey) -> tuple[Column, str, str] | None:
-    """Return the column of the time, an empty unit, and why; None: no column looks like one."""
+def _time_column(survey: Survey) -> tuple[Column, str] | None:
+    """Return the column of the time, and why; None: no column looks like one."""
     voted = []
     for name in time_candidates(survey):
         column = survey.columns[name]
@@ -75,10 +77,10 @@ def _time_column(survey: Survey) -> tuple[Column, str, str] | None:
         voted.append((vote, column))
     best = max((vote for vote, _ in voted), default=0.0)
     if best >= WEAK:
-        return next(one for vote, one in voted if vote == best), "", "it increases, and its name says so"
+        return next(one for vote, one in voted if vote == best), "it increases, and its name says so"
     first = next(iter(survey.columns))
     if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
-        return survey.columns[first], "", "it is the first column, and increases in equal steps"
+        return survey.columns[first], "it is the first column, and increases in equal steps"
     return None
 
 
@@ -103,8 +105,8 @@ def _increases(column: Column, rows: int) -> bool:
         return False
 
 
-def _of_column(column: Column, given_unit: str, why: str) -> Time:
-    """Return the time of a column, with its unit or a question about it."""
+def _of_column(column: Column, given_unit: str, why: str, rate_hz: float | None) -> Time:
+    """Return the time of a column, with its unit or a question about it; `rate_hz`: a variable of the file tells it."""
     if column.values is None:
         return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
     if given_unit:
@@ -112,10 +114,10 @@ def _of_column(column: Column, given_unit: str, why: str) -> Time:
     unit = read_column(column).unit
     if unit.text and quantity_of(unit.text) == "time":
         return Time(TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}"))
-    return _of_unknown_unit(column, why)
+    return _of_unknown_unit(column, why, rate_hz)
 
 
-def _of_unknown_unit(column: Column, why: str) -> Time:
+def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
     assert column.values is not None
     size = float(np.nanmax(np.abs(column.values)))
     for low, high, epoch in _EPOCHS:
@@ -123,17 +125,22 @@ def _of_unknown_unit(column: Column, why: str) -> Time:
             guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
             return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
     step = float(np.median(np.diff(column.values)))
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if rate_hz is not None and abs(step * size * rate_hz - 1.0) < AGREES:
+            told = f"{why}; a variable of the file gives {rate_hz:.6g} Hz, which makes it {unit}"
+            return Time(TimeGuess(column=column.name, unit=unit, why=told))
     guess = TimeGuess(
         column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
     )
-    if 1e-7 < step <= min(FINEST_DOUBT_S, SLOW_S):
+    if 1e-7 < step <= FINEST_DOUBT_S and rate_hz is None:
         hint = f"{1.0 / step:.6g} Hz over {step * (column.rows - 1):.6g} s"
         return Time(
             guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
         )
+    contradicted = "" if rate_hz is None else f" (a variable of the file gives {rate_hz:.6g} Hz)"
     text = (
         f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
-        f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz"
+        f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
     )
     return Time(
         guess,

@@ -59,6 +59,11 @@ _SPELLED = {
     "mm_s2": "mm/s^2", "mms": "mm/s", "mms2": "mm/s^2", "rad_s": "rad/s", "rad_s2": "rad/s^2", "ua": "uA",
     "volt": "V", "volts": "V", "newton": "N", "ampere": "A", "ohms": "ohm", "mps^2": "m/s^2",
 }  # fmt: skip
+_SHORT = {
+    "volt": "V", "ampere": "A", "newton": "N", "meter": "m", "metre": "m", "millimeter": "mm", "millimetre": "mm",
+    "micrometer": "um", "micrometre": "um", "micron": "um", "millivolt": "mV", "milliampere": "mA", "second": "s",
+    "millisecond": "ms", "degree": "deg", "radian": "rad", "kelvin": "K", "pascal": "Pa",
+}  # fmt: skip
 _SINGLE = {"v": ("V", "drive"), "a": ("A", "current"), "n": ("N", "drive")}
 """Units in lower case that only count after a word that means what they measure: `force_n`."""
 _NEEDS_WORD = {
@@ -182,4 +187,4 @@ def _words(base: str) -> list[str]:
 def unit_meanings(text: str) -> tuple[str, ...]:
     """Return what a stated unit may mean, as pint reads it; () where it is no unit."""
     spelled = _SPELLED.get(text, text)
-    return meanings(spelled) if readable(spelled) else ()
+    return tuple(_SHORT.get(one, one) for one in meanings(spelled)) if readable(spelled) else ()

@@ -7,7 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from rtctl.border.quantities import is_angle, unit_registry
-from rtctl.measured.proposal.column_names import STRONG, Name, read_name, unit_meanings
+from rtctl.measured.proposal.naming.column_names import STRONG, Name, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit
 from rtctl.measured.units import check_unit
