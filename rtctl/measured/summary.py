@@ -17,6 +17,8 @@ from rtctl.measured.manifest.schema import Manifest, read_manifest
 FEW_SAMPLES = 8.0
 """Samples in a period of the strongest line below which its motion is hardly sampled."""
 LONGEST_SPECTRUM, FEWEST_SAMPLES = 1 << 18, 32
+FEWEST_PERIODS = 4
+"""Periods in a record below which a line is a trend."""
 STANDS_OUT, EXCITED, FEW_BINS = 4.0, 0.01, 12
 """Height of a line over the median of what is excited; share of the largest that counts as excited; bins of a tone."""
 CLIPPED_RUN = 12
@@ -155,7 +157,8 @@ def strongest_hz(values: FloatArray, period_s: float) -> float | None:
         return None
     fine = np.abs(np.fft.rfft((shown - shown.mean()) * np.hanning(len(shown))))
     fine[0] = 0.0
-    return int(fine.argmax()) / (len(shown) * period_s)
+    place = int(fine.argmax())
+    return place / (len(shown) * period_s) if place >= FEWEST_PERIODS else None
 
 
 def _manifest(dataset: Dataset) -> Manifest | None:
@@ -180,7 +183,7 @@ def _sources(dataset: Dataset, manifest: Manifest) -> dict[str, Source]:
             except ValueError:  # an instrument that was not there
                 continue
         scaled = ", scaled from counts" if table.counts else ""
-        told = f'manifest; the file says "{stated}"' if stated else f"manifest: {table.unit}"
+        told = f'manifest; file: "{stated}"' if stated else "manifest"
         found[name] = Source(column, told + scaled)
     return found
 
@@ -201,7 +204,7 @@ def _notes(dataset: Dataset, signals: Sequence[SignalSummary], longest: Record) 
     notes = []
     for one in signals:
         if one.least == one.largest:
-            notes.append(f"{one.name} is {one.least:.6g} {one.unit} throughout")
+            notes.append(f"{one.name} is {one.least + 0.0:.6g} {one.unit} throughout")
         elif one.strongest_hz is not None and one.role == "output":
             samples = 1.0 / (one.strongest_hz * longest.period_s)
             if samples < FEW_SAMPLES:

@@ -32,7 +32,7 @@ PERIODS, FEWEST, MOST = 10.0, 60, 2000
 """Periods of the response's strongest line at the beginning, and the limits in samples."""
 DECADES = 6
 """Decades of a spectrum that are drawn below its largest value."""
-SPAN = 30.0
+SPAN = 5.0
 """Ratio of largest and least reading of a resistance from which its axis is logarithmic."""
 
 

@@ -61,4 +61,5 @@ def test_a_diagnosis_ends_with_the_experiment_or_the_extended_model(
     assert main([*words, "--mechanisms", "stiffness.quintic"]) == 0
     after = next_of(capsys.readouterr().out)
     assert after[0] in ("acquire", "simulate")
+    assert "What was read: 2 signals, 3 records" in Path("answer/report.html").read_text(encoding="utf-8")
     assert Path(after[1]).is_file()

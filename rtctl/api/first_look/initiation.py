@@ -174,10 +174,15 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
         raise
-    sources = {one.name: Source(one.column, one.unit_source) for one in proposal.signals}
+    sources = {one.name: Source(one.column, _short(one.unit_source)) for one in proposal.signals}
     summary = preview_with(dataset, sources)
     picture = summary.save(folder / PICTURE) if plot else None
     return Initiation(path=path, picture=picture, proposal=proposal, summary=summary)
+
+
+def _short(source: str) -> str:
+    """Return who states a unit, as a cell of a table."""
+    return source.replace("its name has ", "name: ").replace("the file states ", "file: ")
 
 
 def _read(partial: Path, path: Path) -> Dataset:

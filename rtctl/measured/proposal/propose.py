@@ -50,7 +50,7 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
         signals=signals,
         time=time_guess,
         records=records,
-        unused=unused | _leftovers(candidates, signals, roles),
+        unused=unused | _leftovers(candidates, signals, roles, kind),
         opens=(*time.opens, *roles.opens, *unit_opens),
         unsure=(*_remarks(surveys), *time.unsure, *roles.unsure, *unsure, *record_notes),
     )
@@ -237,10 +237,18 @@ def _is_staircase(survey: Survey, column: str) -> bool:
 
 
 def _leftovers(
-    candidates: Mapping[str, Candidate], signals: Sequence[SignalGuess], roles: Roles
+    candidates: Mapping[str, Candidate], signals: Sequence[SignalGuess], roles: Roles, kind: PlantKind
 ) -> dict[str, str]:
-    used = [one.column for one in signals]
-    return {name: roles.left_out.get(name, NO_SIGNAL) for name in candidates if name not in used}
+    """Return the columns that could be signals and are none, with the reason."""
+    used = {one.column: one.name for one in signals}
+    taken = {one.name: one.column for one in signals}
+    found = {}
+    for name, candidate in candidates.items():
+        if name not in used:
+            best = candidate.best(kind.signals)
+            why = f'the {best} is column "{taken[best]}"' if best in taken else NO_SIGNAL
+            found[name] = roles.left_out.get(name, why)
+    return found
 
 
 def _remarks(surveys: Sequence[Survey]) -> list[str]:
