@@ -47,6 +47,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl serve vo2_b --serial /tmp/vo2 --baud 115200 --seed 3",
     ),
     "list": ("rtctl list", "rtctl list mechanisms"),
+    "completion": (
+        "rtctl completion bash >> ~/.bash_completion",
+        "rtctl completion fish > ~/.config/fish/completions/rtctl.fish",
+    ),
     "demo": ("rtctl demo", "rtctl demo --device vo2_b --out out/demo_b"),
 }
 HEADING = "examples:\n"

@@ -70,6 +70,6 @@ def test_help_of_a_verb_has_two_examples_that_can_be_typed(
     examples = [line.strip() for line in text.splitlines() if line.strip()]
     assert len(examples) == 2
     for line in examples:
-        words = shlex.split(line)
+        words = shlex.split(line.partition(" >")[0])
         assert words[:2] == ["rtctl", verb]
         assert build_parser().parse_args(words[1:]).verb == verb

@@ -224,6 +224,10 @@ def _records(
     ]
     drive = next((one.column for one in signals if one.role == "input"), None)
     steps = [plant == "vo2" and drive is not None and _is_staircase(survey, drive) for survey in surveys]
+    if plant == "vo2" and not any(steps):
+        notes.append(
+            "current: no quasi-static staircase, which rtctl identify needs of a vo2 (acquire_vo2 plays one)"
+        )
     records = propose_records(surveys, parts, rates, answers.test, steps)
     return records, replace(time, resample=bool(uneven), rounded=rounded), notes
 

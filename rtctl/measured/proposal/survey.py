@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.measured.columns.conversion import TableCache
+from rtctl.measured.columns.conversion import TableCache, numbers
 from rtctl.measured.readers import READERS, suffix_of
 from rtctl.measured.readers.table import Table
 
@@ -123,7 +123,7 @@ def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
     except ValueError as error:
         return replace(bare, refusal=_phrase(str(error), name))
     try:
-        return replace(bare, raw=raw, values=cache.column(path, name, None))
+        return replace(bare, raw=raw, values=numbers(raw, name))
     except ValueError as error:
         return replace(bare, raw=raw, refusal=_phrase(str(error), name))
 
