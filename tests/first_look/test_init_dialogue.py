@@ -90,7 +90,8 @@ def test_a_person_takes_the_guesses_by_enter_and_says_what_is_not_known(tmp_path
 @pytest.mark.wire
 def test_ctrl_c_and_the_end_of_input_leave_nothing(tmp_path: Path) -> None:
     path = write_text(tmp_path / "r.csv", "t,u,x\n", M.t, M.u, M.x)
-    for last, code in (("\x03", 1), ("\x04", 2)):
+    # a signal between the prompt and the reading of the answer is heard after the next line
+    for last, code in (("\x03\n", 1), ("\x04", 2)):
         ended, shown = talk(tmp_path, ["r.csv"], ["\n", last])
         assert ended == code, shown
         assert "Traceback" not in shown

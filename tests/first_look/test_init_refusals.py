@@ -57,6 +57,10 @@ def test_units_that_nobody_states_are_asked_for_and_not_guessed(
         ),
         ("t [s],temp [degC],x [mm],v [mm/s]\n", ["no column looks like the drive", "--input COLUMN[:UNIT]"]),
         (
+            "t [s],load [g],x [mm],n [Hz]\n",
+            ["may be grams, gram-force or gravity", "--input 'load [g]:UNIT'"],
+        ),
+        (
             "t [s],u [EU],x [mm],n [Hz]\n",
             ['nobody states the unit of column "u [EU]"', "--input 'u [EU]:UNIT'"],
         ),
@@ -203,3 +207,8 @@ def test_a_reading_that_overflowed(tmp_path: Path, capsys: pytest.CaptureFixture
     said = refusal(capsys, table(tmp_path, "t [s],u [V],x [mm]\n", M.t, M.u, x))
     assert "a reading overflowed" in said
     assert "no manifest is written" in said
+
+
+def test_a_spectrum_is_no_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = table(tmp_path, "frequency [Hz],u [V],x [mm]\n", 1.0 + M.t, M.u, M.x)
+    assert 'the column "frequency [Hz]" is a frequency: a spectrum is no record' in refusal(capsys, path)

@@ -68,7 +68,12 @@ def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
         seen.append(f"time = {proposal.time.column}")
     if seen:
         lines.append(f"  taken so far: {', '.join(seen)}")
-    others = [f"{name} ({why})" for name, why in proposal.unused.items() if why not in (NO_SIGNAL, SINGLE)]
+    asked = " ".join(one.text for one in proposal.opens)
+    others = [
+        f"{name} ({why})"
+        for name, why in proposal.unused.items()
+        if why not in (NO_SIGNAL, SINGLE) and f'"{name}"' not in asked
+    ]
     if others:
         lines.append("  not used: " + "; ".join(others[:8]))
     words = [word for one in proposal.opens for word in _as_words(one)]

@@ -173,6 +173,11 @@ def _of_files(surveys: Sequence[Survey]) -> Time:
     if all(rates):
         return _of_variables([one for one in rates if one])
     text = "the sample rate is not known: no column looks like a time, and the file states no rate"
+    spectra = [
+        name for name in time_candidates(surveys[0]) if _is_rate_unit(_unit_text(surveys[0].columns[name]))
+    ]
+    if spectra:
+        text += f' (the column "{spectra[0]}" is a frequency: a spectrum is no record, its time signals are needed)'
     return Time(
         TimeGuess(), opens=(Open("sample_rate_hz", text, "--sample-rate HZ or --time COLUMN[:UNIT]"),)
     )
@@ -207,6 +212,10 @@ def _rate_variable(survey: Survey) -> tuple[str, float, str] | None:
             unit = reading.unit.text or "s"
             return name, 1.0 / _converted(value, unit, "s"), unit
     return None
+
+
+def _unit_text(column: Column) -> str:
+    return read_column(column).unit.text
 
 
 def _is_rate_unit(unit: str) -> bool:

@@ -49,6 +49,10 @@ _WRITTEN_UNIT = re.compile(
     r"(?:[muncµμ]?m)(?:/|_|p)?s(?:2|\^2|²|s)?|mps2?|ms2|mms2?|rad(?:/|_)s(?:2|\^2)?"
 )
 """Units that stand at the end of a name without brackets; `in` (inch) is not among them: it means input."""
+_WEIGHTS = frozenset(
+    ["force", "kraft", "load", "last", "weight", "gewicht", "mass", "masse", "torque", "moment", "f", "m"]
+)
+"""Words of what may be measured in grams."""
 _CHANNEL = re.compile(r"[ABDaibd]\d+")
 """A channel of an instrument: `A1`, `b0`."""
 _NODE = re.compile(r"\d+:[+-]?R?[SXYZ]\b( #\d+)?")
@@ -92,6 +96,11 @@ def read_name(name: str) -> Name:
     """Return what a column's name says."""
     base, unit, habit = _without_unit(name.strip())
     return Name(_votes(base), unit, habit)
+
+
+def is_weight(name: str) -> bool:
+    """Return whether a column is called as a force or a mass is, whose `g` is not standard gravity."""
+    return bool(_WEIGHTS & set(_words(_without_unit(name.strip())[0])))
 
 
 def bare_name(name: str) -> str:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 from rtctl.border.quantities import is_angle, unit_registry
-from rtctl.measured.proposal.naming.column_names import STRONG, Name, read_name, unit_meanings
+from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit
 from rtctl.measured.units import check_unit
@@ -78,16 +78,19 @@ def quantity_of(unit: str) -> str:
 def _unit(column: Column, name: Name) -> Unit:
     """Return the unit of a column: what the file states comes before its name."""
     stated = column.unit
+    wanted = max(name.votes, key=lambda one: name.votes[one]) if name.votes else ""
     if stated is not None and not is_no_unit(stated):
-        wanted = max(name.votes, key=lambda one: name.votes[one]) if name.votes else ""
-        if found := _chosen(unit_meanings(stated), wanted):
-            return Unit(found, f'the file states "{stated}"', _two_meanings(stated, found))
-        return Unit("", "", f'the file states "{stated[:40]}", which is no known unit')
-    if name.unit:
-        wanted = max(name.votes, key=lambda one: name.votes[one]) if name.votes else ""
-        if found := _chosen(unit_meanings(name.unit), wanted):
-            return Unit(found, f'its name has "{name.unit}" {name.habit}', _two_meanings(name.unit, found))
-    return Unit("", "")
+        text, source = stated, f'the file states "{stated[:40]}"'
+    elif name.unit:
+        text, source = name.unit, f'its name has "{name.unit}" {name.habit}'
+    else:
+        return Unit("", "")
+    found = _chosen(unit_meanings(text), wanted)
+    if not found:
+        return Unit("", "", f"{source}, which is no known unit")
+    if found == "g_0" and is_weight(column.name):
+        return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
+    return Unit(found, source, _two_meanings(text, found))
 
 
 def _chosen(found: Sequence[str], quantity: str) -> str:
@@ -126,7 +129,9 @@ def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, floa
             votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
         return votes, doubt
     if measured in ("drive", "current") and output and driven < output:
-        return votes, f"a {max(outputs, key=lambda one: outputs[one])} that is read in a unit of an input"
+        output_name = max(outputs, key=lambda one: outputs[one])
+        article = "an" if output_name == "acceleration" else "a"
+        return votes, f"{article} {output_name} that is read in a unit of an input"
     votes = {one: vote for one, vote in votes.items() if one not in OUTPUTS or one in outputs}
     votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
     return votes, ""
