@@ -27,7 +27,7 @@ def ask_all(surveys: Sequence[Survey], answers: Answers, ask: Ask = input) -> Pr
     print("Enter takes the guess in brackets; Ctrl-C ends without writing anything.")
     while True:
         proposal = propose(surveys, answers)
-        question = next_question(proposal, surveys, answers, asked)
+        question = next_question(proposal, surveys, asked)
         if question is None:
             return proposal
         answers = _ask(question, answers, surveys, ask)

@@ -104,6 +104,7 @@ def asked(path: Path, answers: list[str], given: Answers | None = None) -> tuple
 
     def ask(prompt: str) -> str:
         prompts.append(prompt)
+        assert len(prompts) < 30, prompts  # a needed answer that is never given is asked for again
         return answers.pop(0) if answers else ""
 
     proposal = ask_all(survey_files([path]), given or Answers(), ask)
@@ -149,3 +150,15 @@ def test_the_end_of_input_is_told(tmp_path: Path) -> None:
 
     with pytest.raises(InputError, match="nothing is written"):
         ask_all(survey_files([path]), Answers(), ended)
+
+
+def test_a_column_in_g_is_not_offered_as_a_displacement(tmp_path: Path) -> None:
+    path = write_text(
+        tmp_path / "r.csv", "t [s],force [N],acc1 [g],acc2 [g]\n", M.t, M.u, M.a / 9806.65, M.v / 9806.65
+    )
+    # plant, time, its unit, drive, its unit, hold, acceleration
+    prompts, found = asked(path, ["", "", "", "", "", "", "acc2"])
+    assert not [one for one in prompts if "displacement" in one or "velocity" in one]
+    guess = found.proposal.signal("acceleration")
+    assert guess is not None
+    assert (guess.column, guess.unit) == ("acc2 [g]", "g_0")

@@ -38,15 +38,15 @@ def column_and_unit(text: str, columns: Collection[str], option: str) -> Given:
     """
     if text == NONE:
         return Given(NONE, "")
-    if (column := _column(text, columns)) is not None:
+    if (column := find_column(text, columns)) is not None:
         return Given(column, "")
     name, _, unit = text.rpartition(":")
-    if (column := _column(name, columns)) is not None:
+    if (column := find_column(name, columns)) is not None:
         return Given(column, unit.strip())
     raise InputError(f'{option} {text}: no column "{name or text}"{nearest(name or text, columns)}')
 
 
-def _column(name: str, columns: Collection[str]) -> str | None:
+def find_column(name: str, columns: Collection[str]) -> str | None:
     """Return the column of that name, or the only one of that name before its unit: `Drive` is `Drive [V]`."""
     if name in columns:
         return name

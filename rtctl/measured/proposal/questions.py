@@ -6,17 +6,18 @@ new proposal follows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.manifest.signal_kinds import measured_kinds
-from rtctl.measured.proposal.given import NONE
-from rtctl.measured.proposal.naming.column_units import given_unit
+from rtctl.measured.proposal.candidates import is_count
+from rtctl.measured.proposal.given import NONE, find_column
+from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
 from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
 from rtctl.measured.proposal.proposal import Answers, Proposal
 from rtctl.measured.proposal.propose import HOLDS
-from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.survey import Column, Survey
 from rtctl.measured.proposal.time_base import time_candidates
 from rtctl.measured.units import check_unit
 from rtctl.registry import plant_kind
@@ -42,26 +43,31 @@ class Question:
         said = text.strip() or self.default
         if not said:
             raise InputError("this cannot be guessed: an answer is needed")
-        if self.choices and said not in self.choices:
+        if not self.choices:
+            return self.settle(answers, said)
+        chosen = find_column(said, self.choices)
+        if chosen is None:
             raise InputError(f'"{said}" is none of them{nearest(said, self.choices)}')
-        return self.settle(answers, said)
+        return self.settle(answers, chosen)
 
 
-def next_question(
-    proposal: Proposal, surveys: Sequence[Survey], answers: Answers, asked: Sequence[str]
-) -> Question | None:
+def next_question(proposal: Proposal, surveys: Sequence[Survey], asked: Sequence[str]) -> Question | None:
     """Return the next question that was not asked yet; None: all is said."""
-    for question in _questions(proposal, surveys[0], answers):
+    for question in _questions(proposal, surveys[0]):
         if question.key not in asked:
             return question
     return None
 
 
-def _questions(proposal: Proposal, survey: Survey, answers: Answers) -> list[Question]:
+def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
     questions = [_about_plant(proposal), *_about_time(proposal, survey)]
-    columns = tuple(name for name in survey.numeric if name != proposal.time.column)
+    columns = {
+        name: quantity_of(unit.text) if (unit := read_column(column).unit).text else ""
+        for name, column in survey.numeric.items()
+        if name != proposal.time.column and column.varies and not _counts(column)
+    }
     for name, kind in plant_kind(proposal.plant).signals.items():
-        questions += _about_signal(proposal, name, kind.role, columns, answers)
+        questions += _about_signal(proposal, name, kind.role, columns)
     return [*questions, _about_test(proposal)]
 
 
@@ -99,15 +105,17 @@ def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
     return questions
 
 
-def _about_signal(
-    proposal: Proposal, name: str, role: str, columns: tuple[str, ...], answers: Answers
-) -> list[Question]:
+def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str, str]) -> list[Question]:
+    """Return the questions about a signal; `columns` that may be one, each with what its unit measures."""
     guess = proposal.signal(name)
     required = not plant_kind(proposal.plant).signals[name].optional
     needed = any(one.key == name for one in proposal.opens) or (required and guess is None)
     used = {one.column for one in proposal.signals if one.name != name and one.certain}
-    free = tuple(column for column in columns if column not in used)
-    if not free and guess is None:
+    others = {one for one in MOTIONS if one != name} if name in MOTIONS else set()
+    free = tuple(one for one, quantity in columns.items() if one not in used and quantity not in others)
+    if guess is not None and guess.column not in free:
+        free = (guess.column, *free)
+    if not free:
         return []
     default = guess.column if guess is not None else "" if needed else NONE
     none = "" if required else " (- for none)"
@@ -123,10 +131,15 @@ def _about_signal(
         ))  # fmt: skip
         if role == "input":
             questions.append(Question(
-                key=f"hold.{name}", text="Between its samples, does it go on in a straight line or stay?",
+                key=f"hold.{name}",
+                text="Between samples: linear (as measured), zero (held by a converter), band-limited?",
                 default=guess.hold or "linear", choices=HOLDS, settle=lambda answers, said: replace(answers, hold=said),
             ))  # fmt: skip
     return questions
+
+
+def _counts(column: Column) -> bool:
+    return column.values is not None and is_count(column.values)
 
 
 def _about_test(proposal: Proposal) -> Question:
