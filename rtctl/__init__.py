@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rtctl.api.comparison import Comparison, RecordScore, simulate
     from rtctl.api.datasets import read_dataset, write_dataset
     from rtctl.api.diagnosing import Diagnosis, diagnose
+    from rtctl.api.first_look.initiation import Initiation, init
+    from rtctl.api.first_look.preview import Preview, preview
     from rtctl.api.identifying.fit import Fit
     from rtctl.api.identifying.identification import identify
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
@@ -36,6 +38,10 @@ _MODULES = {
     "simulate": "rtctl.api.comparison",
     "Diagnosis": "rtctl.api.diagnosing",
     "diagnose": "rtctl.api.diagnosing",
+    "Initiation": "rtctl.api.first_look.initiation",
+    "init": "rtctl.api.first_look.initiation",
+    "Preview": "rtctl.api.first_look.preview",
+    "preview": "rtctl.api.first_look.preview",
     "Fit": "rtctl.api.identifying.fit",
     "identify": "rtctl.api.identifying.identification",
     "read_dataset": "rtctl.api.datasets",
@@ -77,6 +83,7 @@ __all__ = [
     "DriverError",
     "Fault",
     "Fit",
+    "Initiation",
     "InputError",
     "Latency",
     "Model",
@@ -84,6 +91,7 @@ __all__ = [
     "PartInfo",
     "PartList",
     "PlantKind",
+    "Preview",
     "Record",
     "RecordScore",
     "Replayed",
@@ -95,9 +103,11 @@ __all__ = [
     "demonstrate",
     "diagnose",
     "identify",
+    "init",
     "list_parts",
     "load_plugin",
     "measure_latency",
+    "preview",
     "read_dataset",
     "read_model",
     "recover",

@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from rtctl.border.errors import RtctlError
+from rtctl.cli.examples import VerbHelp, epilog_of
 from rtctl.registry import load_plugin
 from rtctl.version import __version__
 
@@ -32,6 +33,10 @@ VERBS = {
     ),
     "recover": Verb("device.recover", "what a run that was killed has recorded, as Parquet with a summary"),
     "acquire": Verb("device.acquire", "play an open-loop excitation through a driver into a dataset"),
+    "init": Verb(
+        "modelling.init", "data files -> manifest: columns, units, rate, roles; a picture of the data"
+    ),
+    "preview": Verb("modelling.preview", "what was read of a dataset: tables and a picture"),
     "identify": Verb("modelling.identify", "measured data -> model"),
     "simulate": Verb("modelling.simulate", "how far a model is from a dataset"),
     "diagnose": Verb("modelling.diagnose", "what the simulation gets wrong, why, and the model with it"),
@@ -46,6 +51,7 @@ VERBS = {
     "list": Verb(
         "list", "scenarios, plants, drivers, estimators, controllers and mechanisms, your own included"
     ),
+    "completion": Verb("completion", "a script by which bash, zsh or fish completes verbs and options"),
     "demo": Verb(
         "device.demo", "serve, acquire, identify and all scenarios, one table (what `make run` calls)"
     ),
@@ -63,7 +69,10 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"rtctl {__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     for name, known in VERBS.items():
-        verb = verbs.add_parser(name, help=known.summary, description=_module(name).__doc__)
+        verb = verbs.add_parser(
+            name, help=known.summary, description=_module(name).__doc__, epilog=epilog_of(name),
+            formatter_class=VerbHelp,
+        )  # fmt: skip
         _module(name).add_arguments(verb)
         verb.add_argument(
             "--plugin", dest="plugins", action="append", default=[], metavar="FILE.py",

@@ -41,9 +41,9 @@ def print_json(content: Mapping[str, Any] | Sequence[Any]) -> None:
     print(json.dumps(finite(content), indent=2))
 
 
-def output_file(path: Path) -> Path:
+def output_file(path: Path, what: str = "a model file") -> Path:
     """Return `path` after a check that a file can be written there. Raises InputError."""
     output_folder(path.parent)
     if path.is_dir():
-        raise InputError(f"--out {path}: is a folder, a model file is needed")
+        raise InputError(f"--out {path}: is a folder, {what} is needed")
     return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -88,8 +89,8 @@ def _begin(path: Path) -> tuple[Reading, list[str]]:
     """Return a checked manifest and its records' names, which may be a finding; no file is opened yet."""
     if suffix_of(path) in READERS:
         raise InputError(
-            f"{path}: is a data file; a manifest is needed, which names its columns and their units: write "
-            f'dataset.toml beside it, with file = "{path.name}" (docs/datasets.md)'
+            f"{path}: is a data file; a manifest is needed, which names its columns and their units: "
+            f"rtctl init {shlex.quote(str(path))} writes it"
         )
     manifest = read_manifest(path)
     findings = Findings(str(path))

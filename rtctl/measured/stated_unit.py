@@ -51,7 +51,7 @@ def is_no_unit(text: str) -> bool:
 
 def agrees(stated: str, unit: str) -> bool:
     """Return whether one meaning of a `stated` unit is `unit`. Raises ValueError where it has no meaning."""
-    found = [same_unit(meaning, unit) for meaning in _meanings(stated)]
+    found = [same_unit(meaning, unit) for meaning in meanings(stated)]
     return any(found)
 
 
@@ -100,6 +100,7 @@ def time_unit_in_name(name: str) -> str | None:
     return _TIME_WORDS.get(word, word)
 
 
-def _meanings(stated: str) -> tuple[str, ...]:
+def meanings(stated: str) -> tuple[str, ...]:
+    """Return what a stated unit may mean, as pint reads it: `g` as `g` and `g_0`."""
     text = stated.strip().replace("º", "°")
     return _TWO_MEANINGS.get(text) or (normalised(text),)

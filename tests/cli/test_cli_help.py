@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import subprocess
 import sys
 
@@ -57,3 +58,18 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"rtctl {__version__}\n"
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_of_a_verb_has_two_examples_that_can_be_typed(
+    verb: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main([verb, "--help"])
+    _, _, text = capsys.readouterr().out.partition("examples:\n")
+    examples = [line.strip() for line in text.splitlines() if line.strip()]
+    assert len(examples) == 2
+    for line in examples:
+        words = shlex.split(line.partition(" >")[0])
+        assert words[:2] == ["rtctl", verb]
+        assert build_parser().parse_args(words[1:]).verb == verb

@@ -214,7 +214,7 @@ def test_a_packed_file_that_grows_without_end_is_refused(
         ("a,b\n1,2\n3,4\n5,6\nx,8\n", "a", '"x", in row 3'),
         ("a;b\n1.5;2,5\n2.5;3,5\n", "b", None),
         ("a;b\n1.234,5;2\n", "a", 'numbers are needed: "1.234,5", in row 0'),
-        ("1;2\n3;4\n", "a", "the first line must name the columns, got numbers"),
+        ("1;2\n3;4\n", "a", 'no column "a"; known: column_1, column_2'),
         ("# only\n", "a", "the header line is empty"),
     ],
 )
@@ -243,3 +243,20 @@ def test_records_of_packed_files_go_by_their_name_alone(oscillator: Write, tmp_p
 def test_a_data_file_in_the_place_of_a_manifest(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is a data file; a manifest is needed, which names its columns"):
         read_dataset(write(tmp_path, PLAIN))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0;1,5\n1;-3,25\n",
+        "0\t1.5\n1\t-3.25\n",
+        "  0.0   1.5\n  1.0  -3.25\n",
+        "# from the scope\n0,1.5\n1,-3.25\n",
+        "0,1.5\n1,-3.25\n",
+    ],
+)
+def test_columns_that_no_line_names_are_numbered(tmp_path: Path, text: str) -> None:
+    path = write(tmp_path, text)
+    assert tuple(open_table(path).columns) == ("column_1", "column_2")
+    np.testing.assert_array_equal(column(path, "column_1"), [0.0, 1.0])
+    np.testing.assert_array_equal(column(path, "column_2"), [1.5, -3.25])

@@ -48,8 +48,6 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         print(f"  note: {warning}")
     if found.next_experiment is not None:
         print(f"  {found.next_experiment.statement}")
-        if written and not found.next_experiment.in_vain:
-            print(f"  rtctl acquire {folder}/next-experiment.toml --out DIR")
     if written:
         model = f" ({found.withheld})" if found.withheld else f", {EXTENDED_MODEL}"
         print(f"results in {folder}: report.html, diagnosis.json{model}")

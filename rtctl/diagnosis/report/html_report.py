@@ -13,6 +13,7 @@ from rtctl.diagnosis.report.sections import (
     format_unit,
     tabulate_candidates,
     tabulate_causes,
+    tabulate_data,
     tabulate_parameters,
     tabulate_provenance,
     tabulate_tests,
@@ -70,6 +71,7 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
         "<h2>What these data can tell apart</h2>", drawn("isolability"),
         describe_proposal(diagnosis),
         tabulate_parameters(diagnosis),
+        tabulate_data(dataset),
         tabulate_provenance(provenance),
     ]  # fmt: skip
     return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])

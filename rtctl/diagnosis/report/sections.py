@@ -13,6 +13,8 @@ from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.thresholds import ReportThresholds
+from rtctl.measured.dataset import Dataset
+from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows, summarise
 from rtctl.output.html_page import significant, table
 
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
@@ -168,6 +170,21 @@ def tabulate_parameters(diagnosis: Diagnosis) -> str:
     last = ["with one value mended, 95 %" if off else "with the causes, 95 %"] if extended else []
     headers = ["parameter", "model file", "re-fitted, 95 %", *last]
     return "<h2>The model's parameters</h2>" + table(headers, rows)
+
+
+def tabulate_data(dataset: Dataset) -> str:
+    """Return the tables of what was read, signals and records, behind a fold."""
+    summary = summarise(dataset)
+    signals = [[escape(cell) for cell in row] for row in signal_rows(summary)]
+    records = [[escape(cell) for cell in row] for row in record_rows(summary)]
+    first = SIGNAL_HEADERS.index("first")
+    return (
+        "<details><summary>What was read: "
+        f"{len(signals)} signals, {len(records)} record{'s' if len(records) != 1 else ''}</summary>"
+        + table(SIGNAL_HEADERS, signals, numbers=range(first, len(SIGNAL_HEADERS)))
+        + table(RECORD_HEADERS, records, numbers=range(RECORD_HEADERS.index("rows"), len(RECORD_HEADERS) - 1))
+        + "</details>"
+    )
 
 
 def tabulate_provenance(provenance: Mapping[str, Any]) -> str:

@@ -21,8 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb."""
     from rtctl.api.acquisition import acquire
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.output.progress import say
+    from rtctl.registry import plant_kind
 
     folder = output_folder(args.out)
     dataset = acquire(args.scenario, folder, settings=args.overrides, progress=not is_quiet(args))
@@ -30,4 +32,6 @@ def run(args: argparse.Namespace) -> int:
         print_json({"dataset": str(dataset.path), "device": dataset.identity})
     else:
         say(f"wrote {dataset.path}", quiet=args.quiet)
+    if plant_kind(dataset.plant).identification is not None:
+        say_next(args, ["identify", dataset.path, "--out", dataset.path.parent / "model.toml"])
     return 0

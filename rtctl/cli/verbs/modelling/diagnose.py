@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rtctl.api.diagnosis_defaults import SECONDS, WORK
+
+if TYPE_CHECKING:
+    from rtctl.api.diagnosing import Diagnosis
 
 MILLION = 1e6
 
@@ -37,6 +41,7 @@ def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where it was stopped; what was done by then is written."""
     from rtctl.api.diagnosing import diagnose
     from rtctl.border.errors import RunError
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.diagnosis import print_diagnosis
 
@@ -56,4 +61,15 @@ def run(args: argparse.Namespace) -> int:
         print_diagnosis(diagnosis.answer, folder, written=not failure)
     if failure:
         raise RunError(f"{failure}; free some space, or write elsewhere with --out")
+    say_next(args, _next_words(diagnosis, args.dataset, folder))
     return 1 if diagnosis.stopped else 0
+
+
+def _next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[object]:
+    """Return the words of the next command: the experiment that decides, else the extended model beside the data."""
+    proposed = diagnosis.next_experiment
+    if proposed is not None and not proposed.in_vain:
+        return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]
+    if diagnosis.model is not None:
+        return ["simulate", folder / "model-extended.toml", dataset, "--out", folder / "simulated"]
+    return []

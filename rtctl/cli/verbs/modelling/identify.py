@@ -32,8 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where the model does not follow the data."""
     from rtctl.api.identifying.identification import identify
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_file, print_json
     from rtctl.cli.printing.fits import print_fit
+    from rtctl.registry import plant_kind
 
     out = output_file(args.out)
     fit = identify(
@@ -45,4 +47,6 @@ def run(args: argparse.Namespace) -> int:
         print_json({"model": str(out), **fit.to_dict()})
     elif not args.quiet:
         print_fit(fit, out)
+    if plant_kind(fit.model.kind).diagnosis is not None:
+        say_next(args, ["diagnose", args.dataset, "--model", out, "--out", out.parent / "diagnosis"])
     return 0 if fit.trusted else 1

@@ -17,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 1 where a simulation diverged."""
     from rtctl.api.comparison import simulate
+    from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.comparison import print_comparison, warn_of_divergence
 
@@ -28,4 +29,8 @@ def run(args: argparse.Namespace) -> int:
     elif not args.quiet:
         print_comparison(comparison.summary, folder)
     warn_of_divergence(comparison)
+    if not comparison.diverged:
+        say_next(
+            args, ["diagnose", args.dataset, "--model", args.model, "--out", folder.parent / "diagnosis"]
+        )
     return 1 if comparison.diverged else 0

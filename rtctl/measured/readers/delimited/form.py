@@ -1,7 +1,7 @@
 """Form of the lines of a text file: separator, decimal mark, names, units, and the line at which the numbers begin.
 
 It is decided over the first few hundred lines. The line right above the numbers names the columns, unless it gives
-their units; what is above that is a preamble.
+their units; what is above that is a preamble. Columns that no line names are `column_1`, `column_2` and so on.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from typing import NamedTuple
 from rtctl.measured.stated_unit import is_no_unit, readable
 
 OPENING_LINES = 300
+NAMELESS = "column_"
+"""Beginning of the names of columns where no line names them: `column_1`, `column_2`."""
 BLANKS = " "
 """Separator of columns that any number of blanks and tabs separates."""
 _SEPARATORS: tuple[str, ...] = (";", "\t", ",")
@@ -94,6 +96,8 @@ def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
         has_units = len(block) > 1 and _are_units(block[-1])
         names = block[-2] if has_units else block[-1]
         units = tuple(_bare(cell) for cell in block[-1]) if has_units else ()
+    elif names is None and first == start and all(is_number(cell) for cell in rows[first]):
+        names = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
     elif names is None:
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None

@@ -1,0 +1,70 @@
+"""Two examples of every verb, for its `--help`."""
+
+from __future__ import annotations
+
+import argparse
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "run": (
+        "rtctl run steps --out out/steps",
+        "rtctl run steps --model model.toml --set driver.kind=modbus-tcp --set driver.address=192.0.2.7:502",
+    ),
+    "set": ('rtctl set out/steps setpoint="30 um"', "rtctl set out/steps controller.kp=0.02"),
+    "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
+    "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
+    "acquire": (
+        "rtctl acquire acquire_oscillator --out data",
+        "rtctl acquire acquire_vo2 --set driver.kind=modbus-tcp --set driver.address=192.0.2.7:502 --out data",
+    ),
+    "init": (
+        "rtctl init shaker.uff",
+        "rtctl init run*.csv --yes --time t:ms --input u:V --output displacement=x:mm --out study",
+    ),
+    "preview": ("rtctl preview data/dataset.toml", "rtctl preview data/dataset.toml --out look.png"),
+    "identify": (
+        "rtctl identify data/dataset.toml --out model.toml",
+        "rtctl identify data/dataset.toml --model start.toml --starts 12 --out model.toml",
+    ),
+    "simulate": (
+        "rtctl simulate model.toml data/dataset.toml --out compared",
+        "rtctl simulate model.toml data/dataset.toml --out compared --no-plot --json",
+    ),
+    "diagnose": (
+        "rtctl diagnose data/dataset.toml --model model.toml --out answer",
+        "rtctl diagnose data/dataset.toml --model model.toml --out answer --mechanisms friction.coulomb,drive.delay",
+    ),
+    "reproduce": ("rtctl reproduce vo2 --out out/vo2 --short", "rtctl reproduce bistable --out out/bistable"),
+    "sweep": (
+        "rtctl sweep basins_beam --out out/basins",
+        "rtctl sweep campaign.toml --out out/campaign --scheduler tcp://192.0.2.7:8786",
+    ),
+    "latency": (
+        "rtctl latency --out out/latency",
+        'rtctl latency --driver modbus-tcp --set driver.address=192.0.2.7:502 --period "1 ms" --out out/latency',
+    ),
+    "serve": (
+        "rtctl serve vo2_a --modbus-tcp 127.0.0.1:5020",
+        "rtctl serve vo2_b --serial /tmp/vo2 --baud 115200 --seed 3",
+    ),
+    "list": ("rtctl list", "rtctl list mechanisms"),
+    "completion": (
+        "rtctl completion bash >> ~/.bash_completion",
+        "rtctl completion fish > ~/.config/fish/completions/rtctl.fish",
+    ),
+    "demo": ("rtctl demo", "rtctl demo --device vo2_b --out out/demo_b"),
+}
+HEADING = "examples:\n"
+
+
+def epilog_of(verb: str) -> str:
+    """Return the text below the options of a verb."""
+    return HEADING + "\n".join(f"  {line}" for line in EXAMPLES.get(verb, ()))
+
+
+class VerbHelp(argparse.HelpFormatter):
+    """Help whose examples keep their lines."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        if text.startswith(HEADING):
+            return text
+        return super()._fill_text(text, width, indent)

@@ -1,0 +1,13 @@
+"""The last line of a verb: the command that comes next, where one is obvious."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Sequence
+
+
+def say_next(args: argparse.Namespace, words: Sequence[object]) -> None:
+    """Print `now run: rtctl ...` from the words after `rtctl`; nothing under --quiet and --json, or without words."""
+    if words and not (args.quiet or args.json):
+        print(f"now run: {shlex.join(['rtctl', *map(str, words)])}")

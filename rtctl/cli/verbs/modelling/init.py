@@ -1,0 +1,78 @@
+"""Data files -> manifest: columns, units, rate, roles guessed, asked or refused; DIR/dataset.toml, DIR/preview.png."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rtctl init`."""
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="data files of one kind, in any format"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the manifest (default: that of the first file)"
+    )
+    parser.add_argument(
+        "--yes", action="store_true", help="ask nothing: take the guesses, refuse where there is none"
+    )
+    parser.add_argument(
+        "--plant", metavar="KIND", help="what was measured: oscillator or vo2 (default: guessed)"
+    )
+    parser.add_argument(
+        "--input", dest="inputs", action="append", default=[], metavar="COLUMN[:UNIT]",
+        help="column that drives the plant, and its unit, such as --input u:V",
+    )  # fmt: skip
+    parser.add_argument(
+        "--output", dest="outputs", action="append", default=[], metavar="NAME=COLUMN[:UNIT]",
+        help="column of a response, such as --output displacement=x:mm; NAME=- for none; may be given several times",
+    )  # fmt: skip
+    parser.add_argument(
+        "--time", metavar="COLUMN[:UNIT]", help="time column, such as --time t:ms; - for none"
+    )
+    parser.add_argument(
+        "--sample-rate", type=float, metavar="HZ", help="sample rate, instead of a time column"
+    )
+    parser.add_argument(
+        "--hold", metavar="HOLD", help="of the drive between samples: linear, zero, band-limited"
+    )
+    parser.add_argument(
+        "--test", metavar="FILE", help="file that no fit uses; or last-third, none (default: guessed)"
+    )
+    parser.add_argument("--name", help="name of the dataset (default: that of the file or its folder)")
+    parser.add_argument("--no-plot", action="store_true", help="draw no picture")
+    parser.add_argument(
+        "--force", action="store_true", help="overwrite a manifest and a picture that are there"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the verb."""
+    from rtctl.api.first_look.initiation import paths_of, target_folder, write_proposal
+    from rtctl.cli.dialogue import ask_all, is_terminal
+    from rtctl.cli.next_step import say_next
+    from rtctl.cli.options import is_quiet, output_folder, print_json
+    from rtctl.cli.printing.first_look import print_initiation
+    from rtctl.measured.proposal.proposal import Answers
+    from rtctl.measured.proposal.propose import propose, refuse_open
+    from rtctl.measured.proposal.survey import survey_files
+
+    answers = Answers(
+        plant=args.plant, inputs=tuple(args.inputs), outputs=tuple(args.outputs), time=args.time,
+        sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
+    )  # fmt: skip
+    paths = paths_of(args.files)
+    folder = target_folder(paths, args.out, force=args.force)
+    surveys = survey_files(paths)
+    output_folder(folder)
+    asks = is_terminal() and not args.yes and not is_quiet(args)
+    proposal = ask_all(surveys, answers) if asks else propose(surveys, answers)
+    refuse_open(proposal, [str(path) for path in paths])
+    found = write_proposal(proposal, folder, plot=not args.no_plot)
+    if args.json:
+        print_json(found.to_dict())
+    elif not args.quiet:
+        print_initiation(found)
+    say_next(args, found.next_command[1:])
+    return 0

@@ -1,0 +1,127 @@
+"""Columns that may be signals: what their names and units say, and for which signal of a plant they speak."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.measured.proposal.naming.column_names import STRONG, read_name
+from rtctl.measured.proposal.naming.column_units import Reading, Unit, quantity_of, read_column
+from rtctl.measured.proposal.survey import Survey
+from rtctl.registry import SignalKind
+
+QUANTITIES = {
+    "drive": {"drive": 1.0, "current": 0.9},
+    "displacement": {"displacement": 1.0, "deflection": 0.95},
+    "velocity": {"velocity": 1.0},
+    "acceleration": {"acceleration": 1.0},
+    "current": {"current": 1.0, "drive": 0.5},
+    "resistance": {"resistance": 1.0},
+    "deflection": {"deflection": 1.0, "displacement": 0.9},
+}
+"""Quantities that a signal may be called, with the weight of their votes."""
+EXACT = 8.0
+"""Vote of a column that has the signal's own name."""
+SINGLE = "a single number"
+NOT_SIGNALS = ("time", "index", "rate", "period", "none")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """A column of numbers that varies."""
+
+    name: str
+    reading: Reading
+    values: FloatArray
+    """Numbers of the first file in which it varies."""
+
+    @property
+    def unit(self) -> Unit:
+        """Unit, with who states it."""
+        return self.reading.unit
+
+    @property
+    def named(self) -> dict[str, float]:
+        """Votes of the name alone."""
+        return read_name(self.name).votes
+
+    def score(self, signal: str, kind: SignalKind) -> float:
+        """Return how much speaks for this column as a signal."""
+        votes = self.reading.votes
+        own = EXACT if self.name.strip().lower() == signal else 0.0
+        weights = QUANTITIES.get(signal, {})
+        if signal == "current" and self.unit.text and quantity_of(self.unit.text) != "current":
+            return own
+        if (
+            kind.role == "output"
+            and kind.unit
+            and self.unit.text
+            and not _measures(self.unit.text, kind.unit)
+        ):
+            return own
+        return own + max(
+            (weight * votes.get(quantity, 0.0) for quantity, weight in weights.items()), default=0.0
+        )
+
+    def best(self, kinds: Mapping[str, SignalKind]) -> str:
+        """Return the signal for which most speaks; "": none, or two alike, or something that is no signal."""
+        scores = {signal: self.score(signal, kind) for signal, kind in kinds.items()}
+        first, *rest = sorted(scores.values(), reverse=True)
+        other = max((self.reading.votes.get(one, 0.0) for one in NOT_SIGNALS), default=0.0)
+        if first <= 0.0 or (rest and rest[0] == first) or other > first:
+            return ""
+        return max(scores, key=lambda one: scores[one])
+
+    @property
+    def is_no_signal(self) -> bool:
+        """Return whether its name says something that is no signal of any plant."""
+        return any(self.reading.votes.get(one, 0.0) >= STRONG for one in NOT_SIGNALS)
+
+
+def find_candidates(
+    surveys: Sequence[Survey], without: Sequence[str | None]
+) -> tuple[dict[str, Candidate], dict[str, str]]:
+    """Return the columns that may be signals, and the others with the reason.
+
+    Args:
+        surveys: The files; a column must be in all of them.
+        without: Columns that are the time.
+    """
+    found: dict[str, Candidate] = {}
+    others: dict[str, str] = {}
+    for name, first in surveys[0].columns.items():
+        columns = [survey.columns[name] for survey in surveys if name in survey.columns]
+        if name in without:
+            continue
+        if first.values is None:
+            others[name] = first.refusal
+        elif any(name not in survey.numeric for survey in surveys if name in survey.columns):
+            others[name] = SINGLE if first.rows == 1 else f"{first.rows} of {surveys[0].rows} rows"
+        elif len(columns) < len(surveys):
+            others[name] = "not in every file"
+        elif not any(column.varies for column in columns):
+            others[name] = f"constant, {first.values[0]:.6g} throughout"
+        elif is_count(first.values):
+            others[name] = "counts the rows"
+        else:
+            values = next(column.values for column in columns if column.varies and column.values is not None)
+            found[name] = Candidate(name=name, reading=read_column(first), values=values)
+    return found, others
+
+
+def is_count(values: FloatArray) -> bool:
+    """Return whether numbers (n,) are 0, 1, 2, ... or 1, 2, 3, ..."""
+    return len(values) > 2 and values[0] in (0.0, 1.0) and bool(np.all(np.diff(values) == 1.0))
+
+
+def _measures(unit: str, like: str) -> bool:
+    from rtctl.measured.units import check_unit
+
+    try:
+        check_unit(unit, like)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,137 @@
+"""The unit of a column, who states it, and which quantities are measured in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+from rtctl.border.quantities import is_angle, unit_registry
+from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
+from rtctl.measured.proposal.survey import Column
+from rtctl.measured.stated_unit import is_no_unit
+from rtctl.measured.units import check_unit
+
+UNIT_VOTE = 3.0
+"""Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
+MOTIONS = ("displacement", "velocity", "acceleration")
+OUTPUTS = (*MOTIONS, "deflection", "response", "resistance")
+_MEASURE = {
+    "m": "displacement", "m/s": "velocity", "m/s^2": "acceleration", "s": "time", "V": "drive", "N": "drive",
+    "A": "current", "ohm": "resistance", "Hz": "none", "K": "none", "Pa": "drive", "T": "drive", "A/m": "drive",
+    "N*m": "drive", "rad/s^2": "acceleration",
+}  # fmt: skip
+"""Quantity that is measured in units like this one."""
+
+
+class Unit(NamedTuple):
+    """The unit of a column."""
+
+    text: str
+    """As pint reads it; "" where nobody states one."""
+    source: str
+    """Who states it, as the end of a sentence."""
+    doubt: str = ""
+    """What a reader should know of it; "": nothing."""
+
+
+class Reading(NamedTuple):
+    """What name and unit of a column say."""
+
+    votes: dict[str, float]
+    unit: Unit
+    doubt: str = ""
+
+
+def read_column(column: Column) -> Reading:
+    """Return the votes and the unit of a column, by its name and by what its file states."""
+    name = read_name(column.name)
+    unit = _unit(column, name)
+    if not unit.text:
+        return Reading(name.votes, unit)
+    votes, doubt = _joint_votes(name.votes, quantity_of(unit.text))
+    return Reading(votes, unit, doubt or unit.doubt)
+
+
+def given_unit(text: str, quantity: str) -> Unit:
+    """Return a unit that the user gave, such as `g` of an acceleration. Raises ValueError where it is none."""
+    found = _chosen(unit_meanings(text), quantity) or text
+    check_unit(found)
+    return Unit(found, "given")
+
+
+@cache
+def quantity_of(unit: str) -> str:
+    """Return the quantity that is measured in a readable unit; "" where none that is known here is."""
+    registry = unit_registry()
+    parsed = registry.parse_units(unit)
+    if is_angle(unit):
+        return "displacement"
+    if is_angle(str(parsed * registry.second)) and parsed.dimensionality == registry.hertz.dimensionality:
+        return "velocity" if "rad" in unit or "deg" in unit else "none"
+    for known, quantity in _MEASURE.items():
+        if parsed.dimensionality == registry.parse_units(known).dimensionality:
+            return quantity
+    return ""
+
+
+def _unit(column: Column, name: Name) -> Unit:
+    """Return the unit of a column: what the file states comes before its name."""
+    stated = column.unit
+    wanted = max(name.votes, key=lambda one: name.votes[one]) if name.votes else ""
+    if stated is not None and not is_no_unit(stated):
+        text, source = stated, f'the file states "{stated[:40]}"'
+    elif name.unit:
+        text, source = name.unit, f'its name has "{name.unit}" {name.habit}'
+    else:
+        return Unit("", "")
+    found = _chosen(unit_meanings(text), wanted)
+    if not found:
+        return Unit("", "", f"{source}, which is no known unit")
+    if found == "g_0" and is_weight(column.name):
+        return Unit("", "", f"{source}, which may be grams, gram-force or gravity")
+    return Unit(found, source, _two_meanings(text, found))
+
+
+def _chosen(found: Sequence[str], quantity: str) -> str:
+    """Return the meaning of a unit that measures something known, best the quantity; the first where none does."""
+    if "g_0" in found:
+        return "g_0" if quantity not in ("none", "time") else found[0]
+    for one in found:
+        if quantity and quantity_of(one) == quantity:
+            return one
+    return found[0] if found else ""
+
+
+def _two_meanings(stated: str, taken: str) -> str:
+    return f'"{stated}" is taken as standard gravity, 9.80665 m/s^2' if taken == "g_0" else ""
+
+
+def _joint_votes(named: dict[str, float], measured: str) -> tuple[dict[str, float], str]:
+    """Return the votes of name and unit together, and a doubt where they disagree."""
+    if not measured:
+        return named, ""
+    if measured == "none":
+        return {"none": STRONG}, ""
+    votes = dict(named)
+    letters = ("velocity", "acceleration")  # v and a: of a voltage or an amplifier as often as of a motion
+    outputs = {
+        one: vote for one, vote in named.items() if one in OUTPUTS and (vote >= STRONG or one not in letters)
+    }
+    output = max(outputs.values(), default=0.0)
+    driven = named.get("drive", 0.0)
+    if measured in MOTIONS:
+        told = [one for one in MOTIONS if named.get(one) and one != measured]
+        votes = {one: vote for one, vote in votes.items() if one not in told}
+        sure = [one for one in told if named[one] >= STRONG]
+        doubt = f"its name says {sure[0]}, its unit {measured}: the unit decides" if sure else ""
+        if driven < STRONG:
+            votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
+        return votes, doubt
+    if measured in ("drive", "current") and output and driven < output:
+        output_name = max(outputs, key=lambda one: outputs[one])
+        article = "an" if output_name == "acceleration" else "a"
+        return votes, f"{article} {output_name} that is read in a unit of an input"
+    votes = {one: vote for one, vote in votes.items() if one not in OUTPUTS or one in outputs}
+    votes[measured] = votes.get(measured, 0.0) + UNIT_VOTE
+    return votes, ""

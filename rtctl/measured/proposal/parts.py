@@ -1,0 +1,155 @@
+"""Which rows of which file are a record, and which of them no fit may use."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError, nearest
+from rtctl.measured.columns.time_axis import LONGEST_GAP
+from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
+from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.time_base import read_time
+
+FEWEST_ROWS = 60
+"""Rows below which a file is not cut into fit and test."""
+TEST_SHARE = 1.0 / 3.0
+LEAST_PART = 0.05
+"""Share of the longest part between gaps below which a part is left out."""
+MOST_PARTS = 20
+_TEST_NAME = re.compile(r"(?:^|[^a-z])(test|val|valid|validation|holdout)(?:[^a-z]|$)", re.IGNORECASE)
+LAST_THIRD, NO_TEST = "last-third", "none"
+
+
+def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple[list[tuple[int, int]], str]:
+    """Return the runs of rows [first, end) that have all signals and no gap in time, and why they are several.
+
+    Raises:
+        ValueError: They are too many, or none is long enough.
+    """
+    whole = np.ones(survey.rows, dtype=bool)
+    for name in columns:
+        values = survey.columns[name].values
+        if values is not None:
+            whole &= np.isfinite(values)
+    breaks = _gaps(survey, time)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]]).astype(np.int8)))
+    runs = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    parts = [part for run in runs for part in _cut(run, breaks)]
+    if not parts:
+        raise ValueError(f"no row has numbers in all of {', '.join(columns)}")
+    longest = max(end - first for first, end in parts)
+    kept = [one for one in parts if one[1] - one[0] >= max(LEAST_PART * longest, 2)]
+    if len(kept) > MOST_PARTS:
+        raise ValueError(
+            f"falls into {len(kept)} parts between gaps of time and rows without numbers; correct the file, or "
+            "write the rows that you want into a manifest"
+        )
+    if kept == [(0, survey.rows)]:
+        return kept, ""
+    lost = survey.rows - sum(end - first for first, end in kept)
+    reasons = [
+        text
+        for text, there in (("gaps in time", len(breaks)), ("rows without numbers", not whole.all()))
+        if there
+    ]
+    return (
+        kept,
+        f"{' and '.join(reasons)}: {len(kept)} {'part' if len(kept) == 1 else 'parts'}, {lost} rows left out",
+    )
+
+
+def _gaps(survey: Survey, time: TimeGuess) -> list[int]:
+    """Return the rows after which the time jumps over more than resampling bridges."""
+    if time.column is None:
+        return []
+    steps: FloatArray = np.diff(read_time(survey.columns[time.column], time.unit).time_s)
+    usual = float(np.median(steps))
+    return [int(row) + 1 for row in np.flatnonzero(steps > LONGEST_GAP * usual)]
+
+
+def _cut(run: tuple[int, int], breaks: Sequence[int]) -> list[tuple[int, int]]:
+    edges = [run[0], *(row for row in breaks if run[0] < row < run[1]), run[1]]
+    return list(zip(edges[:-1], edges[1:], strict=True))
+
+
+def propose_records(
+    surveys: Sequence[Survey],
+    parts: Sequence[list[tuple[int, int]]],
+    rates: Sequence[float | None],
+    test: str | None,
+    staircase: Sequence[bool],
+) -> tuple[RecordGuess, ...]:
+    """Return the records of all files, each with its use.
+
+    Args:
+        surveys: The files.
+        parts: Rows of the records of each file.
+        rates: Rate of each file [Hz], where it is to be written.
+        test: What the user said of test records, or None.
+        staircase: Whether each file is a quasi-static staircase, which is identified as a whole.
+
+    Raises:
+        InputError: `test` names no file.
+    """
+    found = []
+    names = _names([survey.path for survey in surveys])
+    for survey, rows, rate_hz, name, steps in zip(surveys, parts, rates, names, staircase, strict=True):
+        for one in rows:
+            whole = one == (0, survey.rows)
+            use = "identify" if steps else "fit"
+            why = "a quasi-static staircase" if steps else ""
+            found.append(RecordGuess(file=survey.path, use=use, why=why, rows=None if whole else one,
+                                     name=name, rate_hz=rate_hz))  # fmt: skip
+    if all(staircase) or test == NO_TEST:
+        return tuple(found)
+    if len(found) == 1:
+        return _cut_in_two(found[0], surveys[0].rows)
+    return _choose_tests(found, test)
+
+
+def _names(paths: Sequence[Path]) -> list[str | None]:
+    """Return names where two files have one stem, else None."""
+    stems = [path.name.partition(".")[0] for path in paths]
+    return [
+        f"{path.parent.name}-{stem}" if stems.count(stem) > 1 else None
+        for path, stem in zip(paths, stems, strict=True)
+    ]
+
+
+def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
+    """Cut one record: the last third is the test, behind rows that only start its motion."""
+    from dataclasses import replace
+
+    first, end = record.rows or (0, rows)
+    if end - first < FEWEST_ROWS:
+        return (record,)
+    cut = end - int(TEST_SHARE * (end - first))
+    begin = max(first, cut - (end - cut))
+    fit = replace(record, rows=(first, cut), why="the first two thirds")
+    why = f"the last third; its first {cut - begin} rows, which the fit has too, only start the motion"
+    return fit, replace(record, rows=(begin, end), ignore_first=cut - begin, use="test", why=why)
+
+
+def _choose_tests(records: Sequence[RecordGuess], test: str | None) -> tuple[RecordGuess, ...]:
+    from dataclasses import replace
+
+    names = [one.file.name for one in records]
+    usable = [k for k, one in enumerate(records) if one.use != "identify"]
+    named = [k for k in usable if _TEST_NAME.search(records[k].file.stem)]
+    if test is not None and test != LAST_THIRD:
+        if test not in names:
+            raise InputError(f"--test {test}: no such data file{nearest(test, names)}")
+        chosen, why = [k for k in usable if names[k] == test], "you said so"
+    elif named and len(named) < len(usable):
+        chosen, why = named, "its name says so"
+    elif len(usable) < 2:
+        chosen, why = [], ""
+    else:
+        chosen = usable[2::3] if len(usable) > 2 else usable[-1:]
+        why = "every third record" if len(chosen) > 1 else "one record that no fit uses"
+    return tuple(replace(one, use="test", why=why) if k in chosen else one for k, one in enumerate(records))

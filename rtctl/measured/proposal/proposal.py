@@ -1,0 +1,120 @@
+"""What is proposed for a manifest: every guess with its reason, and what must be asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from rtctl.border.errors import InputError
+
+
+class Open(NamedTuple):
+    """Something that no file tells and that must not be guessed."""
+
+    key: str
+    """What is missing, for the dialogue: "drive", "unit.drive", "response", "time", "time_unit", "sample_rate_hz"."""
+    text: str
+    """What is not known, a sentence."""
+    option: str
+    """The option that settles it."""
+    example: str = ""
+    """The option with a column of the file; "": `option` is one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answers:
+    """What the user says of the files, in the words of the command line; None: nothing was said."""
+
+    plant: str | None = None
+    inputs: tuple[str, ...] = ()
+    """Texts `[NAME=]COLUMN[:UNIT]`."""
+    outputs: tuple[str, ...] = ()
+    """Texts `NAME=COLUMN[:UNIT]`; `NAME=-`: there is none."""
+    time: str | None = None
+    """Text `COLUMN[:UNIT]`; "-": none of the columns is the time."""
+    sample_rate_hz: float | None = None
+    hold: str | None = None
+    test: str | None = None
+    """Records that no fit uses: a file's name, "last-third" or "none"."""
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        rate = self.sample_rate_hz
+        if rate is not None and not 0.0 < rate < float("inf"):
+            raise InputError(f"--sample-rate {rate:g}: must be above 0 Hz and finite")
+        if rate is not None and self.time not in (None, "-"):
+            raise InputError(
+                f"--sample-rate {rate:g} and --time {self.time} exclude each other; keep one (--time - passes over "
+                "all time columns)"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalGuess:
+    """One table [signals.<name>]."""
+
+    name: str
+    role: str
+    column: str
+    why: str
+    unit: str = ""
+    """Unit as pint reads it; "": it must be asked."""
+    unit_source: str = ""
+    hold: str | None = None
+    hold_why: str = ""
+    certain: bool = False
+    """Whether the user said so."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TimeGuess:
+    """What tells the instants of the samples."""
+
+    column: str | None = None
+    unit: str | None = None
+    """Unit of the time column; None: dates."""
+    rate_hz: float | None = None
+    """Rate to be written; None: of the column, or of the files."""
+    stated_hz: float | None = None
+    """Rate that the files state."""
+    why: str = ""
+    resample: bool = False
+    rounded: str = ""
+    """Why the records have the rate of their stamps in the place of the column; "": they have the column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordGuess:
+    """One table [[records]]."""
+
+    file: Path
+    use: str
+    why: str
+    rows: tuple[int, int] | None = None
+    ignore_first: int = 0
+    rate_hz: float | None = None
+    """Rate of this file, by a variable or by its stamps."""
+    name: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """A whole manifest, as far as it is known."""
+
+    name: str
+    plant: str
+    plant_why: str
+    signals: tuple[SignalGuess, ...]
+    time: TimeGuess
+    records: tuple[RecordGuess, ...]
+    unused: Mapping[str, str] = field(default_factory=dict)
+    """Columns that no signal uses, each with the reason."""
+    opens: tuple[Open, ...] = ()
+    unsure: tuple[str, ...] = ()
+    """What was guessed and should be looked at."""
+
+    def signal(self, name: str) -> SignalGuess | None:
+        """Return a signal by its name; None: it is not there."""
+        return next((one for one in self.signals if one.name == name), None)

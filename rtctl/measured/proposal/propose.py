@@ -1,0 +1,269 @@
+"""Files that were surveyed, and what the user said, to a proposed manifest. Pure: nothing is read, asked or written."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError, nearest
+from rtctl.measured.manifest.signal_kinds import measured_kinds
+from rtctl.measured.proposal.candidates import SINGLE, Candidate, find_candidates
+from rtctl.measured.proposal.given import Given, check_plant, given_signals
+from rtctl.measured.proposal.naming.column_names import STRONG
+from rtctl.measured.proposal.naming.column_units import MOTIONS, Unit, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.parts import find_parts, propose_records
+from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
+from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
+from rtctl.measured.proposal.stamps import judge_stamps
+from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.time_base import find_time, variable_rate_hz
+from rtctl.registry import PlantKind, plant_kind
+
+HELD_SHARE = 0.5
+"""Share of rows that repeat the one before, from which an input is taken as held between its samples."""
+STAIR_LEVELS, STAIR_ROWS = 20, 3
+"""Fewest levels, and rows of a level, of a quasi-static staircase."""
+NO_SIGNAL = "no signal of this plant"
+HOLDS = ("linear", "zero", "band-limited")
+
+
+def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
+    """Return what the files probably hold. Raises InputError where the user's word contradicts them."""
+    time = find_time(surveys, answers)
+    candidates, unused = find_candidates(surveys, [time.guess.column])
+    plant, plant_why = _plant(answers, candidates)
+    kind = plant_kind(plant)
+    given = given_signals(answers, kind.signals, surveys[0].columns)
+    _check_given(given, surveys[0])
+    roles = assign_roles(candidates, kind, given)
+    signals, unit_opens, unsure = _signals(surveys[0], kind, roles, given, answers)
+    _check_common(surveys, [one for one in signals if not kind.signals[one.name].optional], time.guess)
+    records, time_guess, record_notes = _records(surveys, signals, time.guess, answers, plant)
+    return Proposal(
+        name=answers.name or _name_of(surveys),
+        plant=plant,
+        plant_why=plant_why,
+        signals=signals,
+        time=time_guess,
+        records=records,
+        unused=unused | _leftovers(candidates, signals, roles, kind),
+        opens=(*time.opens, *roles.opens, *unit_opens),
+        unsure=(*_remarks(surveys), *time.unsure, *roles.unsure, *unsure, *record_notes),
+    )
+
+
+def refuse_open(proposal: Proposal, files: Sequence[str]) -> None:
+    """Raise InputError with everything that cannot be known and the options that settle it, if there is something."""
+    if not proposal.opens:
+        return
+    lines = [f"{files[0] if len(files) == 1 else f'{files[0]} and {len(files) - 1} more'}: not everything can be known "
+             "from the files:"]  # fmt: skip
+    lines += [f"  {one.text}: say {one.option}" for one in proposal.opens]
+    seen = [f"{one.name} = {one.column}{f' [{one.unit}]' if one.unit else ''}" for one in proposal.signals]
+    if proposal.time.column:
+        seen.append(f"time = {proposal.time.column}")
+    if seen:
+        lines.append(f"  taken so far: {', '.join(seen)}")
+    asked = " ".join(one.text for one in proposal.opens)
+    others = [
+        f"{name} ({why})"
+        for name, why in proposal.unused.items()
+        if why not in (NO_SIGNAL, SINGLE) and f'"{name}"' not in asked
+    ]
+    if others:
+        lines.append("  not used: " + "; ".join(others[:8]))
+    words = [word for one in proposal.opens for word in _as_words(one)]
+    lines.append(f"  for example: rtctl init {shlex.join([*files, *words])}")
+    raise InputError("\n".join(lines))
+
+
+def _as_words(one: Open) -> list[str]:
+    """Return the first option of a question as words of a command line, its place holders as they are."""
+    return shlex.split(one.example or one.option.partition(" or ")[0])
+
+
+def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, str]:
+    if answers.plant is not None:
+        check_plant(answers.plant)
+        return answers.plant, "you said so"
+    known = measured_kinds()
+    votes = [one.reading.votes for one in candidates.values()]
+    if (
+        "vo2" in known
+        and any("resistance" in one for one in votes)
+        and any("current" in one for one in votes)
+    ):
+        return "vo2", "a current and a resistance"
+    return "oscillator", "a drive and a motion"
+
+
+def _check_given(given: Mapping[str, Given], survey: Survey) -> None:
+    for signal, one in given.items():
+        column = survey.columns.get(one.column)
+        if column is not None and column.values is None:
+            raise InputError(f'{survey.path}: column "{one.column}", given as the {signal}, {column.refusal}')
+
+
+def _signals(
+    survey: Survey, kind: PlantKind, roles: Roles, given: Mapping[str, Given], answers: Answers
+) -> tuple[tuple[SignalGuess, ...], list[Open], list[str]]:
+    """Return the tables of signals, questions about their units, and doubts."""
+    found: list[SignalGuess] = []
+    opens: list[Open] = []
+    unsure: list[str] = []
+    with_unit = [
+        name for name, one in roles.chosen.items() if read_column(survey.columns[one.column]).unit.text
+    ]
+    for name in kind.signals:
+        if name not in roles.chosen:
+            continue
+        choice = roles.chosen[name]
+        column = survey.columns[choice.column]
+        reading = read_column(column)
+        unit = _unit(given.get(name), name, reading.unit)
+        others = [one for one in kind.responses if one in with_unit and one != name]
+        weak = max(reading.votes.values(), default=0.0) < STRONG
+        if not unit.text and kind.signals[name].optional and others and weak and not choice.certain:
+            roles.left_out[choice.column] = (
+                f"may be the {name}, but nobody states its unit: --output {name}={choice.column}:UNIT"
+            )
+            continue
+        _check_motion(name, choice.column, unit.text)
+        if not unit.text:
+            opens.append(_unit_question(name, kind.signals[name].role, choice, unit))
+        if reading.doubt and unit.source != "given":
+            unsure.append(f'{name}: column "{choice.column}": {reading.doubt}')
+        role = kind.signals[name].role
+        hold, why = _hold(answers, column.values) if role == "input" else (None, "")
+        found.append(SignalGuess(name=name, role=role, column=choice.column, why=choice.why, unit=unit.text,
+                                 unit_source=unit.source, hold=hold, hold_why=why, certain=choice.certain))  # fmt: skip
+    return tuple(found), opens, unsure
+
+
+def _unit(given: Given | None, name: str, read: Unit) -> Unit:
+    if given is None or not given.unit:
+        return read
+    try:
+        return given_unit(given.unit, name)
+    except ValueError as error:
+        raise InputError(f'unit of the {name}, column "{given.column}": {error}') from None
+
+
+def _check_motion(name: str, column: str, unit: str) -> None:
+    """Raise InputError for a motion in the unit of another one: the user named the wrong signal."""
+    measured = quantity_of(unit) if unit else ""
+    if name in MOTIONS and measured in MOTIONS and measured != name:
+        article = "an" if measured == "acceleration" else "a"
+        raise InputError(
+            f'column "{column}" is read in {unit}, as {article} {measured} is: it cannot be the {name}; say '
+            f"--output {measured}={column}, or correct the unit"
+        )
+
+
+def _unit_question(name: str, role: str, choice: Choice, unit: Unit) -> Open:
+    text = f"{name}={choice.column}:UNIT" if role == "output" else f"{choice.column}:UNIT"
+    option = f"--{role} {shlex.quote(text)}"
+    because = f" ({unit.doubt})" if unit.doubt else ""
+    return Open(
+        f"unit.{name}", f'nobody states the unit of column "{choice.column}", the {name}{because}', option
+    )
+
+
+def _hold(answers: Answers, values: FloatArray | None) -> tuple[str, str]:
+    """Return the hold of an input between its samples, and why."""
+    if answers.hold is not None:
+        if answers.hold not in HOLDS:
+            raise InputError(
+                f"--hold {answers.hold}: is none of {', '.join(HOLDS)}{nearest(answers.hold, HOLDS)}"
+            )
+        return answers.hold, "you said so"
+    steps = np.diff(values) if values is not None else np.empty(0)
+    if len(steps) and np.mean(steps == 0.0) >= HELD_SHARE and np.any(steps):
+        return "zero", "it stays and jumps, as the output of a converter does"
+    return "linear", "it changes from row to row, as a measured signal does"
+
+
+def _check_common(surveys: Sequence[Survey], needed: Sequence[SignalGuess], time: TimeGuess) -> None:
+    """Raise InputError where a file lacks a column that the first one gives."""
+    names = [*(one.column for one in needed), *([time.column] if time.column else [])]
+    lines = []
+    for survey in surveys[1:]:
+        missing = [name for name in names if name not in survey.columns]
+        if missing:
+            lines.append(
+                f"{survey.path}: has no column {', '.join(f'{one!r}' for one in missing)}, as {surveys[0].path} has; "
+                f"it has {', '.join(list(survey.columns)[:8])}. Files of one dataset have the same columns: give the "
+                "others a dataset of their own, with --out"
+            )
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _records(
+    surveys: Sequence[Survey], signals: Sequence[SignalGuess], time: TimeGuess, answers: Answers, plant: str
+) -> tuple[tuple[RecordGuess, ...], TimeGuess, list[str]]:
+    """Return the records of all files, the time with its resampling, and what should be looked at."""
+    parts, notes, stamps = [], [], []
+    for survey in surveys:
+        columns = [one.column for one in signals if one.column in survey.columns]
+        try:
+            rows, cut = find_parts(survey, columns, time)
+            stamps.append(judge_stamps(survey, rows, time))
+        except ValueError as error:
+            raise InputError(f"{survey.path}: {error}") from None
+        parts.append(rows)
+        notes += [f"{survey.path.name}: {cut}"] if cut else []
+    uneven = next((one.uneven for one in stamps if one.uneven), "")
+    rounded = "" if uneven else next((one.rounded for one in stamps if one.rounded), "")
+    if uneven:
+        notes.append(f'time: "{time.column}" is not uniform ({uneven}): it is resampled')
+    if rounded:
+        rounded = f'"{time.column}": {rounded}'
+    rates = [
+        one.rate_hz if rounded else variable_rate_hz(survey)
+        for one, survey in zip(stamps, surveys, strict=True)
+    ]
+    drive = next((one.column for one in signals if one.role == "input"), None)
+    steps = [plant == "vo2" and drive is not None and _is_staircase(survey, drive) for survey in surveys]
+    if plant == "vo2" and not any(steps):
+        notes.append(
+            "current: no quasi-static staircase, which rtctl identify needs of a vo2 (acquire_vo2 plays one)"
+        )
+    records = propose_records(surveys, parts, rates, answers.test, steps)
+    return records, replace(time, resample=bool(uneven), rounded=rounded), notes
+
+
+def _is_staircase(survey: Survey, column: str) -> bool:
+    values = survey.columns[column].values if column in survey.columns else None
+    if values is None or len(values) < 2:
+        return False
+    changes = np.flatnonzero(np.diff(values))
+    return len(changes) >= STAIR_LEVELS and float(np.median(np.diff(changes))) >= STAIR_ROWS
+
+
+def _leftovers(
+    candidates: Mapping[str, Candidate], signals: Sequence[SignalGuess], roles: Roles, kind: PlantKind
+) -> dict[str, str]:
+    """Return the columns that could be signals and are none, with the reason."""
+    used = {one.column: one.name for one in signals}
+    taken = {one.name: one.column for one in signals}
+    found = {}
+    for name, candidate in candidates.items():
+        if name not in used:
+            best = candidate.best(kind.signals)
+            why = f'the {best} is column "{taken[best]}"' if best in taken else NO_SIGNAL
+            found[name] = roles.left_out.get(name, why)
+    return found
+
+
+def _remarks(surveys: Sequence[Survey]) -> list[str]:
+    return [f"{survey.path.name}: {remark}" for survey in surveys for remark in survey.remarks]
+
+
+def _name_of(surveys: Sequence[Survey]) -> str:
+    first = surveys[0].path.resolve()
+    return first.name.partition(".")[0] if len(surveys) == 1 else first.parent.name or first.name

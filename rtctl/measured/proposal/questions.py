@@ -1,0 +1,195 @@
+"""What to ask a person, one question at a time, each with the guess as its default.
+
+`next_question` is pure: it takes the proposal and what was answered so far; an answer changes `Answers`, from which a
+new proposal follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from rtctl.border.errors import InputError, nearest
+from rtctl.measured.manifest.signal_kinds import measured_kinds
+from rtctl.measured.proposal.candidates import is_count
+from rtctl.measured.proposal.given import NONE, find_column
+from rtctl.measured.proposal.naming.column_units import MOTIONS, given_unit, quantity_of, read_column
+from rtctl.measured.proposal.parts import LAST_THIRD, NO_TEST
+from rtctl.measured.proposal.proposal import Answers, Proposal
+from rtctl.measured.proposal.propose import HOLDS
+from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.proposal.time_base import time_candidates
+from rtctl.measured.units import check_unit
+from rtctl.registry import plant_kind
+
+Settled = Callable[[Answers, str], Answers]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """One question."""
+
+    key: str
+    text: str
+    default: str
+    """The guess, "" where there is none and an answer is needed."""
+    choices: tuple[str, ...] = ()
+    """What may be answered; empty: anything that `settle` takes."""
+    settle: Settled
+    """Returns the answers with this one; raises InputError in words."""
+
+    def answered(self, answers: Answers, text: str) -> Answers:
+        """Return the answers with `text`, or the default where it is empty. Raises InputError in words."""
+        said = text.strip() or self.default
+        if not said:
+            raise InputError("this cannot be guessed: an answer is needed")
+        if not self.choices:
+            return self.settle(answers, said)
+        chosen = find_column(said, self.choices)
+        if chosen is None:
+            raise InputError(f'"{said}" is none of them{nearest(said, self.choices)}')
+        return self.settle(answers, chosen)
+
+
+def next_question(proposal: Proposal, surveys: Sequence[Survey], asked: Sequence[str]) -> Question | None:
+    """Return the next question that was not asked yet; None: all is said."""
+    for question in _questions(proposal, surveys[0]):
+        if question.key not in asked:
+            return question
+    return None
+
+
+def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
+    questions = [_about_plant(proposal), *_about_time(proposal, survey)]
+    columns = {
+        name: quantity_of(unit.text) if (unit := read_column(column).unit).text else ""
+        for name, column in survey.numeric.items()
+        if name != proposal.time.column and column.varies and not _counts(column)
+    }
+    for name, kind in plant_kind(proposal.plant).signals.items():
+        questions += _about_signal(proposal, name, kind.role, columns)
+    return [*questions, _about_test(proposal)]
+
+
+def _about_plant(proposal: Proposal) -> Question:
+    return Question(
+        key="plant", text="What was measured?", default=proposal.plant, choices=tuple(measured_kinds()),
+        settle=lambda answers, said: replace(answers, plant=said),
+    )  # fmt: skip
+
+
+def _about_time(proposal: Proposal, survey: Survey) -> list[Question]:
+    """Return questions about the time column and its unit, or the rate; none where the file states its rate."""
+    time = proposal.time
+    if time.stated_hz is not None:
+        return []
+    candidates = time_candidates(survey)
+    questions = []
+    if candidates and (time.rate_hz is None or time.why != "you said so"):
+        questions.append(Question(
+            key="time", text="Which column is the time? (- for none)", default=time.column or NONE,
+            choices=(*candidates, NONE), settle=lambda answers, said: replace(answers, time=said),
+        ))  # fmt: skip
+    if time.column is not None and time.unit is not None:
+        needs = any(one.key == "time_unit" for one in proposal.opens)
+        column = time.column
+        questions.append(Question(
+            key="time_unit", text=f'In which unit does "{column}" count?', default="" if needs else time.unit,
+            settle=lambda answers, said: replace(answers, time=f"{column}:{_unit_of_time(said)}"),
+        ))  # fmt: skip
+    elif time.column is None:
+        rate = "" if time.rate_hz is None else f"{time.rate_hz:.9g}"
+        questions.append(
+            Question(key="sample_rate_hz", text="Sample rate in Hz?", default=rate, settle=_with_rate)
+        )
+    return questions
+
+
+def _about_signal(proposal: Proposal, name: str, role: str, columns: Mapping[str, str]) -> list[Question]:
+    """Return the questions about a signal; `columns` that may be one, each with what its unit measures."""
+    guess = proposal.signal(name)
+    required = not plant_kind(proposal.plant).signals[name].optional
+    needed = any(one.key == name for one in proposal.opens) or (required and guess is None)
+    used = {one.column for one in proposal.signals if one.name != name and one.certain}
+    others = {one for one in MOTIONS if one != name} if name in MOTIONS else set()
+    free = tuple(one for one, quantity in columns.items() if one not in used and quantity not in others)
+    if guess is not None and guess.column not in free:
+        free = (guess.column, *free)
+    if not free:
+        return []
+    default = guess.column if guess is not None else "" if needed else NONE
+    none = "" if required else " (- for none)"
+    choices = free if required else (*free, NONE)
+    text = f"Which column is the {name}?{none}"
+    questions = [Question(key=name, text=text, default=default, choices=choices,
+                          settle=lambda answers, said: _with_signal(answers, role, name, said, ""))]  # fmt: skip
+    if guess is not None:
+        column = guess.column
+        questions.append(Question(
+            key=f"unit.{name}", text=f'In which unit is "{column}"?', default=guess.unit,
+            settle=lambda answers, said: _with_signal(answers, role, name, column, _unit(said, name)),
+        ))  # fmt: skip
+        if role == "input":
+            questions.append(Question(
+                key=f"hold.{name}",
+                text="Between samples: linear (as measured), zero (held by a converter), band-limited?",
+                default=guess.hold or "linear", choices=HOLDS, settle=lambda answers, said: replace(answers, hold=said),
+            ))  # fmt: skip
+    return questions
+
+
+def _counts(column: Column) -> bool:
+    return column.values is not None and is_count(column.values)
+
+
+def _about_test(proposal: Proposal) -> Question:
+    files = tuple(dict.fromkeys(record.file.name for record in proposal.records))
+    tests = tuple(dict.fromkeys(record.file.name for record in proposal.records if record.use == "test"))
+    if len(files) == 1:
+        default = LAST_THIRD if tests else NO_TEST
+        return Question(
+            key="test", text="Which part may no fit use, to test the model?", default=default,
+            choices=(LAST_THIRD, NO_TEST), settle=lambda answers, said: replace(answers, test=said),
+        )  # fmt: skip
+    guess = ", ".join(tests) or NO_TEST
+    choices = tuple(dict.fromkeys((guess, *files, NO_TEST)))
+    return Question(
+        key="test", text="Which file may no fit use, to test the model?", default=guess, choices=choices,
+        settle=lambda answers, said: answers if said == guess else replace(answers, test=said),
+    )  # fmt: skip
+
+
+def _with_rate(answers: Answers, said: str) -> Answers:
+    try:
+        rate = float(said.lower().removesuffix("hz"))
+    except ValueError:
+        raise InputError(f'"{said}" is no number of Hz; write one such as 1000') from None
+    return replace(answers, time=NONE, sample_rate_hz=rate)
+
+
+def _with_signal(answers: Answers, role: str, name: str, column: str, unit: str) -> Answers:
+    """Return the answers with a signal's column and unit in the place of what was said of it before."""
+    text = f"{name}={column}{f':{unit}' if unit else ''}"
+    others = [
+        one
+        for one in (answers.inputs if role == "input" else answers.outputs)
+        if one.partition("=")[0] != name
+    ]
+    if role == "input":
+        return replace(answers, inputs=(*others, text))
+    return replace(answers, outputs=(*others, text))
+
+
+def _unit(said: str, name: str) -> str:
+    try:
+        return given_unit(said, name).text
+    except ValueError as error:
+        raise InputError(f"{error}") from None
+
+
+def _unit_of_time(said: str) -> str:
+    try:
+        check_unit(said, "s")
+    except ValueError as error:
+        raise InputError(f"{error}") from None
+    return said

@@ -1,0 +1,81 @@
+"""Whether the stamps of a time column are uniform, rounded ones of a uniform clock, or uneven."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.measured.columns.time_axis import uniform_period
+from rtctl.measured.proposal.proposal import TimeGuess
+from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.time_base import read_time
+
+ON_LINE = 0.02
+"""Largest deviation of stamps from a straight line, in steps, that is their rounding: the rate is then the line's."""
+
+
+class Stamps(NamedTuple):
+    """What the stamps of a file are."""
+
+    uneven: str = ""
+    """Why they are to be resampled; "": they are not."""
+    rounded: str = ""
+    """Why the rate of a line through them is taken; "": they are uniform as they stand, or uneven."""
+    rate_hz: float | None = None
+    """Rate of the line through the longest part."""
+
+
+def judge_stamps(survey: Survey, parts: Sequence[tuple[int, int]], time: TimeGuess) -> Stamps:
+    """Return what the stamps of the parts [first, end) of a file are. Raises ValueError where time goes back."""
+    if time.column is None:
+        return Stamps()
+    stamps = read_time(survey.columns[time.column], time.unit)
+    pieces = [stamps.time_s[first:end] for first, end in parts]
+    if all(
+        _is_uniform(piece, time.column, part[0], stamps.resolution_s)
+        for piece, part in zip(pieces, parts, strict=True)
+    ):
+        return Stamps(rate_hz=_line(max(pieces, key=len))[0])
+    lines = [_line(piece) for piece in pieces]
+    worst = max(off for _, off in lines)
+    if worst <= ON_LINE:
+        rate_hz = lines[int(np.argmax([len(piece) for piece in pieces]))][0]
+        return Stamps(
+            rounded=f"its rounded stamps lie within {100.0 * worst:.2g} % of a step on a line",
+            rate_hz=rate_hz,
+        )
+    steps = np.concatenate([np.diff(piece) for piece in pieces])
+    usual = float(np.median(steps))
+    off = 100.0 * float(np.abs(steps - usual).max()) / usual
+    return Stamps(uneven=f"its steps differ by up to {off:.3g} % from {usual:.6g} s")
+
+
+def _is_uniform(piece: FloatArray, name: str, first: int, resolution_s: float) -> bool:
+    """Return whether a reader takes the stamps as uniform. Raises ValueError where they go back."""
+    goes_back = bool(np.any(np.diff(piece) <= 0.0))
+    try:
+        uniform_period(piece, name, first, resolution_s)
+    except ValueError:
+        if goes_back:
+            raise
+        return False
+    return True
+
+
+def _line(piece: FloatArray) -> tuple[float, float]:
+    """Return the rate [Hz] of the line through stamps, and their largest deviation from it in steps.
+
+    A whole number of Hz is taken where the stamps cannot tell it from the line's.
+    """
+    k = np.arange(len(piece), dtype=np.float64)
+    k -= k.mean()
+    period_s = float(k @ (piece - piece.mean()) / (k @ k))
+    off_s = float(np.abs(piece - piece.mean() - period_s * k).max())
+    rate_hz = 1.0 / period_s
+    whole = float(round(rate_hz))
+    if whole > 0.0 and abs(1.0 / whole - period_s) * len(piece) <= 2.0 * off_s:
+        rate_hz = whole
+    return rate_hz, off_s / period_s

@@ -1,0 +1,162 @@
+"""What data files hold: every column with its numbers, and what the file says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.measured.columns.conversion import TableCache, numbers
+from rtctl.measured.readers import READERS, suffix_of
+from rtctl.measured.readers.table import Table
+
+_SHOWN = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """One column of one file."""
+
+    name: str
+    unit: str | None = None
+    """Unit that the file states, in its own words."""
+    period_s: float | None = None
+    """Sample period [s] that the file states."""
+    period_key: str = ""
+    """Key under which the file states the period."""
+    raw: NDArray[Any] | None = None
+    """Numbers, dates or text as the file holds them; None where it is no vector."""
+    values: FloatArray | None = None
+    """Numbers (n,); None where it has none."""
+    refusal: str = ""
+    """Why it has none, as a phrase that continues its name."""
+
+    @property
+    def rows(self) -> int:
+        """Number of samples."""
+        return 0 if self.raw is None else int(self.raw.size)
+
+    @property
+    def varies(self) -> bool:
+        """Return whether its finite numbers are not all the same."""
+        if self.values is None:
+            return False
+        finite = self.values[np.isfinite(self.values)]
+        return len(finite) > 1 and bool(np.ptp(finite) > 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Survey:
+    """One file."""
+
+    path: Path
+    columns: Mapping[str, Column]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Length of its longest column of numbers."""
+        return max((column.rows for column in self.columns.values() if column.values is not None), default=0)
+
+    @property
+    def numeric(self) -> dict[str, Column]:
+        """Columns of numbers as long as the longest one."""
+        return {
+            name: one
+            for name, one in self.columns.items()
+            if one.values is not None and one.rows == self.rows
+        }
+
+
+def survey_files(files: Sequence[Path]) -> tuple[Survey, ...]:
+    """Read all columns of the files. Raises InputError with one line for each file that cannot be used."""
+    if not files:
+        raise InputError("no data file was given")
+    found, wrong = [], []
+    for k, path in enumerate(files):
+        if path.resolve() in [other.resolve() for other in files[:k]]:
+            wrong.append(f"{path}: is given twice; name it once")
+            continue
+        try:
+            found.append(_survey(path))
+        except ValueError as error:
+            wrong.append(f"{path}: {error}")
+    if wrong:
+        raise InputError("\n".join(wrong))
+    return tuple(found)
+
+
+def _survey(path: Path) -> Survey:
+    if path.suffix.lower() == ".toml":
+        raise ValueError(
+            f"is a manifest or a model, data files are needed. A manifest needs no rtctl init: look at it with "
+            f"rtctl preview {path}, or go on with rtctl identify"
+        )
+    if path.is_dir():
+        raise ValueError(f"is a folder; name its data files{_files_in(path)}")
+    cache = TableCache([path])
+    table = cache.table(path)
+    columns = {name: _column(cache, path, table, name) for name in table.columns}
+    survey = Survey(path=path, columns=columns, remarks=table.remarks)
+    _check_usable(survey)
+    return survey
+
+
+def _files_in(folder: Path) -> str:
+    names = sorted(one.name for one in folder.iterdir() if one.is_file() and suffix_of(one) in READERS)
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return f": {', '.join(names[:_SHOWN])}{more}" if names else "; it holds none that can be read"
+
+
+def _column(cache: TableCache, path: Path, table: Table, name: str) -> Column:
+    header = table.columns[name]
+    unit = cache.stated_unit(path, name) if header.unit else None
+    bare = Column(name=name, unit=unit, period_s=header.period_s, period_key=header.period_key)
+    try:
+        raw = np.asarray(cache.raw(path, name)).reshape(-1)
+    except ValueError as error:
+        return replace(bare, refusal=_phrase(str(error), name))
+    try:
+        return replace(bare, raw=raw, values=numbers(raw, name))
+    except ValueError as error:
+        return replace(bare, raw=raw, refusal=_phrase(str(error), name))
+
+
+def _phrase(message: str, name: str) -> str:
+    return message.removeprefix(f'column "{name}" ')
+
+
+def _check_usable(survey: Survey) -> None:
+    """Raise ValueError where a file cannot give a drive and a response."""
+    if not survey.columns:
+        raise ValueError("has no columns")
+    numeric = survey.numeric
+    if len(numeric) < 2 or survey.rows < 2:
+        have = ", ".join(f'"{name}" ({_kind(one)})' for name, one in list(survey.columns.items())[:_SHOWN])
+        raise ValueError(
+            "a drive and a response are needed, two columns of numbers of one length; "
+            f"the file has {have}{_remedy(survey)}"
+        )
+
+
+def _kind(column: Column) -> str:
+    if column.values is None:
+        return column.refusal
+    return f"{column.rows} {'number' if column.rows == 1 else 'numbers'}"
+
+
+def _remedy(survey: Survey) -> str:
+    """Return what to do with a matrix of all signals, the usual reason; "" for others."""
+    for name, column in survey.columns.items():
+        if "one dimension is needed" in column.refusal:
+            if survey.path.suffix.lower() == ".mat":
+                parts = f"u = {name}(:,1); x = {name}(:,2); and so on"
+                return f". Save the columns of the matrix apart, in MATLAB: {parts}"
+            return f'. Save the columns of "{name}" apart, one array a signal'
+    return ""

@@ -1,0 +1,233 @@
+"""What tells the instants of the samples: a time column and its unit, a rate that the files state, or the user.
+
+A time column of which nobody states the unit is taken in seconds only where that is the only sense it makes: as
+milliseconds, a step below `FINEST_DOUBT_S` would mean more than 100 kHz.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.measured.columns.time_column import TimeColumn, TimeUnit, seconds
+from rtctl.measured.proposal.given import NONE, column_and_unit
+from rtctl.measured.proposal.naming.column_names import WEAK
+from rtctl.measured.proposal.naming.column_units import quantity_of, read_column
+from rtctl.measured.proposal.proposal import Answers, Open, TimeGuess
+from rtctl.measured.proposal.survey import Column, Survey
+from rtctl.measured.units import check_unit
+
+FINEST_DOUBT_S = 0.0101
+"""Step [s] above which a column without a unit may as well count milliseconds: of 100 kHz and less."""
+AGREES = 0.005
+"""Relative difference of a step and a period below which they are the same."""
+_EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
+"""Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
+_DEFAULT_PERIODS = (1.0,)
+"""Periods [s] that programs write where nobody set one."""
+
+
+class Time(NamedTuple):
+    """The time of all files."""
+
+    guess: TimeGuess
+    opens: tuple[Open, ...] = ()
+    unsure: tuple[str, ...] = ()
+
+
+def find_time(surveys: Sequence[Survey], answers: Answers) -> Time:
+    """Return what tells the time. Raises InputError where the user's word contradicts the files."""
+    if answers.sample_rate_hz is not None:
+        return Time(TimeGuess(rate_hz=answers.sample_rate_hz, why="you said so"))
+    columns = surveys[0].columns
+    if answers.time not in (None, NONE):
+        name, unit = column_and_unit(str(answers.time), columns, "--time")
+        return _of_column(columns[name], unit, "you said so", variable_rate_hz(surveys[0]))
+    if answers.time is None and (found := _time_column(surveys[0])) is not None:
+        return _of_column(found[0], "", found[1], variable_rate_hz(surveys[0]))
+    return _of_files(surveys)
+
+
+def read_time(column: Column, unit: str | None) -> TimeColumn:
+    """Return the instants of a column [s]. Raises ValueError in words."""
+    if column.raw is None:
+        raise ValueError(f'column "{column.name}" {column.refusal}')
+    return seconds(column.raw, TimeUnit(unit or "s", "manifest"), column.name, 0)
+
+
+def time_candidates(survey: Survey) -> list[str]:
+    """Return the columns that may be the time: dates, or numbers that increase throughout."""
+    return [name for name, column in survey.columns.items() if _increases(column, survey.rows)]
+
+
+def _time_column(survey: Survey) -> tuple[Column, str] | None:
+    """Return the column of the time, and why; None: no column looks like one."""
+    voted = []
+    for name in time_candidates(survey):
+        column = survey.columns[name]
+        votes = read_column(column).votes
+        vote = max(votes.get("time", 0.0), votes.get("period", 0.0)) + (
+            10.0 if column.values is None else 0.0
+        )
+        voted.append((vote, column))
+    best = max((vote for vote, _ in voted), default=0.0)
+    if best >= WEAK:
+        return next(one for vote, one in voted if vote == best), "it increases, and its name says so"
+    first = next(iter(survey.columns))
+    if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
+        return survey.columns[first], "it is the first column, and increases in equal steps"
+    return None
+
+
+def _is_nameless(survey: Survey, first: str) -> bool:
+    """Return whether the first column says nothing by its name or unit, and increases in equal steps."""
+    column = survey.columns[first]
+    reading = read_column(column)
+    if reading.votes or reading.unit.text or column.values is None:
+        return False
+    steps = np.diff(column.values)
+    return bool(np.ptp(steps) <= 1e-3 * abs(float(np.median(steps))))
+
+
+def _increases(column: Column, rows: int) -> bool:
+    if column.rows != rows or rows < 2:
+        return False
+    if column.values is not None:
+        return bool(np.all(np.diff(column.values) > 0.0))
+    try:
+        return bool(np.all(np.diff(read_time(column, None).time_s) > 0.0))
+    except ValueError:
+        return False
+
+
+def _of_column(column: Column, given_unit: str, why: str, rate_hz: float | None) -> Time:
+    """Return the time of a column, with its unit or a question about it; `rate_hz`: a variable of the file tells it."""
+    if column.values is None:
+        return Time(TimeGuess(column=column.name, why=f"{why}; dates"))
+    if given_unit:
+        return Time(TimeGuess(column=column.name, unit=_time_unit(given_unit), why=why))
+    unit = read_column(column).unit
+    if unit.text and quantity_of(unit.text) == "time":
+        return Time(TimeGuess(column=column.name, unit=unit.text, why=f"{why}; {unit.source}"))
+    return _of_unknown_unit(column, why, rate_hz)
+
+
+def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
+    assert column.values is not None
+    size = float(np.nanmax(np.abs(column.values)))
+    for low, high, epoch in _EPOCHS:
+        if low <= size < high:
+            guess = TimeGuess(column=column.name, unit=epoch, why=f"{why}; it counts since 1970, in {epoch}")
+            return Time(guess, unsure=(f'time: "{column.name}" counts {epoch} since 1970, by its size',))
+    step = float(np.median(np.diff(column.values)))
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if rate_hz is not None and abs(step * size * rate_hz - 1.0) < AGREES:
+            told = f"{why}; a variable of the file gives {rate_hz:.6g} Hz, which makes it {unit}"
+            return Time(TimeGuess(column=column.name, unit=unit, why=told))
+    guess = TimeGuess(
+        column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
+    )
+    if 1e-7 < step <= FINEST_DOUBT_S and rate_hz is None:
+        hint = f"{1.0 / step:.6g} Hz over {step * (column.rows - 1):.6g} s"
+        return Time(
+            guess, unsure=(f'time: nobody states the unit of "{column.name}"; in seconds it gives {hint}',)
+        )
+    contradicted = "" if rate_hz is None else f" (a variable of the file gives {rate_hz:.6g} Hz)"
+    text = (
+        f'nobody states the unit of the time column "{column.name}", which goes on by {step:.6g}: in seconds that is '
+        f"{1.0 / step:.6g} Hz, in ms {1e3 / step:.6g} Hz{contradicted}"
+    )
+    return Time(
+        guess,
+        opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':UNIT')} or --sample-rate HZ"),),
+    )
+
+
+def _time_unit(text: str) -> str:
+    try:
+        check_unit(text, "s")
+    except ValueError as error:
+        raise InputError(f"--time: {error}") from None
+    return text
+
+
+def _of_files(surveys: Sequence[Survey]) -> Time:
+    """Return the rate that the files state in their columns or in a variable, or a question."""
+    stated = {
+        one.period_s: one.period_key for survey in surveys for one in survey.numeric.values() if one.period_s
+    }
+    if stated:
+        period_s, key = next(iter(stated.items()))
+        guess = TimeGuess(stated_hz=1.0 / period_s, why=f"the file states it ({key} = {period_s:.6g} s)")
+        if period_s in _DEFAULT_PERIODS:
+            return Time(
+                guess, unsure=(f"rate: the file states {key} = 1 s, as programs do where nobody set it",)
+            )
+        return Time(guess)
+    rates = [_rate_variable(survey) for survey in surveys]
+    if all(rates):
+        return _of_variables([one for one in rates if one])
+    text = "the sample rate is not known: no column looks like a time, and the file states no rate"
+    spectra = [
+        name for name in time_candidates(surveys[0]) if _is_rate_unit(_unit_text(surveys[0].columns[name]))
+    ]
+    if spectra:
+        text += f' (the column "{spectra[0]}" is a frequency: a spectrum is no record, its time signals are needed)'
+    return Time(
+        TimeGuess(), opens=(Open("sample_rate_hz", text, "--sample-rate HZ or --time COLUMN[:UNIT]"),)
+    )
+
+
+def _of_variables(rates: Sequence[tuple[str, float, str]]) -> Time:
+    """Return the rate of a variable such as `fs`; files of different rates have it each."""
+    name, rate_hz, unit = rates[0]
+    equal = all(abs(one[1] / rate_hz - 1.0) < 1e-6 for one in rates)
+    why = f'the variable "{name}" of the file, in {unit}'
+    unsure = (f'rate: {rate_hz:.6g} Hz by the variable "{name}" of the file, taken in {unit}',)
+    return Time(TimeGuess(rate_hz=rate_hz if equal else None, why=why), unsure=unsure)
+
+
+def variable_rate_hz(survey: Survey) -> float | None:
+    """Return the rate [Hz] that a variable of the file tells; None: none does."""
+    found = _rate_variable(survey)
+    return None if found is None else found[1]
+
+
+def _rate_variable(survey: Survey) -> tuple[str, float, str] | None:
+    """Return name, rate [Hz] and unit of a single number that is called as a rate or a period is."""
+    for name, column in survey.columns.items():
+        if column.values is None or column.rows != 1 or not column.values[0] > 0.0:
+            continue
+        reading = read_column(Column(name=name.rpartition(".")[2].rpartition("/")[2], unit=column.unit))
+        value = float(column.values[0])
+        if reading.votes.get("rate") or (reading.votes.get("none") and _is_rate_unit(reading.unit.text)):
+            unit = reading.unit.text or "Hz"
+            return name, _converted(value, unit, "Hz"), unit
+        if reading.votes.get("period"):
+            unit = reading.unit.text or "s"
+            return name, 1.0 / _converted(value, unit, "s"), unit
+    return None
+
+
+def _unit_text(column: Column) -> str:
+    return read_column(column).unit.text
+
+
+def _is_rate_unit(unit: str) -> bool:
+    try:
+        check_unit(unit, "Hz")
+    except ValueError:
+        return False
+    return bool(unit)
+
+
+def _converted(value: float, unit: str, to: str) -> float:
+    from rtctl.measured.units import convert_column
+
+    values: FloatArray = convert_column(np.array([value]), unit, to)
+    return float(values[0])

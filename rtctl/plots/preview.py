@@ -1,0 +1,188 @@
+"""A dataset at first sight: of every signal the first periods, the whole, and its spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rtctl.border.arrays import FloatArray
+from rtctl.measured.dataset import Dataset, Record
+from rtctl.measured.summary import RecordSummary, Summary, strongest_hz
+from rtctl.plots.comparison import amplitude_density
+from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.decimation import extremes
+from rtctl.plots.elements.lines import ABOVE, draw_line, note
+from rtctl.plots.elements.style import (
+    BLUE,
+    GREEN,
+    RAIL,
+    VERMILION,
+    few_decades,
+    headline,
+    house_style,
+    new_figure,
+)
+
+COLORS = {"fit": BLUE, "test": VERMILION, "identify": GREEN}
+PERIODS, FEWEST, MOST = 10.0, 60, 2000
+"""Periods of the response's strongest line at the beginning, and the limits in samples."""
+DECADES = 6
+"""Decades of a spectrum that are drawn below its largest value."""
+SPAN = 5.0
+"""Ratio of largest and least reading of a resistance from which its axis is logarithmic."""
+
+
+class Placed(NamedTuple):
+    """A record at its place on a common axis of time."""
+
+    record: Record
+    start_s: float
+    first: int
+    """First sample that is drawn: those before it belong to another record too."""
+
+
+def preview_figure(dataset: Dataset, summary: Summary) -> Figure:
+    """Return the figure of a dataset with its summary."""
+    placed = _placed(dataset.records, summary.records)
+    names = sorted(dataset.units, key=lambda name: name not in dataset.holds)
+    with house_style():
+        figure = new_figure(15.0, 1.3 + 2.35 * len(names))
+        headline(figure, f"{summary.name}: {_in_words(dataset)}", _detail(summary))
+        axes = figure.subplots(len(names), 3, sharex="col", squeeze=False, width_ratios=(1.0, 1.45, 1.0))
+        window = _window(dataset)
+        for row, name in zip(axes, names, strict=True):
+            _draw_first(row[0], dataset, name, window)
+            _draw_whole(row[1], dataset, name, placed)
+            _draw_spectrum(row[2], dataset, name, summary)
+        _label(axes, dataset, placed, window)
+        figure.align_ylabels(axes[:, 0])
+    return figure
+
+
+def _in_words(dataset: Dataset) -> str:
+    count = len(dataset.records)
+    seconds = sum((one.samples - one.ignore_first) * one.period_s for one in dataset.records)
+    kind = (
+        "a VO2 actuator"
+        if dataset.plant == "vo2"
+        else f"an {dataset.plant}"
+        if dataset.plant == "oscillator"
+        else dataset.plant
+    )
+    return f"{count} record{'s' if count != 1 else ''} of {kind}, {seconds:.4g} s"
+
+
+def _detail(summary: Summary) -> str:
+    rates = {f"{one.rate_hz:.6g}" for one in summary.records}
+    uses = [f"{sum(one.use == use for one in summary.records)} {use}" for use in COLORS
+            if any(one.use == use for one in summary.records)]  # fmt: skip
+    rate = f"{rates.pop()} Hz" if len(rates) == 1 else f"{len(rates)} sample rates"
+    return f"{rate}; {', '.join(uses)}" + ("" if not summary.notes else f"; {len(summary.notes)} remarks")
+
+
+def _placed(records: Sequence[Record], rows: Sequence[RecordSummary]) -> list[Placed]:
+    """Return the records on one axis: those of one file where they are in it, files one after the other."""
+    found: list[Placed] = []
+    base_s, end_s, file = 0.0, 0.0, ""
+    for record, row in zip(records, rows, strict=True):
+        if row.file != file or not file:
+            base_s, file = end_s, row.file
+        start_s = base_s + row.first_row * record.period_s if row.file else end_s
+        overlap = int(max(0.0, round((end_s - start_s) / record.period_s))) if found else 0
+        found.append(Placed(record, start_s, min(overlap, record.samples - 1)))
+        end_s = max(end_s, start_s + record.samples * record.period_s)
+    return found
+
+
+def _window(dataset: Dataset) -> float:
+    """Return the seconds of the first panel."""
+    record = dataset.records[0]
+    output = next((name for name in record.signals if name not in dataset.holds), next(iter(record.signals)))
+    line = strongest_hz(record.signals[output], record.period_s)
+    samples = PERIODS / (line * record.period_s) if line else float(FEWEST)
+    return record.period_s * float(np.clip(samples, min(FEWEST, record.samples), min(MOST, record.samples)))
+
+
+def _draw_first(axes: Axes, dataset: Dataset, name: str, window_s: float) -> None:
+    record = next((one for one in dataset.records if one.has(name)), None)
+    if record is None:
+        return
+    count = min(int(window_s / record.period_s) + 1, record.samples)
+    time_s = record.period_s * np.arange(count)
+    steps = dataset.holds.get(name) == "zero"
+    axes.plot(time_s, record.signals[name][:count], color=COLORS[record.use], linewidth=1.0,
+              marker="." if count <= 150 else "", markersize=4.0,
+              drawstyle="steps-post" if steps else "default")  # fmt: skip
+    axes.set_ylabel(f"{name} [{written(dataset.units[name])}]")
+    _scale(axes, dataset.units[name], record.signals[name])
+
+
+def _draw_whole(axes: Axes, dataset: Dataset, name: str, placed: Sequence[Placed]) -> None:
+    for one in placed:
+        if one.record.has(name):
+            time_s = one.start_s + one.record.period_s * np.arange(one.record.samples, dtype=np.float64)
+            values = one.record.signals[name]
+            draw_line(axes, time_s[one.first :], values[one.first :], COLORS[one.record.use], width=0.7)
+    if len(placed) <= 24:
+        for one in placed[1:]:
+            axes.axvline(one.start_s + one.first * one.record.period_s, color=RAIL, linewidth=0.8, zorder=0.5)
+    _scale(
+        axes,
+        dataset.units[name],
+        np.concatenate([o.record.signals[name] for o in placed if o.record.has(name)]),
+    )
+
+
+def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) -> None:
+    drawn = False
+    for use, color in COLORS.items():
+        having = [one for one in dataset.records if one.use == use and one.has(name)]
+        record = max(having, key=lambda one: one.samples, default=None)
+        if (
+            record is None
+            or record.samples < 32
+            or not np.ptp(record.signals[name][record.ignore_first :]) > 0.0
+        ):
+            continue
+        frequency, amplitude = amplitude_density(record.signals[name][record.ignore_first :], record.period_s)
+        kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
+        axes.plot(frequency[kept], amplitude[kept], color=color, linewidth=0.9)
+        drawn = True
+    if not drawn:
+        note(axes, "nothing varies, or too few samples: there is no spectrum")
+        return
+    axes.set(xscale="log", yscale="log", ylabel=f"[{written(dataset.units[name])}/√Hz]")
+    heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    axes.set_ylim(max(float(heights[heights > 0.0].min()), 10.0**-DECADES * float(heights.max())) / 1.5)
+    line_hz = {one.name: one.strongest_hz for one in summary.signals}[name]
+    if line_hz is not None:
+        axes.axvline(line_hz, color=RAIL, linewidth=1.0, zorder=0.5)
+        axes.set_title(f"strongest line {line_hz:.4g} Hz", loc="right", fontsize=9.0)
+
+
+def _scale(axes: Axes, unit: str, values: FloatArray) -> None:
+    """Make the axis of a resistance that spans decades logarithmic."""
+    if unit == "ohm" and values.min() > 0.0 and values.max() > SPAN * values.min():
+        axes.set_yscale("log")
+        few_decades(axes.yaxis)
+
+
+def _label(axes: np.ndarray[tuple[int, ...], np.dtype[np.object_]], dataset: Dataset, placed: Sequence[Placed],
+           window_s: float) -> None:  # fmt: skip
+    uses = [use for use in COLORS if any(one.use == use for one in dataset.records)]
+    names: Mapping[str, str] = {"fit": "for the fit", "test": "for the test", "identify": "for the loops"}
+    for use in uses:
+        axes[0][1].plot([], [], color=COLORS[use], label=names[use])
+    axes[0][1].legend(**ABOVE)
+    several = len({one.file for one in dataset.records}) > 1
+    first = dataset.records[0].name
+    axes[-1][0].set_xlabel(f"time [s]: the beginning of {first}")
+    axes[-1][0].set_xlim(0.0, window_s)
+    axes[-1][1].set_xlabel("time [s], files one after the other" if several else "time [s]")
+    end_s = max(one.start_s + one.record.samples * one.record.period_s for one in placed)
+    axes[-1][1].set_xlim(min(one.start_s for one in placed), end_s)
+    axes[-1][2].set_xlabel("frequency [Hz]")

@@ -1,0 +1,164 @@
+"""The dialogue of `rtctl init` in a real terminal: one question at a time, Enter takes the guess."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import termios
+from pathlib import Path
+
+import pytest
+from first_look_cases import motion, write_text
+
+import rtctl
+from rtctl.border.errors import InputError
+from rtctl.cli.dialogue import ask_all
+from rtctl.measured.proposal.proposal import Answers
+from rtctl.measured.proposal.survey import survey_files
+
+M = motion(600)
+ENDS = ("] ", "? ")
+"""How a prompt ends."""
+
+
+def _hear_ctrl_c() -> None:
+    """Make the pseudo-terminal the process's own, whose Ctrl-C is a signal, which a test runner may have ignored."""
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def talk(folder: Path, words: list[str], answers: list[str]) -> tuple[int, str]:
+    """Run `rtctl init` on a pseudo-terminal, answer each prompt in turn; return exit code and all that was shown."""
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "TERM": "dumb", "COLUMNS": "160"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rtctl", "init", *words], cwd=folder, env=environment, stdin=theirs, stdout=theirs,
+        stderr=theirs, close_fds=True, start_new_session=True,
+        preexec_fn=_hear_ctrl_c,
+    )  # fmt: skip
+    os.close(theirs)
+    shown, since = "", ""
+    waiting = list(answers)
+    while True:
+        ready, _, _ = select.select([ours], [], [], 60.0)
+        if not ready:
+            process.kill()
+            process.wait()
+            raise AssertionError(f"no answer for a minute, after: {shown}")
+        try:
+            piece = os.read(ours, 4096).decode()
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        shown, since = shown + piece, since + piece
+        if waiting and since.endswith(ENDS):
+            os.write(ours, waiting.pop(0).encode())
+            since = ""
+    os.close(ours)
+    assert waiting == [], shown
+    return process.wait(), shown
+
+
+@pytest.mark.wire
+def test_a_person_takes_the_guesses_by_enter_and_says_what_is_not_known(tmp_path: Path) -> None:
+    write_text(tmp_path / "r.csv", "t,u,x\n", M.t, M.u, M.x)
+    # plant, time, its unit, drive, its unit (nothing, nonsense, V), hold, displacement, its unit, test
+    answers = ["\n", "\n", "\n", "\n", "\n", "blorp\n", "V\n", "\n", "\n", "mm\n", "\n"]
+    code, shown = talk(tmp_path, ["r.csv", "--no-plot"], answers)
+    assert code == 0, shown
+    for words in (
+        "What was measured? [oscillator]",
+        "Which column is the time? (- for none) [t]",
+        'In which unit does "t" count? [s]',
+        "this cannot be guessed: an answer is needed",
+        'unknown unit "blorp"',
+        "Which column is the displacement? (- for none) [x]",
+        "now run: rtctl identify dataset.toml --out model.toml",
+    ):
+        assert words in shown, shown
+    dataset = rtctl.read_dataset(tmp_path / "dataset.toml")
+    assert dataset.units == {"drive": "V", "displacement": "mm"}
+    assert [record.use for record in dataset.records] == ["fit", "test"]
+
+
+@pytest.mark.wire
+def test_ctrl_c_and_the_end_of_input_leave_nothing(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t,u,x\n", M.t, M.u, M.x)
+    # a signal between the prompt and the reading of the answer is heard after the next line
+    for last, code in (("\x03\n", 1), ("\x04", 2)):
+        ended, shown = talk(tmp_path, ["r.csv"], ["\n", last])
+        assert ended == code, shown
+        assert "Traceback" not in shown
+        assert list(tmp_path.iterdir()) == [path]
+
+
+def asked(path: Path, answers: list[str], given: Answers | None = None) -> tuple[list[str], rtctl.Initiation]:
+    """The prompts of a dialogue without a terminal, and what follows."""
+    prompts: list[str] = []
+
+    def ask(prompt: str) -> str:
+        prompts.append(prompt)
+        assert len(prompts) < 30, prompts  # a needed answer that is never given is asked for again
+        return answers.pop(0) if answers else ""
+
+    proposal = ask_all(survey_files([path]), given or Answers(), ask)
+    from rtctl.api.first_look.initiation import write_proposal
+
+    return prompts, write_proposal(proposal, path.parent / "new", plot=False)
+
+
+def test_what_an_option_says_is_not_asked(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm]\n", M.t, M.u, M.x)
+    prompts, found = asked(path, [], Answers(plant="oscillator", sample_rate_hz=500.0, test="none"))
+    assert not [
+        one for one in prompts if "measured?" in one or "time" in one or "rate" in one or "test" in one
+    ]
+    assert found.dataset.records[0].period_s == 2e-3
+
+
+def test_another_column_than_the_guess_may_be_taken(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "t [s],u [V],x [mm],x2 [mm]\n", M.t, M.u, M.x, -M.x)
+    prompts, found = asked(path, ["", "", "", "", "", "", "x2 [mm]"])
+    guess = found.proposal.signal("displacement")
+    assert guess is not None
+    assert guess.column == "x2 [mm]"
+    assert [one for one in prompts if one.startswith("Which column is the displacement?")] == [
+        "Which column is the displacement? (- for none) "
+    ]
+
+
+def test_a_rate_is_asked_where_no_column_is_the_time(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "u [V],x [mm]\n", M.u, M.x)
+    prompts, found = asked(path, ["", "a thousand", "1000 Hz"])
+    assert [one for one in prompts if "rate" in one] == ["Sample rate in Hz? "] * 2 or prompts.count(
+        "Sample rate in Hz? "
+    ) == 1
+    assert found.dataset.records[0].period_s == 1e-3
+
+
+def test_the_end_of_input_is_told(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "r.csv", "u [V],x [mm]\n", M.u, M.x)
+
+    def ended(prompt: str) -> str:
+        raise EOFError
+
+    with pytest.raises(InputError, match="nothing is written"):
+        ask_all(survey_files([path]), Answers(), ended)
+
+
+def test_a_column_in_g_is_not_offered_as_a_displacement(tmp_path: Path) -> None:
+    path = write_text(
+        tmp_path / "r.csv", "t [s],force [N],acc1 [g],acc2 [g]\n", M.t, M.u, M.a / 9806.65, M.v / 9806.65
+    )
+    # plant, time, its unit, drive, its unit, hold, acceleration
+    prompts, found = asked(path, ["", "", "", "", "", "", "acc2"])
+    assert not [one for one in prompts if "displacement" in one or "velocity" in one]
+    guess = found.proposal.signal("acceleration")
+    assert guess is not None
+    assert (guess.column, guess.unit) == ("acc2 [g]", "g_0")
