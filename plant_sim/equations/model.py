@@ -9,7 +9,7 @@ import numpy as np
 from plant_sim.equations.reading import factor_of, system_of
 from plant_sim.equations.simulation import EquationsSimulation
 from plant_sim.equations.system import Constant, System
-from rtctl.border.equations_file import EquationsFile
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.simulation import FreeParameter

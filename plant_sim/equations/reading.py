@@ -15,7 +15,7 @@ from plant_sim.equations.language.parser import NAME, parse
 from plant_sim.equations.language.tree import Number, Tree, names_in
 from plant_sim.equations.language.units import Unit, check_terms, fits, named, stated, unit_of
 from plant_sim.equations.system import Constant, Input, Output, State, System, ordered
-from rtctl.border.equations_file import KIND, EquationsFile
+from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import check, read_toml, unit_registry
 from rtctl.border.unit_text import parsed_unit

@@ -88,7 +88,7 @@ class EquationsSimulation:
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
         p = np.ascontiguousarray(values.T * np.array([[one.factor] for one in self.system.parameters]))
         start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
-        if initial is not None:
+        if initial is not None and self.state:
             free = [k for k, one in enumerate(self.system.states) if not one.known]
             factors = np.array([self.system.states[k].factor for k in free])
             start[free] = (np.asarray(initial, dtype=np.float64) * factors).reshape(-1, len(free)).T

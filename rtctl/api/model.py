@@ -83,7 +83,7 @@ class Model:
 
             tables: dict[str, Any] = model_tables(self.content)["model"]
             return tables
-        from rtctl.border.equations_file import EquationsFile
+        from rtctl.border.equations.file import EquationsFile
         from rtctl.border.model_file import ModelFile
 
         has_units = isinstance(self.content, ModelFile | EquationsFile)

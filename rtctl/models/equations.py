@@ -6,7 +6,7 @@ from pathlib import Path
 
 import tomli_w
 
-from rtctl.border.equations_file import EquationsFile
+from rtctl.border.equations.file import EquationsFile
 from rtctl.output.atomic_write import replacing
 
 

@@ -32,6 +32,8 @@ SHARES = (1e-7, 1e-4, 1e-2)
 """Steps of finite differences as shares of a state's swing, see `slopes`."""
 SMOOTH = 3.0
 """Ratio of slopes over the first two steps below which a rate is smooth there."""
+FARTHEST = 1e30
+"""Value [SI] of a state beyond which a motion is lost and its slopes say nothing."""
 PLACES = 24
 """Places along a motion at which the slopes are taken, besides its turning points."""
 
@@ -59,7 +61,8 @@ def places_of(x: FloatArray, u: FloatArray, period_s: float) -> Places:
         u: Inputs (samples, inputs).
         period_s: Sample period [s].
     """
-    whole = np.flatnonzero(np.isfinite(x).all(axis=1))
+    with np.errstate(invalid="ignore"):
+        whole = np.flatnonzero((np.abs(x) < FARTHEST).all(axis=1))
     if len(whole) == 0:
         whole = np.zeros(1, dtype=np.intp)
     x, u = x[whole], u[whole]
@@ -104,8 +107,9 @@ def slopes(system: System, places: Places, p: FloatArray, swing: FloatArray) -> 
         moved[:, k, :, k] += steps[:, k, None]
     times = len(SHARES) * n
     there = Places(moved.reshape(-1, n), np.tile(places.u, (times, 1)), np.tile(places.t, times))
-    change = rates_at(system, there, p).reshape(len(SHARES), n, m, n) - base
-    tiny, small, large = change / steps[:, :, None, None]
+    with np.errstate(all="ignore"):
+        change = rates_at(system, there, p).reshape(len(SHARES), n, m, n) - base
+        tiny, small, large = change / steps[:, :, None, None]
     smooth = np.abs(tiny) <= SMOOTH * np.abs(small) + 1e-300
     found = np.where(smooth, small, large)
     return np.ascontiguousarray(np.nan_to_num(found.transpose(1, 2, 0), posinf=0.0, neginf=0.0))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.equations_file import EquationsFile
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import Simulation
@@ -49,7 +49,7 @@ class EquationsFitOptions:
     starts: int = 6
     """Starts that are tried where the fit from the start model does not follow the data, itself included."""
     seed: int = 0
-    fit: FitOptions = field(default_factory=lambda: FitOptions(screening_iterations=30))
+    fit: FitOptions = field(default_factory=lambda: FitOptions(screening_iterations=30, final_iterations=40))
 
     def __post_init__(self) -> None:
         check_integer("starts", self.starts, 1, 64, "starts of each fit")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtctl.border.equations_file import EquationsFile
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.model_file import Value
 from rtctl.identification.fit import Fit
 
