@@ -15,6 +15,7 @@ from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.language.functions import TIME
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.errors import nearest
 from rtctl.border.mechanisms import Mechanism
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 from rtctl.border.work import count_work
@@ -71,6 +72,10 @@ class EquationsSimulation:
     def _start(self, stimulus: Stimulus) -> FloatArray:
         """Return all states (states,) [SI] at the first sample: the record's own, else the model's."""
         stated = {name: value for name, value in stimulus.initial.items() if name not in stimulus.read}
+        names = [one.name for one in self.system.states]
+        for name in stated:
+            if name not in names:
+                raise ValueError(f'initial.{name}: the model has no state "{name}"{nearest(name, names)}')
         return np.array([stated.get(one.name, one.initial) for one in self.system.states])
 
     def predict(

@@ -43,8 +43,15 @@ FUNCTIONS = (
 _lock = threading.RLock()
 
 
+# 7 parameters because a record is an array and a number for each of these
 def march_rk4(
-    system: System, start: FloatArray, nodes: FloatArray, period_s: float, substeps: int, p: FloatArray
+    system: System,
+    start: FloatArray,
+    nodes: FloatArray,
+    period_s: float,
+    substeps: int,
+    p: FloatArray,
+    start_s: float = 0.0,
 ) -> FloatArray:
     """Return the states (samples, states, lanes) of a record by Runge-Kutta steps.
 
@@ -55,23 +62,31 @@ def march_rk4(
         period_s: Sample period [s].
         substeps: Steps between two samples.
         p: Parameters (parameters, lanes) [SI].
+        start_s: Time at the first sample [s].
     """
     x, out = _begun(system, start, nodes.shape[1] // substeps)
     with _lock:  # numba loads one kernel at a time
         kernel = _rk4(rates_source(system), rk4_source(system))
-    kernel(x, nodes, period_s / substeps, substeps, 0.0, p, out)
+    kernel(x, nodes, period_s / substeps, substeps, start_s, p, out)
     return out
 
 
+# 7 parameters because a record is an array and a number for each of these
 def march_implicit(
-    system: System, start: FloatArray, nodes: FloatArray, period_s: float, substeps: int, p: FloatArray
+    system: System,
+    start: FloatArray,
+    nodes: FloatArray,
+    period_s: float,
+    substeps: int,
+    p: FloatArray,
+    start_s: float = 0.0,
 ) -> FloatArray:
     """Return the states of a record by steps for stiff models; arguments as of `march_rk4`."""
     x, out = _begun(system, start, nodes.shape[1] // substeps)
     with _lock:
         derive = _derive(derive_source(system))
     low, high = (np.array([getattr(one, word) for one in system.states]) for word in ("low", "high"))
-    extrapolate(derive, x, nodes, period_s / substeps, substeps, 0.0, p, low, high, out)
+    extrapolate(derive, x, nodes, period_s / substeps, substeps, start_s, p, low, high, out)
     return out
 
 

@@ -19,9 +19,8 @@ from rtctl.identification.least_squares.levenberg_marquardt import Minimum
 from rtctl.identification.noise.residual_noise import NoiseModel, compute_coloured_gram, fit_noise_by_period
 from rtctl.identification.simulation_error.segments import SegmentCost
 
-
 LEAST_EIGENVALUE = 1e-15
-"""Least information along any direction, relative to the largest: what no record shows has a large variance, not none."""
+"""Least information along any direction, relative to the largest: what no record shows has a large variance."""
 
 
 def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:

@@ -17,6 +17,7 @@ EQUATIONS = PlantKind(
         read="plant_sim.equations.reading:read_equations",
         write="rtctl.models.equations:write_equations_model",
         simulation="plant_sim.equations.model:equations_simulation",
+        is_device=True,
     ),
     identification=Identification(
         fit="rtctl.api.identifying.fit_equations:fit_equations",
@@ -24,4 +25,5 @@ EQUATIONS = PlantKind(
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,
     ),
+    device_file="plant_sim.equations.plant:load_plant",
 )
