@@ -59,7 +59,10 @@ def read_device_table(model: EquationsFile, path: Path) -> DeviceTable:
     """Read `[device]` of the model file at `path`, with defaults. Raises InputError with every finding."""
     tables = {"name": path.stem.encode("ascii", "replace").decode()[:16], **model.device}
     found = check(_Whole, {"device": tables}, str(path)).device
-    declared: dict[str, list[str]] = {"inputs": list(model.model.inputs), "outputs": list(model.model.outputs)}
+    declared: dict[str, list[str]] = {
+        "inputs": list(model.model.inputs),
+        "outputs": list(model.model.outputs),
+    }
     lines = [
         f'{path}: unknown key "device.{word}.{name}": the model has no such {word[:-1]}{nearest(name, declared[word])}'
         for word in declared

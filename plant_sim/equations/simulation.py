@@ -91,12 +91,13 @@ class EquationsSimulation:
         if missing:
             raise ValueError(f"the input {', '.join(missing)} of the model is no input of the data")
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        p = np.ascontiguousarray(values.T * np.array([[one.factor] for one in self.system.parameters]))
+        factors = np.array([one.factor for one in self.system.parameters])
+        p = np.ascontiguousarray(values.T * factors[:, None])
         start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
         if initial is not None and self.state:
             free = [k for k, one in enumerate(self.system.states) if not one.known]
-            factors = np.array([self.system.states[k].factor for k in free])
-            start[free] = (np.asarray(initial, dtype=np.float64) * factors).reshape(-1, len(free)).T
+            own = np.array([self.system.states[k].factor for k in free])
+            start[free] = (np.asarray(initial, dtype=np.float64) * own).reshape(-1, len(free)).T
         x, how = self._march(stimulus, start, p, steps_per_period, refine)
         found = self._read(stimulus, x, p, how)
         return Prediction(found, _diverged(x, found))

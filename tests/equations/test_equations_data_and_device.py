@@ -148,6 +148,8 @@ def test_a_wrong_device_table_is_told(tmp_path: Path, text: str, said: str) -> N
 
 
 def test_a_scenario_of_equations_is_refused_in_words(tmp_path: Path) -> None:
-    path = written(tmp_path, '[scenario]\ntitle = "t"\nplant = "equations"\nduration = "1 s"\n', "scenario.toml")
+    path = written(
+        tmp_path, '[scenario]\ntitle = "t"\nplant = "equations"\nduration = "1 s"\n', "scenario.toml"
+    )
     with pytest.raises(InputError, match="scenarios do not take yet"):
         rtctl.acquire(path, tmp_path / "out")

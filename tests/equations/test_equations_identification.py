@@ -154,6 +154,34 @@ def test_parameters_that_the_outputs_cannot_determine_are_named(tmp_path: Path) 
     assert fit.parameters["idle"].standard_error is None
 
 
+def test_a_device_that_nothing_drives_is_identified_from_its_ring_down(tmp_path: Path) -> None:
+    text = """
+[model]
+kind = "equations"
+[model.states]
+angle = { unit = "rad", rate = "speed", initial = 1.5 }
+speed = { unit = "rad/s", rate = "-gravity*sin(angle) - damping*speed" }
+[model.outputs]
+reading = { unit = "deg", value = "angle" }
+[model.parameters]
+gravity = { value = 30.0, unit = "1/s^2", low = 0 }
+damping = { value = 0.4, unit = "1/s", low = 0 }
+"""
+    simulation = equations_simulation(read_equations(written(tmp_path, text)), {"reading": "deg"}, "model")
+    run = simulation.predict(Stimulus(inputs={}, holds={}, period_s=0.02, count=400), np.array([30.0, 0.4]))
+    reading = run.outputs["reading"][0] + 0.2 * np.random.default_rng(0).standard_normal(400)
+    record = Record(name="ring", period_s=0.02, signals={"reading": reading})
+    data = rtctl.write_dataset(
+        tmp_path / "data", [record], name="ring-down", plant="equations", units={"reading": "deg"}
+    )
+    start = written(tmp_path, text.replace("1.5", "1.2").replace("30.0", "27.0").replace("0.4", "0.2"))
+    fit = rtctl.identify(data, model=start)
+    assert fit.parameters["gravity"].value == pytest.approx(30.0, rel=2e-3)
+    assert fit.parameters["damping"].value == pytest.approx(0.4, rel=2e-2)
+    assert fit.model.content.model.states["angle"].initial == pytest.approx(1.5, abs=0.01)
+    assert rtctl.simulate(fit.model, data).scores[0].rms_error == pytest.approx(0.2, rel=0.15)
+
+
 def test_bounds_hold_and_are_kept(tmp_path: Path) -> None:
     truth = written(tmp_path, TANKS, "truth.toml")
     inputs = [("fit", {"u": wavy(200, 2.0, 3.0)})]

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rtctl.border.model_file import MechanismTable, Value
+from rtctl.border.model_file import Value
 from rtctl.border.quantities import Checked
 
 KIND = "equations"
@@ -95,7 +95,6 @@ class EquationsTable(Checked):
     outputs: dict[str, OutputTable]
     terms: dict[str, Annotated[TermTable, BeforeValidator(_term)]] = Field(default_factory=dict)
     parameters: dict[str, Value] = Field(default_factory=dict)
-    mechanisms: tuple[MechanismTable, ...] = ()
 
 
 class EquationsFile(Checked):

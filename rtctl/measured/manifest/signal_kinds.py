@@ -57,14 +57,14 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
 
 
 def _free_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with signals that a user's model names: roles that are missing, and units."""
+    """Return what is wrong with signals that a user's model names: no output, and units."""
     roles = {name: table.get("role") for name, table in signals.items() if isinstance(table, dict)}
-    found = [
-        f'no {role} is there: a plant "{plant}" needs one; add [signals.<name>] with role = "{role}", the name as in '
-        "the model, and its unit"
-        for role in ("input", "output")
-        if role not in roles.values()
-    ]
+    found = []
+    if "output" not in roles.values():
+        found.append(
+            f'no output is there: a plant "{plant}" needs one; add [signals.<name>] with role = "output", the name as '
+            "in the model, and its unit"
+        )
     for name, role in roles.items():
         found += _table_findings(plant, name, SignalKind(role=str(role)), signals)
     return found
