@@ -135,7 +135,7 @@ x = { unit = "mm", rate = "g*u", low = -1.0, high = 2.0 }
 [model.outputs]
 y = { unit = "mm", value = "x" }
 [model.parameters]
-g = { value = 1.0, unit = "mm/(V*s)" }
+g = { value = 1.37, unit = "mm/(V*s)" }
 """
     simulation = simulation_of(tmp_path, text, {"u": "V", "y": "mm"})
     samples = np.repeat([1.0, -1.0, 1.0], 50)
@@ -144,7 +144,7 @@ g = { value = 1.0, unit = "mm/(V*s)" }
     )
     expected = [0.0]
     for u in samples[:-1]:
-        expected.append(float(np.clip(expected[-1] + 0.1 * u, -1.0, 2.0)))
+        expected.append(float(np.clip(expected[-1] + 0.137 * u, -1.0, 2.0)))
     np.testing.assert_allclose(run.outputs["y"][0], expected, atol=1e-12)
 
 
