@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -129,3 +130,32 @@ def test_a_term_is_used_where_it_is_named(tmp_path: Path) -> None:
         values = np.array([parameter.value for parameter in simulation.parameters])
         found.append(simulation.predict(stimulus, values).outputs["displacement"])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12, atol=1e-15)
+
+
+def test_a_file_with_random_slips_is_a_model_or_one_message(tmp_path: Path) -> None:
+    random = np.random.default_rng(1)
+    texts = re.findall(r'(?:rate|value|unit) = "([^"]*)"', TANKS)
+    pieces = [
+        *re.findall(r"[\w.]+|[^\w\s]", " ".join(texts)),
+        "9**9**9",
+        "1e308",
+        "nan",
+        "dB",
+        "cm**9**9",
+        "t",
+        "pi",
+        "(",
+        "é",
+    ]
+    read, said = 0, list[str]()
+    for _ in range(120):
+        text = str(random.choice(texts))
+        parts = re.findall(r"[\w.]+|[^\w\s]", text)
+        parts[int(random.integers(len(parts)))] = str(random.choice(pieces))
+        try:
+            read_equations(written(tmp_path, TANKS.replace(f'"{text}"', f'"{" ".join(parts)}"', 1)))
+            read += 1
+        except InputError as error:
+            said.append(str(error))
+    assert 0 < read < 120
+    assert all(one.startswith(str(tmp_path)) for one in said)
