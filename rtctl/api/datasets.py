@@ -76,7 +76,7 @@ def write_dataset(
     from rtctl.measured.writer import write_dataset as write
     from rtctl.registry import plant_kinds
 
-    known = [kind for kind, record in plant_kinds().items() if record.signals]
+    known = [kind for kind, record in plant_kinds().items() if record.has_datasets]
     if plant not in known:
         raise InputError(f'plant: there are no datasets of a "{plant}"{nearest(str(plant), known)}')
     try:

@@ -83,9 +83,11 @@ class Model:
 
             tables: dict[str, Any] = model_tables(self.content)["model"]
             return tables
+        from rtctl.border.equations.file import EquationsFile
         from rtctl.border.model_file import ModelFile
 
-        return self.content.model.model_dump(exclude_none=True) if isinstance(self.content, ModelFile) else {}
+        has_units = isinstance(self.content, ModelFile | EquationsFile)
+        return self.content.model.model_dump(exclude_none=True) if has_units else {}
 
     def __repr__(self) -> str:
         extended = f", extended by {', '.join(self.mechanisms)}" if self.mechanisms else ""

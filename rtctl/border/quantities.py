@@ -17,7 +17,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from rtctl.border.errors import InputError, nearest
 
-_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*)$")
+QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*)$")
+"""A number and its unit, in one text."""
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -70,7 +71,7 @@ def parse_quantity(raw: Any, unit: str) -> float:
         if unit == "":
             return float(raw)
         raise ValueError(f'{raw!r} has no unit; write "{raw} {unit}"')
-    match = _QUANTITY.match(raw.strip())
+    match = QUANTITY.match(raw.strip())
     if match is None:
         raise ValueError(f'a quantity is "<number> <unit>", such as "1 {unit}", got {raw!r}')
     if not match[2] and unit:

@@ -26,13 +26,15 @@ class Stimulus:
     """Largest measured magnitude of each output, where it is known: the step is chosen for it."""
     swing: Mapping[str, float] = field(default_factory=dict)
     """Half of the range of each output, where it is known: in one of two wells far less than `peak`."""
+    count: int = 0
+    """Number of samples where there is no input, of a device that nothing drives."""
     onward: Mapping[str, FloatArray] = field(default_factory=dict)
     """Known samples (m,) of an input after these: a band-limited one depends on them."""
 
     @property
     def samples(self) -> int:
         """Number of samples."""
-        return len(next(iter(self.inputs.values())))
+        return len(next(iter(self.inputs.values()))) if self.inputs else self.count
 
 
 class FreeParameter(NamedTuple):

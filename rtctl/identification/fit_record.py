@@ -50,7 +50,7 @@ class FitRecord:
             ]
             for name, values in whole.inputs.items()
         }
-        stimulus = replace(whole, inputs=inputs, onward=onward)
+        stimulus = replace(whole, inputs=inputs, onward=onward, count=min(samples, whole.samples))
         measured = {name: values[:samples] for name, values in self.measured.items()}
         return replace(self, stimulus=stimulus, measured=measured)
 
@@ -63,6 +63,7 @@ class FitRecord:
                 inputs={name: values[begin:end] for name, values in whole.inputs.items()},
                 holds=whole.holds,
                 period_s=whole.period_s,
+                count=end - begin,
                 peak=whole.peak,
                 swing=whole.swing,
             ),

@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import nearest
 from rtctl.border.quantities import parse_quantity
+from rtctl.border.unit_text import parse_base_quantity
 from rtctl.measured.columns.alignment import describe_leads, leading_rows
 from rtctl.measured.columns.conversion import TableCache, check_finite
 from rtctl.measured.columns.time_axis import (
@@ -58,7 +59,8 @@ class Reading:
         """Return whether a record may lack the signal: not the first response that the manifest has."""
         kind = plant_kind(self.manifest.dataset.plant)
         responses = [name for name in kind.responses if name in self.manifest.signals]
-        return kind.signals[signal].optional and signal not in responses[:1]
+        known = kind.signal(signal, self.manifest.signals[signal].role)
+        return known is not None and known.optional and signal not in responses[:1]
 
     def present(self, entry: RecordTable) -> dict[str, str]:
         """Return the column of each signal that the record's file has to have, or has."""
@@ -293,6 +295,8 @@ def _on_time_base(
 def _initial(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
     """Return `initial` in held units: a quantity, or a number in the unit that the manifest gives the signal."""
     plant, tables = reading.manifest.dataset.plant, reading.manifest.signals
+    if plant_kind(plant).free_signals:
+        return _initial_of_states(reading, entry, where)
     known = plant_kind(plant).initial
     state: dict[str, float] = {}
     for key, raw in entry.initial.items():
@@ -304,6 +308,15 @@ def _initial(reading: Reading, entry: RecordTable, where: str) -> dict[str, floa
             continue
         with reading.findings.under(f"{where}, key initial.{key}"):
             state[key] = _initial_value(raw, reading.unit(key), tables[key].unit if key in tables else None)
+    return state
+
+
+def _initial_of_states(reading: Reading, entry: RecordTable, where: str) -> dict[str, float]:
+    """Return `initial` of states that a user's model names, each a quantity such as "3 cm", in SI base units."""
+    state: dict[str, float] = {}
+    for key, raw in entry.initial.items():
+        with reading.findings.under(f"{where}, key initial.{key}"):
+            state[key] = parse_base_quantity(raw)
     return state
 
 

@@ -21,6 +21,7 @@ def make_stimulus(record: Record, holds: Mapping[str, str]) -> Stimulus:
         inputs={name: record.signals[name] for name in holds if record.has(name)},
         holds=dict(holds),
         period_s=record.period_s,
+        count=record.samples,
         initial=rest | dict(record.initial),
         read=frozenset(rest.keys() - record.initial.keys()),
         peak={name: float(np.abs(values).max()) for name, values in measured.items()},

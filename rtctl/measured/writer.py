@@ -10,10 +10,11 @@ import numpy as np
 import tomli_w
 
 from rtctl.border.errors import RunError
+from rtctl.border.unit_text import SI
 from rtctl.measured.dataset import Record
 from rtctl.output.atomic_write import replacing
 from rtctl.recording import write_parquet
-from rtctl.registry import plant_kind
+from rtctl.registry import SignalKind, plant_kind
 
 
 # eight parameters because each is one part of the manifest, and the last four have defaults
@@ -45,9 +46,9 @@ def write_dataset(  # noqa: PLR0913
     Raises:
         RunError: A reader would refuse the dataset; raised before any file is written.
     """
-    kinds = plant_kind(plant).signals
+    kinds = _kinds_of(plant, records, holds or {})
     units = {**{signal: kind.unit for signal, kind in kinds.items() if kind.unit}, **(units or {})}
-    contents = [_measured(record, plant) for record in records]
+    contents = [_measured(record, plant, kinds) for record in records]
     _check_writable(records, contents, units)
     present = [signal for signal in kinds if any(signal in content for content in contents)]
     holds = {signal: "zero" for signal, kind in kinds.items() if kind.role == "input"} | dict(holds or {})
@@ -57,7 +58,7 @@ def write_dataset(  # noqa: PLR0913
         "signals": {
             signal: _signal_table(kinds[signal].role, units[signal], holds.get(signal)) for signal in present
         },
-        "records": [_record_table(record) for record in records],
+        "records": [_record_table(record, plant) for record in records],
     }
     text = tomli_w.dumps(manifest)
     path = folder / "dataset.toml"
@@ -73,9 +74,16 @@ def _file_of(record: Record) -> str:
     return f"{record.name}.parquet"
 
 
-def _measured(record: Record, plant: str) -> dict[str, Any]:
+def _kinds_of(plant: str, records: Sequence[Record], holds: Mapping[str, str]) -> Mapping[str, SignalKind]:
+    """Return the signals of a kind of plant; those of the records where a model names them, inputs with a hold."""
+    if not plant_kind(plant).free_signals:
+        return plant_kind(plant).signals
+    present = dict.fromkeys(name for record in records for name in record.signals)
+    return {name: SignalKind(role="input" if name in holds else "output") for name in present}
+
+
+def _measured(record: Record, plant: str, kinds: Mapping[str, SignalKind]) -> dict[str, Any]:
     """Return the signals in the order of the kind of plant, without instruments that were absent (all NaN)."""
-    kinds = plant_kind(plant).signals
     unknown = sorted(record.signals.keys() - kinds.keys())
     if unknown:
         raise RunError(f'record {record.name}: a plant "{plant}" has no signal {", ".join(unknown)}')
@@ -108,7 +116,7 @@ def _signal_table(role: str, unit: str, hold: str | None) -> dict[str, str]:
     return {"role": role, "unit": unit, **({"hold": hold} if hold else {})}
 
 
-def _record_table(record: Record) -> dict[str, Any]:
+def _record_table(record: Record, plant: str) -> dict[str, Any]:
     table: dict[str, Any] = {
         "file": _file_of(record),
         "sample_rate_hz": 1.0 / record.period_s,
@@ -121,5 +129,12 @@ def _record_table(record: Record) -> dict[str, Any]:
     if record.conditions:
         table["conditions"] = dict(record.conditions)
     if record.initial:
-        table["initial"] = dict(record.initial)
+        table["initial"] = _initial_table(record, plant)
     return table
+
+
+def _initial_table(record: Record, plant: str) -> dict[str, Any]:
+    """Return the start of a record: numbers in the signals' units, or of states of a user's model in SI base units."""
+    if not plant_kind(plant).free_signals:
+        return dict(record.initial)
+    return {name: f"{value!r} {SI}" for name, value in record.initial.items()}

@@ -20,6 +20,7 @@ PLANTS = {
     "vo2": BuiltIn(
         "rtctl.plants.vo2.kind:VO2", "VO2 microactuator that senses itself by its film's resistance"
     ),
+    "equations": BuiltIn("rtctl.plants.equations.kind:EQUATIONS", "equations of your own, with units"),
     "me": BuiltIn("rtctl.plants.me.kind:ME", "magnetoelectric resonator, read by a lock-in amplifier"),
 }
 

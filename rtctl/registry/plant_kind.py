@@ -117,6 +117,9 @@ class PlantKind:
     own units hold."""
     signals: Mapping[str, SignalKind] = field(default_factory=dict)
     """Signals of a dataset by name; empty: there are no datasets of this kind."""
+    free_signals: bool = False
+    """Whether the user's model names the signals: a dataset may have any, each with its role and the manifest's unit;
+    `initial` of a record then names states of the model, as quantities, which are held in SI base units."""
     responses: tuple[str, ...] = ()
     """Outputs of which at least one must be there; empty: `SignalKind.optional` says all."""
     initial: tuple[str, ...] = ()
@@ -136,6 +139,15 @@ class PlantKind:
     def part(self, part: Part) -> Any:
         """Return `part` of this record, imported where it is given as "module:attribute"."""
         return resolved(part, f'plant "{self.name}"')
+
+    @property
+    def has_datasets(self) -> bool:
+        """Whether there are datasets of this kind."""
+        return self.free_signals or bool(self.signals)
+
+    def signal(self, name: str, role: str) -> SignalKind | None:
+        """Return what is known of a signal with this `role` in a manifest; None: there is no such signal."""
+        return SignalKind(role=role) if self.free_signals else self.signals.get(name)
 
     def profile_in(self, units: Mapping[str, Any]) -> DeviceProfile:
         """Return the profile in the units that the keys of `units_from` give.

@@ -217,6 +217,11 @@ def overridden(tables: dict[str, Any], overrides: list[str]) -> dict[str, Any]:
 def checked_scenario(tables: dict[str, Any], source: str) -> Scenario:
     """Return the scenario that `tables` are, of the file or recording `source`. Raises InputError."""
     kind = _kind_of(tables)
+    if kind.free_signals:
+        raise InputError(
+            f'{source}: key "scenario.plant": the channels of a device of "{kind.name}" are those of its model, which '
+            "scenarios do not take yet; rtctl serve and rtctl simulate do"
+        )
     profile = kind.profile_in(_heading_table(tables))
     return check(
         _scenario_of(kind, profile), _with_defaults(tables, kind), source, context={"profile": profile}

@@ -36,9 +36,10 @@ def identify(  # noqa: PLR0913
 
     Args:
         dataset: A dataset or its manifest; its records with use "fit" or "identify" are fitted, "test" never.
-        kind: "oscillator" or "vo2"; None: the dataset's own.
-        model: Of an oscillator, where to start, which parameters are fixed, its mechanisms; None: the nominal four.
-        starts: Starts of each fit, 1 to 64; None: 6 of an oscillator, 14 of a vo2.
+        kind: "oscillator", "vo2" or "equations"; None: the dataset's own.
+        model: Of an oscillator, where to start, which parameters are fixed, its mechanisms; None: the nominal four. Of
+            equations, which need one, the equations, bounds and where to start.
+        starts: Starts of each fit, 1 to 64; None: 14 of a vo2, else 6.
         seed: Seed of the random starts, 0 or more.
         plays: Of a vo2, play operators a model, 1 to 64 (None: 6).
         cells: Of a vo2, cells along an edge of the fine Preisach models, 8 to 80 (None: 80).

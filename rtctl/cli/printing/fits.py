@@ -33,6 +33,9 @@ def _print_oscillator(fit: Fit, path: Path) -> None:
         measured = [record.measured[name][record.first :] for record in fit.result.records]
         signal = np.sqrt(np.mean(np.concatenate(measured) ** 2))
         print(f"{name}: residual {rms:.4g} {fit.units[name]} RMS, {100.0 * rms / signal:.3g} % of its signal")
+    for record, outputs in fit.to_dict().get("rms_error_test", {}).items():
+        errors = ", ".join(f"{name} {one['value']:.4g} {one['unit']}" for name, one in outputs.items())
+        print(f"test record {record}: free run off by {errors} RMS")
     for warning in fit.warnings:
         print(f"note: {warning}")
     print(f"wrote {path}")

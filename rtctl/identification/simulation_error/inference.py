@@ -19,6 +19,9 @@ from rtctl.identification.least_squares.levenberg_marquardt import Minimum
 from rtctl.identification.noise.residual_noise import NoiseModel, compute_coloured_gram, fit_noise_by_period
 from rtctl.identification.simulation_error.segments import SegmentCost
 
+LEAST_EIGENVALUE = 1e-15
+"""Least information along any direction, relative to the largest: what no record shows has a large variance."""
+
 
 def infer(method: str, cost: SegmentCost, found: Minimum) -> Fit:
     """Return the fit by `method` that ended at `found`, with its covariance and determinability."""
@@ -97,10 +100,13 @@ def _compute_covariance(
                 / cost.sigma[row] ** 4
             )
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    inverse = np.linalg.pinv(information * np.outer(scale, scale), rcond=1e-15, hermitian=True)
-    inverse = inverse * np.outer(scale, scale)
-    covariance: FloatArray = inverse @ middle @ inverse
-    return information, 0.5 * (covariance + covariance.T)
+    both = np.outer(scale, scale)
+    sizes, axes = np.linalg.eigh(information * both)
+    inverse = axes / np.maximum(sizes, LEAST_EIGENVALUE * sizes[-1:]) @ axes.T
+    powers, directions = np.linalg.eigh(middle * both)
+    root = inverse @ (directions * np.sqrt(np.maximum(powers, 0.0)))  # its square is no variance below zero
+    covariance: FloatArray = root @ root.T * both
+    return information, covariance
 
 
 def _find_first_segments(cost: SegmentCost) -> NDArray[np.intp]:

@@ -13,12 +13,14 @@ from rtctl.registry import PlantKind, SignalKind, plant_kind, plant_kinds
 
 def measured_kinds() -> dict[str, PlantKind]:
     """Return the kinds of plant that have datasets, by name."""
-    return {name: kind for name, kind in plant_kinds().items() if kind.signals}
+    return {name: kind for name, kind in plant_kinds().items() if kind.has_datasets}
 
 
 def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
     """Return the unit in which `signal` is held; `units` are the manifest's."""
-    kind = plant_kind(plant).signals[signal]
+    kind = plant_kind(plant).signal(signal, "")
+    if kind is None:
+        raise ValueError(f'a plant "{plant}" has no signal "{signal}"')
     if kind.derivative_of is not None and signal == lowest_response(units):
         return held_response(signal, str(units[signal]))
     if kind.derivative_of is None:
@@ -33,6 +35,8 @@ def held_name(plant: str, signal: str) -> str:
 
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
     """Return what is wrong with the names, roles and units of the `[signals]` tables, as read from the file."""
+    if plant_kind(plant).free_signals:
+        return _free_findings(plant, signals)
     kinds = plant_kind(plant).signals
     found = [
         f'unknown signal "signals.{name}" of a plant "{plant}"{nearest(name, kinds)}'
@@ -60,6 +64,20 @@ def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
             f'no response is there: a plant "{plant}" needs one of {", ".join(responses)}; '
             f'add [signals.{responses[0]}] with role = "output" and its unit'
         )
+    return found
+
+
+def _free_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with signals that a user's model names: no output, and units."""
+    roles = {name: table.get("role") for name, table in signals.items() if isinstance(table, dict)}
+    found = []
+    if "output" not in roles.values():
+        found.append(
+            f'no output is there: a plant "{plant}" needs one; add [signals.<name>] with role = "output", the name as '
+            "in the model, and its unit"
+        )
+    for name, role in roles.items():
+        found += _table_findings(plant, name, SignalKind(role=str(role)), signals)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Measured data -> model: an oscillator's parameters with errors, or a vo2's hysteresis read-outs and heating."""
+"""Measured data -> model: parameters of an oscillator or of equations with errors, a vo2's read-outs and heating."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from pathlib import Path
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl identify`."""
     parser.add_argument("dataset", type=Path, help="dataset manifest (dataset.toml)")
-    parser.add_argument("--kind", help="which kind of plant, oscillator or vo2 (default: the dataset's own)")
+    parser.add_argument(
+        "--kind", help="which kind of plant: oscillator, vo2 or equations (default: the dataset's own)"
+    )
     parser.add_argument("--out", type=Path, required=True, help="model file to write")
     parser.add_argument(
         "--model",
         type=Path,
-        help="of an oscillator: where to start, which parameters are fixed, its mechanisms",
+        help="of an oscillator or of equations: where to start, which parameters are fixed, what it consists of",
     )
     parser.add_argument("--plays", type=int, help="of a vo2: play operators a model (default 6)")
     parser.add_argument(
@@ -22,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         help="of a vo2: cells along an edge of the fine Preisach models, 8 to 80 (default 80)",
     )
-    parser.add_argument(
-        "--starts", type=int, help="starts of each fit (default 14 for a vo2, 6 for an oscillator)"
-    )
+    parser.add_argument("--starts", type=int, help="starts of each fit (default 14 for a vo2, else 6)")
     parser.add_argument("--seed", type=int, default=0, help="of the starts (default 0)")
     parser.add_argument("--no-plot", action="store_true", help="write no picture beside the model")
 

@@ -1,0 +1,94 @@
+"""Time a step of the oscillator in equations beside the built-in one's Runge-Kutta steps, in one run; and first use.
+
+python benchmarks/equations_vs_builtin.py
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from plant_sim.equations.compiled.kernels import march_rk4
+from plant_sim.equations.reading import read_equations, system_of
+from plant_sim.oscillator.equation.terms import nominal
+from plant_sim.oscillator.integration.rk4 import bind_rk4
+
+MODEL = Path(__file__).resolve().parents[1] / "scenarios" / "models" / "equations" / "oscillator.toml"
+STEPS, SUBSTEPS, ROUNDS = 200_000, 20, 40
+FIRST_USE = """
+import sys, time
+import numpy as np
+from pathlib import Path
+from plant_sim.equations.model import equations_simulation
+from plant_sim.equations.reading import read_equations
+from rtctl.border.simulation import Stimulus
+begun = time.perf_counter()
+model = read_equations(Path(sys.argv[1]))
+one = equations_simulation(model, {"drive": "V", "displacement": "mm"}, "model")
+u = Stimulus(inputs={"drive": np.ones(100)}, holds={"drive": "zero"}, period_s=1e-3)
+one.predict(u, np.array([p.value for p in one.parameters]))
+print(time.perf_counter() - begun)
+"""
+
+
+def per_step(function) -> float:
+    """Return nanoseconds a step, the least of several rounds."""
+    begun = time.perf_counter()
+    function()
+    return 1e9 * (time.perf_counter() - begun) / STEPS
+
+
+def main() -> None:
+    """Print the table."""
+    system = system_of(read_equations(MODEL), "oscillator")
+    built_in = bind_rk4(nominal, 0)
+    values = [4.0, 8882.6, 6e5, 300.0]
+    nodes = np.random.default_rng(0).standard_normal((STEPS, 3))
+    own = np.ascontiguousarray(nodes.T[:, :, None])
+    for lanes in (1, 4, 8, 16):
+        p = np.array([[one.value * one.factor] * lanes for one in system.parameters])
+        rows = np.array([[values[k]] * lanes for k in (3, 0, 1, 2)])
+        out = np.empty((2, STEPS // SUBSTEPS + 1, lanes))
+        pair = (
+            lambda p=p, lanes=lanes: march_rk4(
+                system, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, SUBSTEPS, p
+            ),
+            lambda rows=rows, out=out, lanes=lanes: built_in(
+                np.zeros(lanes),
+                np.zeros(lanes),
+                np.empty((0, lanes)),
+                nodes,
+                1e-4,
+                SUBSTEPS,
+                rows,
+                out[0],
+                out[1],
+            ),
+        )
+        times = np.array([[per_step(one) for one in pair] for _ in range(ROUNDS)])[1:].min(axis=0)
+        own_ns, other_ns = times.tolist()
+        print(
+            f"{lanes:3d} lanes: equations {own_ns:6.1f} ns, built-in {other_ns:6.1f} ns, ratio {own_ns / other_ns:.2f}"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        text = MODEL.read_text(encoding="utf-8").replace(
+            "2)*z", f"2)*z + 0*{time.time_ns() % 10**9}*v*damping"
+        )
+        path = Path(folder) / "new.toml"
+        path.write_text(text, encoding="utf-8")
+        for word in ("first", "second"):
+            done = subprocess.run(
+                [sys.executable, "-c", FIRST_USE, str(path)], capture_output=True, text=True, check=True
+            )
+            print(
+                f"{word} use of a new model in a new process: {float(done.stdout):.2f} s from file to result"
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Models that a user writes as equations: language, units, compilation, simulation."""

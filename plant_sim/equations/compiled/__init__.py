@@ -1,0 +1,1 @@
+"""Equations as compiled kernels: trees to source in terms of numbered variables, laws, integrators bound to them."""

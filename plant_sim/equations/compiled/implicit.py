@@ -1,0 +1,170 @@
+"""Linearly implicit Euler steps, extrapolated to order 4, for stiff models: one kernel that calls any model's rates.
+
+Each step H is done with 1, 2, 3 and 4 Euler steps h = H/k, (I - h J) dx = h f(t + h, u, x), J by finite differences at
+the step's start, and the four results are extrapolated in h. What decays fast decays in the first of them. A step costs
+so much that the call of a law by its address does not show, and no integrator is compiled for a model.
+
+References: Deuflhard, SIAM Review 27 (1985) 505; Hairer, Wanner, Solving Ordinary Differential Equations II, IV.9.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plant_sim.equations.compiled.source import law_source
+from plant_sim.equations.system import System
+from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import background_kernel, kernel
+
+ORDER = 4
+SHARE = 1e-6
+"""Step of a finite difference, as a share of a state's size."""
+
+
+def derive_source(system: System) -> str:
+    """Return the source of the law `derive(x, u, t, p, j, rates) -> 0`, which fills `rates` (states,)."""
+    head = "def derive(x, u, t, p, j, rates):\n"
+    head += "".join(f"    x{k} = x[{k}]\n" for k in range(len(system.states)))
+    head += "".join(f"    u{k} = u[{k}]\n" for k in range(len(system.inputs)))
+    places = ", ".join(f"rates[{k}]" for k in range(len(system.states)))
+    return law_source(system, head, f"{places}, = {{rates}},\n    return 0", limited=True)
+
+
+@kernel
+def solve_in_place(matrix: FloatArray, rhs: FloatArray) -> None:
+    """Solve matrix (n, n) times unknown = rhs (n,) by elimination with pivots; both are overwritten."""
+    n = matrix.shape[0]
+    for c in range(n):
+        best = c
+        for r in range(c + 1, n):
+            if abs(matrix[r, c]) > abs(matrix[best, c]):
+                best = r
+        if best != c:
+            for k in range(n):
+                kept = matrix[c, k]
+                matrix[c, k] = matrix[best, k]
+                matrix[best, k] = kept
+            kept = rhs[c]
+            rhs[c] = rhs[best]
+            rhs[best] = kept
+        for r in range(c + 1, n):
+            factor = matrix[r, c] / matrix[c, c]
+            for k in range(c, n):
+                matrix[r, k] -= factor * matrix[c, k]
+            rhs[r] -= factor * rhs[c]
+    for r in range(n - 1, -1, -1):
+        for k in range(r + 1, n):
+            rhs[r] -= matrix[r, k] * rhs[k]
+        rhs[r] /= matrix[r, r]
+
+
+@kernel
+def at_share(nodes: FloatArray, i: int, share: float, u: FloatArray) -> None:
+    """Fill `u` (inputs,) at a share of step `i`, on the parabola through its start, middle and end."""
+    first, middle, last = (
+        (1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0),
+    )  # fmt: skip
+    for k in range(u.shape[0]):
+        u[k] = first * nodes[0, i, k] + middle * nodes[1, i, k] + last * nodes[2, i, k]
+
+
+# 7 parameters because a compiled kernel takes its arrays one by one
+@kernel
+def fill_slopes(
+    derive: Any, x: FloatArray, u: FloatArray, t: float, p: FloatArray, j: int, slopes: FloatArray
+) -> None:
+    """Fill the Jacobian `slopes` (states, states) of the rates of lane `j` at `x` (states,)."""
+    n = x.shape[0]
+    base, moved = np.empty(n), np.empty(n)
+    derive(x, u, t, p, j, base)
+    for c in range(n):
+        before = x[c]
+        step = SHARE * max(abs(before), 1e-12)
+        x[c] = before + step
+        derive(x, u, t, p, j, moved)
+        x[c] = before
+        for r in range(n):
+            slopes[r, c] = (moved[r] - base[r]) / step
+
+
+# 8 parameters because a compiled kernel takes its arrays one by one
+@kernel
+def lane_step(  # noqa: PLR0913
+    derive: Any, x: FloatArray, nodes: FloatArray, i: int, h: float, t: float, p: FloatArray, j: int
+) -> FloatArray:
+    """Return the states (states,) of lane `j` after step `i` of length `h` from `x` (states,) at the time `t`."""
+    n = x.shape[0]
+    slopes, matrix, table = np.empty((n, n)), np.empty((n, n)), np.empty((ORDER, n))
+    here, rhs, u = np.empty(n), np.empty(n), np.empty(nodes.shape[2])
+    at_share(nodes, i, 0.0, u)
+    fill_slopes(derive, x, u, t, p, j, slopes)
+    for k in range(1, ORDER + 1):
+        own = h / k
+        for r in range(n):
+            here[r] = x[r]
+        for s in range(1, k + 1):
+            at_share(nodes, i, s / k, u)
+            derive(here, u, t + s * own, p, j, rhs)
+            for r in range(n):
+                rhs[r] *= own
+                for c in range(n):
+                    matrix[r, c] = (1.0 if r == c else 0.0) - own * slopes[r, c]
+            solve_in_place(matrix, rhs)
+            for r in range(n):
+                here[r] += rhs[r]
+        for r in range(n):
+            table[k - 1, r] = here[r]
+            for m in range(1, k):  # Aitken and Neville
+                change = table[k - m, r] - table[k - m - 1, r]
+                table[k - m - 1, r] = table[k - m, r] + change / (k / (k - m) - 1.0)
+    ended: FloatArray = table[0]
+    return ended
+
+
+# 10 parameters because a compiled kernel takes its arrays one by one
+@background_kernel
+def extrapolate(  # noqa: PLR0913
+    derive: Any,
+    x: FloatArray,
+    nodes: FloatArray,
+    h: float,
+    substeps: int,
+    start_s: float,
+    p: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    out: FloatArray,
+) -> None:
+    """March all lanes through a record, as `rk4` of `plant_sim.equations.compiled.explicit` does.
+
+    Args:
+        derive: Law of the model by its address.
+        x: States (states, lanes) at the start, left at the end [SI].
+        nodes: Inputs (3, steps, inputs) [SI].
+        h: Step [s].
+        substeps: Steps between two samples.
+        start_s: Time at the start [s].
+        p: Parameters (parameters, lanes) [SI].
+        low: Lower limits (states,) [SI].
+        high: Upper limits (states,) [SI].
+        out: States (samples, states, lanes); row 0 is left to the caller.
+    """
+    states, lanes = x.shape
+    begun = np.empty(states)
+    row, until_sample = 1, substeps
+    for i in range(nodes.shape[1]):
+        for j in range(lanes):
+            for r in range(states):
+                begun[r] = x[r, j]
+            ended = lane_step(derive, begun, nodes, i, h, start_s + i * h, p, j)
+            for r in range(states):
+                x[r, j] = min(max(ended[r], low[r]), high[r])
+        until_sample -= 1
+        if until_sample == 0:
+            until_sample = substeps
+            for r in range(states):
+                for j in range(lanes):
+                    out[row, r, j] = x[r, j]
+            row += 1

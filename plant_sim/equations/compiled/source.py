@@ -1,0 +1,152 @@
+"""Trees to the source of a kernel: one line a node, each node once; no text of the user is in it, only numbered names.
+
+States are x0, x1, ..., inputs u0, ..., the time t [s], parameters p[k, j] of lane j; all SI. Both sides of `where`
+are computed and one is taken, which the compiler turns into code for many lanes at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from plant_sim.equations.language.evaluation import constant
+from plant_sim.equations.language.functions import CONSTANTS, FUNCTIONS, TIME
+from plant_sim.equations.language.tree import (
+    Call,
+    Comparison,
+    Logic,
+    Name,
+    Negative,
+    Number,
+    Operation,
+    Tree,
+    names_in,
+)
+from plant_sim.equations.system import State, System
+
+MOST_FACTORS = 16
+"""Largest exponent that is written as products."""
+
+
+def law_source(system: System, head: str, tail: str, *, limited: bool) -> str:
+    """Return the source of a function that computes the rates of all states.
+
+    Args:
+        system: The equations.
+        head: Its first lines, which define the variables.
+        tail: Its last line, with `{rates}` in the place of the rates.
+        limited: Whether a rate is 0 where its state is at a limit that it points beyond.
+    """
+    writer = _Writer(system, tuple(one.rate for one in system.states))
+    rates = [writer.number(one.rate) for one in system.states]
+    if limited:
+        rates = [
+            writer.limited(rate, f"x{k}", one.low, one.high)
+            for k, (rate, one) in enumerate(zip(rates, system.states, strict=True))
+        ]
+    body = "".join(f"    {line}\n" for line in writer.lines)
+    return f"{head}{body}    {tail.format(rates=', '.join(rates))}\n"
+
+
+def kept(state: State, value: str) -> str:
+    """Return the source of a value of a state, put back where it is beyond a limit; NaN stays."""
+    if state.low > -math.inf:
+        value = f"({state.low!r} if {value} < {state.low!r} else {value})"
+    if state.high < math.inf:
+        value = f"({state.high!r} if {value} > {state.high!r} else {value})"
+    return value
+
+
+class _Writer:
+    """The lines so far, and the variable of each node that was written."""
+
+    def __init__(self, system: System, trees: tuple[Tree, ...]) -> None:
+        self.lines: list[str] = []
+        self._known: dict[Tree, str] = {}
+        terms = system.needed_terms(trees)
+        used = {name for tree in (*trees, *terms.values()) for name in names_in(tree)}
+        self._variables: dict[str, str] = {
+            TIME: "t",
+            **{name: repr(value) for name, value in CONSTANTS.items()},
+        }
+        self._variables |= {one.name: f"x{k}" for k, one in enumerate(system.states)}
+        self._variables |= {one.name: f"u{k}" for k, one in enumerate(system.inputs)}
+        for k, parameter in enumerate(system.parameters):
+            if parameter.name in used:
+                self.lines.append(f"p{k} = p[{k}, j]")
+                self._variables[parameter.name] = f"p{k}"
+        for name, tree in terms.items():
+            self._variables[name] = self.number(tree)
+
+    def _new(self, value: str) -> str:
+        variable = f"c{len(self.lines)}"
+        self.lines.append(f"{variable} = {value}")
+        return variable
+
+    def limited(self, rate: str, state: str, low: float, high: float) -> str:
+        """Return the rate, 0 where the state is at a limit that it points beyond."""
+        if low > -math.inf:
+            rate = self._new(f"0.0 if {state} <= {low!r} and {rate} < 0.0 else {rate}")
+        if high < math.inf:
+            rate = self._new(f"0.0 if {state} >= {high!r} and {rate} > 0.0 else {rate}")
+        return rate
+
+    def number(self, tree: Tree) -> str:
+        """Return the variable or literal of a tree, written once however often it stands there."""
+        if isinstance(tree, Number):
+            return _literal(tree.value)
+        if isinstance(tree, Name):
+            return self._variables[tree.name]
+        if tree not in self._known:
+            self._known[tree] = self._new(self._value(tree))
+        return self._known[tree]
+
+    def _value(self, tree: Tree) -> str:
+        match tree:
+            case Negative(of):
+                return f"-{self.number(of)}"
+            case Operation("^", base, exponent):
+                return self._power(base, exponent)
+            case Operation(operator, left, right) | Comparison(operator, left, right):
+                return f"{self.number(left)} {operator} {self.number(right)}"
+            case Logic("not", (one,)):
+                return f"not {self.number(one)}"
+            case Logic(word, conditions):
+                return f" {'&' if word == 'and' else '|'} ".join(self.number(one) for one in conditions)
+            case Call(function, arguments):
+                return self._call(function, [self.number(one) for one in arguments])
+            case _:
+                raise TypeError(f"{tree!r} is no node")
+
+    def _power(self, base: Tree, exponent: Tree) -> str:
+        under, power = self.number(base), constant(exponent)
+        if power == 0.5:
+            return f"sqrt({under})"
+        if power is None or power != int(power) or not 1 <= abs(power) <= MOST_FACTORS:
+            return f"{under} ** {self.number(exponent)}"
+        square, made = under, ""
+        bits = f"{int(abs(power)):b}"
+        for bit_place, bit in zip(range(len(bits) - 1, -1, -1), reversed(bits), strict=True):
+            if bit == "1":
+                made = self._new(f"{made} * {square}") if made else square
+            if bit_place:
+                square = self._new(f"{square} * {square}")
+        return f"1.0 / {made}" if power < 0 else made
+
+    def _call(self, function: str, arguments: Sequence[str]) -> str:
+        if function == "where":
+            condition, one, other = arguments
+            return f"{one} if {condition} else {other}"
+        if function == "sign":
+            (of,) = arguments
+            return f"1.0 if {of} > 0.0 else (-1.0 if {of} < 0.0 else 0.0 * {of})"
+        if function in ("min", "max"):
+            found, sign = arguments[0], "<" if function == "min" else ">"
+            for other in arguments[1:]:
+                found = self._new(f"{other} if not {found} {sign}= {other} else {found}")
+            return found
+        return f"{FUNCTIONS[function].code}({', '.join(arguments)})"
+
+
+def _literal(value: float) -> str:
+    return repr(float(value))

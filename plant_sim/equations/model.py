@@ -1,0 +1,64 @@
+"""A model file bound to the units of a dataset: which signals it has, and in which units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plant_sim.equations.reading import factor_of, system_of
+from plant_sim.equations.simulation import EquationsSimulation
+from plant_sim.equations.system import Constant, System
+from rtctl.border.equations.file import EquationsFile
+from rtctl.border.errors import InputError, nearest
+from rtctl.border.mechanisms import Parameter
+from rtctl.border.simulation import FreeParameter
+from rtctl.border.unit_text import parsed_unit
+
+
+def equations_simulation(model: EquationsFile, units: Mapping[str, str], source: str) -> EquationsSimulation:
+    """Return the simulation of `model` with its signals in the data's `units`.
+
+    Raises:
+        InputError: something in the model is wrong, or its signals are not those of the data; it names `source`.
+    """
+    system = system_of(model, source)
+    problems = _signal_problems(system, units)
+    if problems:
+        raise InputError("\n".join(f"{source}: {text}" for text in problems))
+    return EquationsSimulation(
+        system=system,
+        parameters=tuple(_free(one) for one in system.parameters),
+        input_factors=np.array([factor_of(units[one.name]) for one in system.inputs]),
+        output_factors=np.array([factor_of(units.get(one.name, one.unit)) for one in system.outputs]),
+    )
+
+
+def _signal_problems(system: System, units: Mapping[str, str]) -> list[str]:
+    found = []
+    declared = {one.name: one.unit for one in system.inputs} | {one.name: one.unit for one in system.outputs}
+    for name in units:
+        if name not in declared:
+            found.append(f'the data have a signal "{name}", the model has none{nearest(name, declared)}')
+    for one in system.inputs:
+        if one.name not in units:
+            found.append(
+                f'model.inputs.{one.name}: the data have no signal "{one.name}"{nearest(one.name, units)}'
+            )
+    if not any(one.name in units for one in system.outputs):
+        found.append(f"model.outputs: the data have none of {', '.join(one.name for one in system.outputs)}")
+    for name, unit in units.items():
+        wanted = declared.get(name)
+        if wanted is not None and parsed_unit(unit).dimensionality != parsed_unit(wanted).dimensionality:
+            found.append(
+                f'"{name}" is in {unit} in the data, which is not compatible with {wanted} of the model'
+            )
+    return found
+
+
+def _free(one: Constant) -> FreeParameter:
+    size = abs(one.value) or (one.high - one.low if np.isfinite(one.high - one.low) else 1.0)
+    declared = Parameter(
+        name=one.name, unit=one.unit, meaning="", scale=lambda scales: size, low=one.low, high=one.high
+    )
+    return FreeParameter(one.name, one.unit, one.value, one.low, one.high, one.fixed, declared, "")

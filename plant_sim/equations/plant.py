@@ -1,0 +1,151 @@
+"""A user's equations as a device: driven by one set of held commands after the other.
+
+Its step is that of the fastest part along the way that it went, looked at anew from time to time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plant_sim.equations.compiled.kernels import march_implicit, march_rk4
+from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
+from plant_sim.equations.integration.steps import Plan, places_of, plan, slopes
+from plant_sim.equations.language.evaluation import evaluate
+from plant_sim.equations.language.functions import TIME
+from plant_sim.equations.reading import read_equations, system_of
+from plant_sim.equations.simulation import ABSURD
+from plant_sim.equations.system import System
+from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.file import EquationsFile
+from rtctl.border.errors import InputError
+from rtctl.border.quantities import read_toml
+from rtctl.border.records import DeviceProfile, device_profile
+
+LONGEST_HOLD_S = 600.0
+"""A device that nobody has looked at for longer is moved through the last so many seconds alone."""
+SAME_STEPS = 64
+"""Commands after which the steps are chosen anew."""
+MOST_STEPS = 200_000
+"""Steps in a call beyond which a device answers no more in time."""
+
+
+class EquationsPlant:
+    """A simulated device (see `plant_sim.plant.Plant`)."""
+
+    def __init__(
+        self, model: EquationsFile, device: DeviceTable, source: str, seed: int | None = None
+    ) -> None:
+        """Build the device; `seed` replaces that of its noise. Raises InputError where the model is wrong."""
+        self._system: System = system_of(model, source)
+        limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
+        sensors = [device.outputs.get(one.name, Instrument()) for one in self._system.outputs]
+        self._noises = np.array([one.noise for one in sensors])
+        names = [one.name for one in self._system.outputs]
+        self._shown = names.index(device.reference) if device.reference else 0
+        self.profile = _profile(self._system, self._shown, source)
+        self.identity = device.name
+        self.low = tuple(one.low for one in limits)
+        self.high = tuple(one.high for one in limits)
+        self.safe = tuple(one.safe for one in limits)
+        self._seed = device.seed if seed is None else seed
+        self._p = np.array([[one.value * one.factor] for one in self._system.parameters]).reshape(-1, 1)
+        self.reset()
+
+    def reset(self) -> None:
+        """Reset to power-up: at the model's initial state, clocks and noise from the start."""
+        self._x = np.array([[one.initial] for one in self._system.states])
+        self._swing = np.maximum(np.abs(self._x[:, 0]), 1e-12)
+        self._u = np.array([self.safe]) * [one.factor for one in self._system.inputs]
+        self._time_s, self._calls = 0.0, 0
+        self._random = np.random.default_rng(self._seed)
+        self._plan, self._planned_s = Plan(1, False), 0.0
+        self.diverged = False
+
+    def advance(self, levels: Sequence[float], dt_s: float) -> None:
+        """Hold `levels` (inputs,) for `dt_s` [s]. Raises ValueError on what cannot be held."""
+        if not (all(map(math.isfinite, levels)) and dt_s >= 0.0):
+            raise ValueError(
+                f"levels {list(levels)!r} for {dt_s!r} s: finite levels and a time >= 0 are needed"
+            )
+        if dt_s > LONGEST_HOLD_S:
+            self._time_s += dt_s - LONGEST_HOLD_S
+            dt_s = LONGEST_HOLD_S
+        self._u = np.array([levels]) * [one.factor for one in self._system.inputs]
+        if dt_s == 0.0 or self.diverged:
+            return
+        if self._calls % SAME_STEPS == 0 or dt_s != self._planned_s:
+            self._plan, self._planned_s = self._resolve(dt_s), dt_s
+        self._calls += 1
+        march = march_implicit if self._plan.implicit else march_rk4
+        nodes = np.tile(self._u, (3, self._plan.substeps, 1))
+        ended = march(self._system, self._x, nodes, dt_s, self._plan.substeps, self._p, self._time_s)[-1]
+        self._time_s += dt_s
+        self.diverged = not bool(np.all(np.abs(ended) < ABSURD))
+        if not self.diverged:
+            self._swing = np.maximum(self._swing, np.abs(ended - self._x)[:, 0])
+            self._x = ended
+
+    def _resolve(self, dt_s: float) -> Plan:
+        """Return the steps of a hold from the slopes here and now; a model that is too fast keeps the most."""
+        places = places_of(self._x.T, self._u, 1.0)
+        try:
+            found = plan(slopes(self._system, places, self._p[:, 0], self._swing), dt_s, None)
+        except ValueError:
+            return Plan(MOST_STEPS, False)
+        return found._replace(substeps=min(found.substeps, MOST_STEPS))
+
+    def measure(self) -> tuple[tuple[float, ...], float]:
+        """Return readings of the outputs and the reference; NaN once the motion diverged."""
+        noise = self._noises * self._random.standard_normal(len(self._noises))
+        if self.diverged:
+            return (math.nan,) * len(noise), math.nan
+        clean = self._outputs()
+        return tuple((clean + noise).tolist()), float(clean[self._shown])
+
+    def _outputs(self) -> FloatArray:
+        """Return the outputs (outputs,) now, each in its unit."""
+        system = self._system
+        values: dict[str, float] = {TIME: self._time_s}
+        values |= {one.name: float(self._x[k, 0]) for k, one in enumerate(system.states)}
+        values |= {one.name: float(self._u[0, k]) for k, one in enumerate(system.inputs)}
+        values |= {one.name: float(self._p[k, 0]) for k, one in enumerate(system.parameters)}
+        for name, tree in system.needed_terms(tuple(one.value for one in system.outputs)).items():
+            values[name] = float(evaluate(tree, values))
+        return np.array([float(evaluate(one.value, values)) / one.factor for one in system.outputs])
+
+    def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
+        """Call `advance`, then `measure`."""
+        self.advance(levels, dt_s)
+        return self.measure()
+
+
+def _profile(system: System, shown: int, source: str) -> DeviceProfile:
+    reference = system.outputs[shown]
+    try:
+        return device_profile(
+            "equations",
+            commands={one.name: one.unit for one in system.inputs},
+            sensed={one.name: one.unit for one in system.outputs},
+            reference=(f"reference_{reference.name}", reference.unit),
+        )
+    except ValueError as error:
+        raise InputError(f"{source}: no device of this model: {error}") from None
+
+
+def load_plant(path: Path, seed: int | None = None) -> EquationsPlant:
+    """Return the device of a model file, or of a plant file whose `plant.model` names one. Raises InputError."""
+    plant = read_toml(path).get("plant")
+    if isinstance(plant, dict):
+        named = plant.get("model")
+        unknown = sorted(plant.keys() - {"kind", "model"})
+        if unknown:
+            raise InputError(f'{path}: unknown key "plant.{unknown[0]}"; known: kind, model')
+        if not isinstance(named, str):
+            raise InputError(f'{path}: key "plant.model" must name a model file of equations, got {named!r}')
+        path = path.parent / named
+    model = read_equations(path)
+    return EquationsPlant(model, read_device_table(model, path), str(path), seed)

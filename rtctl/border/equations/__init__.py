@@ -1,0 +1,1 @@
+"""Model files of equations: the tables, without what their texts mean."""

@@ -1,0 +1,74 @@
+"""The unit that a text names, read by pint within limits: no text takes long."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import pint
+
+from rtctl.border.errors import nearest
+from rtctl.border.quantities import QUANTITY, unit_registry
+
+_COMMON = (
+    *(
+        "m",
+        "mm",
+        "um",
+        "nm",
+        "m/s",
+        "mm/s",
+        "m/s^2",
+        "mm/s^2",
+        "V",
+        "mV",
+        "A",
+        "mA",
+        "uA",
+        "N",
+        "mN",
+        "s",
+        "ms",
+    ),
+    *("ohm", "kohm", "Mohm", "T", "mT", "A/m", "rad", "deg", "degC", "K", "Hz", "Pa", "dimensionless"),
+)
+
+SI = "SI"
+"""Unit of a quantity that is in SI base units, whichever they are."""
+LONGEST = 80
+"""Characters of a unit; longer texts are none."""
+_TOWER = re.compile(r"(\*\*|\^)[\s(+-]*[\d.]+[\s)]*(\*\*|\^)|\d{5}|(\*\*|\^)[\s(+-]*\d{3}")
+"""Powers of powers and large numbers, which would be worked out for ever."""
+
+
+def parsed_unit(unit: str) -> pint.Unit:
+    """Return the unit; "" is a plain number. Raises ValueError in words, with the nearest unit that people use."""
+    if len(unit) > LONGEST or "√" in unit or _TOWER.search(unit):  # pint passes over the root
+        raise ValueError(f'unit "{unit[:LONGEST]}" cannot be read; write it like "mm/s^2"')
+    try:
+        return unit_registry().parse_units(unit)
+    except pint.UndefinedUnitError:
+        raise ValueError(f'unknown unit "{unit}"{nearest(unit, _COMMON)}') from None
+    except Exception as error:  # pint lets tokenizer, assertion and type errors through
+        raise ValueError(f'unit "{unit}" cannot be read: {error}; write it like "mm/s^2"') from None
+
+
+def parse_base_quantity(raw: Any) -> float:
+    """Return a quantity such as "3 cm" in SI base units; "0.03 SI" is one that is in them already.
+
+    Raises:
+        ValueError: In words; also for a number without a unit, which would be a guess.
+    """
+    match = QUANTITY.match(raw.strip()) if isinstance(raw, str) else None
+    if match is None or not match[2]:
+        raise ValueError(
+            f'a quantity is "<number> <unit>", such as "3 cm" ("dimensionless" of a number), got {raw!r}'
+        )
+    number, unit = float(match[1]), match[2]
+    value = number
+    if unit != SI:
+        value = float(unit_registry().Quantity(number, parsed_unit(unit)).to_base_units().magnitude)
+    if not math.isfinite(value):
+        raise ValueError(f"must be finite, got {raw!r}")
+    return value

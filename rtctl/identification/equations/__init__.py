@@ -1,0 +1,1 @@
+"""Identification of equations of a user."""

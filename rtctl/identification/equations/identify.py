@@ -1,0 +1,246 @@
+"""Identify a user's equations: least squares on free runs from the start model, more starts where that gets stuck."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.file import EquationsFile
+from rtctl.border.errors import InputError
+from rtctl.border.options import LARGEST_SEED, check_integer
+from rtctl.border.simulation import Simulation
+from rtctl.identification.equations.starts import make_starts, shoot, trajectory_scales
+from rtctl.identification.equations.writing import write_fitted
+from rtctl.identification.fit import Fit, FitError
+from rtctl.identification.fit_record import FitRecord, make_fit_record, select_fit_records
+from rtctl.identification.least_squares.levenberg_marquardt import Minimum, minimise
+from rtctl.identification.simulation_error.inference import infer
+from rtctl.identification.simulation_error.output_error import (
+    FitOptions,
+    ReportProgress,
+    compute_signal_sizes,
+    open_thread_pool,
+    polish,
+)
+from rtctl.identification.simulation_error.segments import Segment, SegmentCost
+from rtctl.identification.simulation_error.sensitivity import Sensitivity
+from rtctl.measured.dataset import Dataset
+
+KIND = "equations"
+MAX_RESIDUAL_SHARE = 0.3
+"""RMS residual relative to an output's variation above which a fit is not trusted, and other starts are tried."""
+LEAST_SAMPLES_PER_UNKNOWN = 5
+"""Scored samples for each unknown below which nothing is fitted: none would be left to tell the noise."""
+NOT_TRUSTED = (
+    "do not use this model, because it leaves {:.3g} % of what {} does. Check that inputs and outputs are not swapped "
+    "and belong together, the sample rate and the units; give better values to start from, or bounds (low, high), or "
+    "what the equations lack"
+)
+Build = Callable[[EquationsFile, Mapping[str, str], str], Simulation]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquationsFitOptions:
+    """Options of the identification."""
+
+    starts: int = 6
+    """Starts that are tried where the fit from the start model does not follow the data, itself included."""
+    seed: int = 0
+    fit: FitOptions = field(default_factory=lambda: FitOptions(screening_iterations=30, final_iterations=40))
+
+    def __post_init__(self) -> None:
+        check_integer("starts", self.starts, 1, 64, "starts of each fit")
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquationsFit:
+    """A model file and the fit behind it."""
+
+    model: EquationsFile
+    """Model file without provenance."""
+    fit: Fit
+    reason: str
+    """How the fit was reached."""
+    warnings: tuple[str, ...]
+    records: tuple[FitRecord, ...]
+    """The fitted records."""
+    tested: Mapping[str, Mapping[str, float]]
+    """RMS error of the free run of each test record by output, from the start in the model's file or the record's."""
+    trusted: bool = True
+    """Whether the fit follows the data at all; if not, standard errors of its parameters mean nothing."""
+
+
+def identify_equations(
+    dataset: Dataset,
+    model: EquationsFile,
+    build: Build,
+    options: EquationsFitOptions | None = None,
+    *,
+    source: str = "model",
+    report: ReportProgress = lambda text, share: None,
+) -> EquationsFit:
+    """Fit the parameters of `model` that are not fixed, and the starts of records that are not known.
+
+    Args:
+        dataset: Records whose signals the model names.
+        model: Structure, start values and bounds.
+        build: Binds a model to units (`rtctl.wiring.build_simulation`).
+        options: Numbers of starts and iterations.
+        source: Name of the start model in messages.
+        report: Receives the progress.
+
+    Raises:
+        InputError: There is nothing to fit.
+        FitError: No start leads to a bounded simulation.
+    """
+    options = options or EquationsFitOptions()
+    records = select_fit_records(dataset)
+    simulation = build(model, dataset.units, source)
+    _check_records(dataset, records, simulation, source)
+    fit, reason = _fit(simulation, records, options, report)
+    output, left = _residual_share(fit, records)
+    trusted = left <= MAX_RESIDUAL_SHARE
+    fitted = write_fitted(model, fit, with_errors=trusted)
+    return EquationsFit(
+        model=fitted,
+        fit=fit,
+        reason=f"{reason}, free runs leave {100.0 * left:.2g} % of {output}",
+        warnings=(*(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)), *_warnings(fit)),
+        records=records,
+        tested=_test(build(fitted, dataset.units, source), dataset),
+        trusted=trusted,
+    )
+
+
+def _fit(
+    simulation: Simulation,
+    records: Sequence[FitRecord],
+    options: EquationsFitOptions,
+    report: ReportProgress,
+) -> tuple[Fit, str]:
+    """Fit from the model's own values; where that does not follow the data, from other ones too."""
+    scales, states = trajectory_scales(simulation, records)
+    plain = Sensitivity.of(simulation, records, scales=scales)
+    sensitivity = Sensitivity(
+        simulation=simulation, free=plain.free, scale=plain.scale, state_scale=states, outputs=plain.outputs
+    )
+    with open_thread_pool(options.fit.threads) as executor:
+        values = plain.current_values
+        segments = [Segment(one, simulation.starting(one.stimulus, values), False) for one in records]
+        cost = SegmentCost(
+            sensitivity=sensitivity, segments=segments, sigma=compute_signal_sizes(sensitivity, records),
+            executor=executor, steps_per_period=options.fit.coarse_steps_per_period,
+        )  # fmt: skip
+        report("fitting from the start model", 0.1)
+        best, reason = _minimised(cost, values, options.fit), "from the start model"
+        if options.starts > 1 and (best is None or _share_left(cost, best) > MAX_RESIDUAL_SHARE):
+            tried = [*shoot(cost, values), *make_starts(simulation, options.starts - 1, options.seed)]
+            for number, start in enumerate(tried):
+                report("fitting from other starts", 0.2 + 0.4 * number / len(tried))
+                found = _minimised(cost, start, options.fit)
+                if found is not None and (best is None or found.equations.cost < best.equations.cost):
+                    best, reason = found, "from another start"
+        if best is None:
+            raise FitError(
+                "the model diverges from every start: it is unbounded there or far from the data; correct the start "
+                "values or give bounds (low, high)"
+            )
+        cost, best = polish(cost, best, options.fit, report)
+        return infer("output_error", cost, best), reason
+
+
+def _minimised(cost: SegmentCost, start: FloatArray, options: FitOptions) -> Minimum | None:
+    """Return the minimum that some iterations reach from full parameters `start`; None where the model diverges."""
+    low, high = cost.sensitivity.bounds
+    shared = np.clip(start[cost.sensitivity.free] / cost.sensitivity.scale, low, high)
+    return minimise(
+        cost.equations, cost.start(shared), low, high,
+        iterations=options.screening_iterations, second_derivative=cost.compute_second_derivative,
+    )  # fmt: skip
+
+
+def _share_left(cost: SegmentCost, found: Minimum) -> float:
+    """Return the largest RMS residual of an output over its variation."""
+    pieces = cost.compute_terms(found.unknowns) or []
+    shares = []
+    for row, name in enumerate(cost.sensitivity.outputs):
+        measured = [one.record.measured[name][one.record.first :] for one in cost.segments]
+        whole = np.concatenate(measured)
+        rms = np.sqrt(sum(float(piece.square[row]) for piece in pieces) / len(whole))
+        shares.append(float(rms / max(np.std(whole), 1e-300)))
+    return max(shares, default=np.inf)
+
+
+def _residual_share(fit: Fit, records: Sequence[FitRecord]) -> tuple[str, float]:
+    """Return the output of which the most is left, and its RMS residual relative to its variation."""
+    shares = {
+        name: rms
+        / max(float(np.std(np.concatenate([one.measured[name][one.first :] for one in records]))), 1e-300)
+        for name, rms in fit.rms.items()
+    }
+    worst = max(shares, key=lambda name: shares[name])
+    return worst, shares[worst]
+
+
+def _check_records(
+    dataset: Dataset, records: Sequence[FitRecord], simulation: Simulation, source: str
+) -> None:
+    """Raise InputError where there is nothing to fit, or too little to fit it to."""
+    if not records:
+        raise InputError(f'{dataset.path}: no record has use = "fit"; test records are never fitted')
+    free = sum(not one.fixed for one in simulation.parameters)
+    if free == 0 and not simulation.state:
+        raise InputError(f"{source}: every parameter and every start is fixed: there is nothing to fit")
+    outputs = [name for name in simulation.outputs if all(name in one.measured for one in records)]
+    if not any(np.ptp(one.measured[name][one.first :]) for one in records for name in outputs):
+        raise InputError(f"{dataset.path}: nothing moves, all outputs are constant in the records to fit")
+    unknowns = free + len(simulation.state) * len(records)
+    samples = len(outputs) * sum(one.samples - one.first for one in records)
+    if samples < LEAST_SAMPLES_PER_UNKNOWN * unknowns:
+        raise InputError(
+            f"{dataset.path}: the records to fit have {samples} scored samples for {unknowns} unknowns ({free} "
+            f"parameters, and the start of each record); at least {LEAST_SAMPLES_PER_UNKNOWN * unknowns} are needed"
+        )
+    for one in records:
+        values = np.array([parameter.value for parameter in simulation.parameters])
+        try:
+            simulation.predict(one.truncate(2).stimulus, values)
+        except ValueError as error:
+            raise InputError(f"{source}: on record {one.name}: {error}") from None
+
+
+def _test(simulation: Simulation, dataset: Dataset) -> dict[str, dict[str, float]]:
+    """Return the RMS error of the free run of each test record by output; infinite where it diverges."""
+    found: dict[str, dict[str, float]] = {}
+    values = np.array([one.value for one in simulation.parameters])
+    for record in dataset.used_for("test"):
+        one = make_fit_record(record, dataset.holds)
+        try:
+            run = simulation.predict(one.stimulus, values)
+        except ValueError:
+            run = None
+        found[one.name] = {
+            name: np.inf
+            if run is None or run.diverged_at[0] >= 0
+            else float(np.sqrt(np.mean((run.outputs[name][0] - measured)[one.first :] ** 2)))
+            for name, measured in one.measured.items()
+            if name in simulation.outputs
+        }
+    return found
+
+
+def _warnings(fit: Fit) -> tuple[str, ...]:
+    said = list(fit.determinability.describe())
+    if fit.status != "converged":
+        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
+    for k, name in zip(fit.free, fit.names, strict=True):
+        one = fit.simulation.parameters[k]
+        if one.value in (one.low, one.high):
+            said.append(
+                f"{name} ended on its bound, {one.value:g} {one.unit}: widen it, or the model is short of something"
+            )
+    return tuple(said)

@@ -1,0 +1,34 @@
+"""A fitted model as a file: values with standard errors in the file's own units, bounds as they were, the start."""
+
+from __future__ import annotations
+
+from rtctl.border.equations.file import EquationsFile
+from rtctl.border.model_file import Value
+from rtctl.identification.fit import Fit
+
+
+def write_fitted(start: EquationsFile, fit: Fit, *, with_errors: bool) -> EquationsFile:
+    """Return `start` with the fitted values, and the fitted start of the first record as `initial`."""
+    errors = dict(zip(fit.names, fit.standard_errors.tolist(), strict=True))
+    values = {one.name: one.value for one in fit.simulation.parameters}
+    parameters = {
+        name: _moved(old, values[name], errors[name] if with_errors else float("inf"))
+        if name in errors
+        else old
+        for name, old in start.model.parameters.items()
+    }
+    first = dict(zip(fit.simulation.state, fit.initial[0].tolist(), strict=True)) if len(fit.initial) else {}
+    states = dict(start.model.states)
+    for name, value in first.items():
+        old = states[name]
+        low = old.low if old.low is not None else value
+        high = old.high if old.high is not None else value
+        states[name] = old.model_copy(update={"initial": min(max(value, low), high)})
+    model = start.model.model_copy(update={"parameters": parameters, "states": states})
+    return start.model_copy(update={"model": model, "provenance": {}})
+
+
+def _moved(old: Value, value: float, error: float) -> Value:
+    """Return a value with its standard error; without one where the data do not determine it."""
+    known = {"standard_error": error} if error < float("inf") else {}
+    return Value(value=value, unit=old.unit, low=old.low, high=old.high, **known)

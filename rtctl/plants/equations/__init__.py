@@ -1,0 +1,1 @@
+"""Equations of a user as a kind of plant."""

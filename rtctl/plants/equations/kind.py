@@ -1,0 +1,29 @@
+"""Equations of a user as a kind of plant: simulated and identified; its signals are those that the model names."""
+
+from rtctl.border.records import device_profile
+from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind
+
+EQUATIONS = PlantKind(
+    name="equations",
+    summary="equations of your own, with units",
+    profile=device_profile(  # a stand-in: each device has the channels of its model
+        "equations",
+        commands={"input": "dimensionless"},
+        sensed={"output": "dimensionless"},
+        reference=("reference_output", "dimensionless"),
+    ),
+    free_signals=True,
+    model=ModelFiles(
+        read="plant_sim.equations.reading:read_equations",
+        write="rtctl.models.equations:write_equations_model",
+        simulation="plant_sim.equations.model:equations_simulation",
+        is_device=True,
+    ),
+    identification=Identification(
+        fit="rtctl.api.identifying.fit_equations:fit_equations",
+        options="rtctl.identification.equations.identify:EquationsFitOptions",
+        option_names={"starts": "starts", "seed": "seed"},
+        takes_model=True,
+    ),
+    device_file="plant_sim.equations.plant:load_plant",
+)

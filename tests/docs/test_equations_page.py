@@ -1,0 +1,57 @@
+"""The page on equations runs as it stands, and says what the program says."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from plant_sim.equations.language.functions import FUNCTIONS
+from rtctl.border.equations.file import EquationsTable, OutputTable, StateTable
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+
+
+def test_the_page_runs_and_names_what_the_data_do_not_tell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (model,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    (tmp_path / "tanks.toml").write_text(model, encoding="utf-8")
+    said = io.StringIO()
+    names: dict[str, object] = {"__name__": "page"}
+    with contextlib.redirect_stdout(said):
+        for block in re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL):
+            exec(compile(block, "equations.md", "exec"), names)
+    refused, errors, *warnings = said.getvalue().splitlines()
+    assert refused in PAGE
+    before, after = re.findall(r"[\d.]+ V", errors)
+    assert float(before[:-2]) > 0.3
+    assert float(after[:-2]) < 0.03
+    assert any(
+        "cannot tell" in line and all(name in line for name in ("k1", "k2", "k4")) for line in warnings
+    )
+    assert (tmp_path / "identified.toml").is_file()
+
+
+def test_the_page_names_every_function_table_and_key() -> None:
+    assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", PAGE)] == []
+    keys = {*StateTable.model_fields, *OutputTable.model_fields}
+    assert [name for name in keys if f"`{name}`" not in PAGE] == []
+    tables = {*EquationsTable.model_fields} - {"kind"}
+    assert [name for name in tables if f"[model.{name}]" not in PAGE] == []
+
+
+def test_the_page_names_the_shipped_models() -> None:
+    folder = ROOT / "scenarios" / "models" / "equations"
+    assert str(folder.relative_to(ROOT)) in PAGE
+    words = re.sub(r"\s+", "_", PAGE.lower())
+    assert [
+        path.stem
+        for path in folder.glob("*.toml")
+        if path.stem not in words and path.stem != "cascaded_tanks"
+    ] == []

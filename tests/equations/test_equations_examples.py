@@ -1,0 +1,112 @@
+"""The shipped models: each is short, and its free run is that of SciPy on equations that are written here again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from plant_sim.equations.model import equations_simulation
+from plant_sim.equations.reading import read_equations
+from rtctl.border.arrays import FloatArray
+from rtctl.border.simulation import Stimulus
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "scenarios" / "models" / "equations"
+Rates = Callable[[float, FloatArray, float], list[float]]
+Read = Callable[[FloatArray], FloatArray]
+
+
+def tanks(t: float, x: FloatArray, u: float) -> list[float]:
+    """Lengths in cm."""
+    one, two = np.sqrt(np.maximum(x, 0.0))
+    spill = 0.1 * max(x[0] - 10.0, 0.0)
+    return [0.05 * u - 0.05 * one - spill, 0.05 * one + 0.3 * spill - 0.05 * two]
+
+
+def pendulum(t: float, x: FloatArray, u: float) -> list[float]:
+    angle, speed = x
+    return [speed, (u - 0.004 * speed - 0.02 * np.tanh(speed / 0.05)) / 0.02 - 30.0 * np.sin(angle)]
+
+
+def motor(t: float, x: FloatArray, u: float) -> list[float]:
+    current, speed = x
+    friction = (0.01 + 0.01 * np.exp(-((speed / 5.0) ** 2))) * np.tanh(speed) + 1e-4 * speed
+    return [(u - 2.0 * current - 0.05 * speed) / 2e-3, (0.05 * current - friction) / 2e-4]
+
+
+def body(t: float, x: FloatArray, u: float) -> list[float]:
+    inside, outside = x
+    loss = 0.1 * (outside - 293.15) + 1e-9 * (outside**4 - 293.15**4)
+    return [(u - 0.5 * (inside - outside)) / 20.0, (0.5 * (inside - outside) - loss) / 80.0]
+
+
+def circuit(t: float, x: FloatArray, u: float) -> list[float]:
+    """Flux in Wb, charge in C."""
+    flux, charge = x
+    current = flux / 0.1 + 50e-3 / 1e-9 * flux**3
+    return [u - 50.0 * current - charge / 1e-6, current]
+
+
+def oscillator(t: float, x: FloatArray, u: float) -> list[float]:
+    """Lengths in mm."""
+    z, v = x
+    return [v, 300.0 * u - 4.0 * v - (8882.6 + 6e5 * z**2) * z]
+
+
+CASES: dict[
+    str,
+    tuple[Rates, dict[str, str], list[float], tuple[float, float, float], Callable[[FloatArray], FloatArray]],
+]
+CASES = {
+    "cascaded_tanks": (tanks, {"u": "V", "y": "V"}, [5.0, 5.0], (4.0, 3.0, 1.5), lambda x: x[1]),
+    "pendulum": (
+        pendulum, {"torque": "mN*m", "reading": "deg"}, [0.0, 0.0], (0.02, 0.0, 300.0), lambda x: np.rad2deg(x[0]),
+    ),
+    "dc_motor": (
+        motor, {"voltage": "V", "rpm": "rpm", "measured": "A"}, [0.0, 0.0], (0.01, 0.0, 3.0),
+        lambda x: x[1] * 30.0 / np.pi,
+    ),
+    "heated_body": (body, {"power": "W", "temperature": "K"}, [293.15, 293.15], (5.0, 10.0, 10.0), lambda x: x[1]),
+    "duffing_circuit": (
+        circuit, {"source": "V", "reading": "mV"}, [0.0, 0.0], (1e-4, 0.0, 2.0), lambda x: x[1] / 1e-6 * 1e3,
+    ),
+    "oscillator": (
+        oscillator, {"drive": "V", "displacement": "um"}, [0.0, 0.0], (2e-3, 0.0, 5.0), lambda x: 1e3 * x[0],
+    ),
+}  # fmt: skip
+FACTORS = {"pendulum": 1e-3}
+"""SI units of the input in the data, where that is not in the units of the rates here."""
+
+
+def test_every_shipped_model_has_a_case_and_is_short() -> None:
+    files = sorted(EXAMPLES.glob("*.toml"))
+    assert {path.stem for path in files} == set(CASES)
+    for path in files:
+        assert len(path.read_text(encoding="utf-8").splitlines()) < 40, path
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_shipped_model_follows_scipy(name: str) -> None:
+    rates, units, start, (period_s, mean, size), read = CASES[name]
+    path = EXAMPLES / f"{name}.toml"
+    simulation = equations_simulation(read_equations(path), units, str(path))
+    (drive, output), n = list(units)[:2], 150
+    u = mean + size * np.sin(2.0 * np.pi * np.arange(n) / 40.0) * np.cos(np.arange(n) / 31.0)
+    run = simulation.predict(
+        Stimulus(inputs={drive: u}, holds={drive: "zero"}, period_s=period_s),
+        np.array([one.value for one in simulation.parameters]),
+    )
+    x = [np.array(start)]
+    for k in range(n - 1):
+        level = FACTORS.get(name, 1.0) * u[k]
+        found = solve_ivp(
+            lambda t, y, level=level: rates(t, y, level), (0.0, period_s), x[-1], method="DOP853",
+            rtol=1e-10, atol=1e-10 * np.maximum(np.abs(x[-1]), 1e-6),
+        )  # fmt: skip
+        x.append(found.y[:, -1])
+    expected = read(np.array(x).T)
+    assert np.ptp(expected) > 0.0
+    assert np.abs(run.outputs[output][0] - expected).max() < 2e-5 * np.ptp(expected)
