@@ -99,9 +99,10 @@ def _begin(path: Path) -> tuple[Reading, list[str]]:
     if twice:
         findings.add(f'records need different names, "{twice[0]}" appears twice; give each its own name')
     uses = Counter(path.parent / record.file for record in manifest.records)
-    for name in manifest.signals:
-        if remark := plant_kind(manifest.dataset.plant).signals[name].remark:
-            findings.remark(f"signals.{name}: {remark}")
+    for name, table in manifest.signals.items():
+        kind = plant_kind(manifest.dataset.plant).signal(name, table.role)
+        if kind is not None and kind.remark:
+            findings.remark(f"signals.{name}: {kind.remark}")
     cache = TableCache(shared=[file for file, count in uses.items() if count > 1])
     return Reading(manifest=manifest, folder=path.parent, cache=cache, findings=findings), names
 

@@ -30,7 +30,8 @@ def held_unit(plant: str, signal: str, units: Mapping[str, Any]) -> str:
 
 def held_name(plant: str, signal: str) -> str:
     """Return the name under which `signal` is held: its own, or that of the signal for which it stands."""
-    return plant_kind(plant).signals[signal].stands_for or signal
+    kind = plant_kind(plant).signal(signal, "")
+    return (kind.stands_for if kind else "") or signal
 
 
 def signal_findings(plant: str, signals: Mapping[str, Any]) -> list[str]:
