@@ -7,7 +7,7 @@ first used; a user who has the object at hand gives the object itself.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rtctl.border.records import DeviceProfile
@@ -148,6 +148,10 @@ class PlantKind:
     def signal(self, name: str, role: str) -> SignalKind | None:
         """Return what is known of a signal with this `role` in a manifest; None: there is no such signal."""
         return SignalKind(role=role) if self.free_signals else self.signals.get(name)
+
+    def without_stand_ins(self) -> PlantKind:
+        """Return the kind of plant without the signals that stand for another one."""
+        return replace(self, signals={name: one for name, one in self.signals.items() if not one.stands_for})
 
     def profile_in(self, units: Mapping[str, Any]) -> DeviceProfile:
         """Return the profile in the units that the keys of `units_from` give.

@@ -36,7 +36,7 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
     time = find_time(surveys, answers)
     candidates, unused = find_candidates(surveys, [time.guess.column])
     plant, plant_why = _plant(answers, candidates)
-    kind = plant_kind(plant)
+    kind = plant_kind(plant).without_stand_ins()
     given = given_signals(answers, kind.signals, surveys[0].columns)
     _check_given(given, surveys[0])
     roles = assign_roles(candidates, kind, given)

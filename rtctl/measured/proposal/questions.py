@@ -66,7 +66,7 @@ def _questions(proposal: Proposal, survey: Survey) -> list[Question]:
         for name, column in survey.numeric.items()
         if name != proposal.time.column and column.varies and not _counts(column)
     }
-    for name, kind in plant_kind(proposal.plant).signals.items():
+    for name, kind in plant_kind(proposal.plant).without_stand_ins().signals.items():
         questions += _about_signal(proposal, name, kind.role, columns)
     return [*questions, _about_test(proposal)]
 
