@@ -14,6 +14,7 @@ from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
+from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
@@ -81,6 +82,10 @@ def diagnose(
             cancellation=options.cancellation,
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
+        whole_tests = tests
+        if first.problem.samples < problem.samples:
+            tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
+            notes += (note,) if note else ()
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
         request = SearchRequest(
@@ -101,7 +106,7 @@ def diagnose(
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:
             answer = explain_by_file_value(answer, request, data.simulation, holdout)
-        return explain_by_steps(answer, request._replace(ids=ids), given)
+        return explain_by_steps(answer, request._replace(ids=ids, tests=whole_tests), given)
 
 
 def _answer(

@@ -17,6 +17,7 @@ from rtctl.diagnosis.nominal_fit.predictability import (
     _share_after,
     count_unpredictable,
     cut_unpredictable,
+    cut_unpredictable_tests,
     fit_followed_parts,
     period_of,
 )
@@ -26,7 +27,7 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.holdout_error import Gain
+from rtctl.diagnosis.search.holdout_error import Gain, compute_free_run_error
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.diagnosis.verification.holdout_residual import explain_holdout_residual
 from rtctl.identification.fit_record import CONTINUATION_SAMPLES, FitRecord
@@ -206,3 +207,28 @@ def test_the_last_periods_of_a_record_that_is_cut_are_left_out_where_it_parts_al
     first, second = (record.samples for record in short.records)
     assert _before_diverging(problem, short, truth) == [first, second]
     assert _before_diverging(problem, parted, truth) == [first - 2 * period, second]
+
+
+def test_test_records_that_hop_are_scored_in_pieces_that_the_right_model_follows() -> None:
+    problem, _ = hopping()
+    wrong = device(**{**WELLS, "stiffness_cubic": (30.6, "1/(mm^2*s^2)")})
+    nominal = fit_hypothesis(problem, wrong, (), iterations=0)
+    assert nominal is not None
+    chaotic = noise_drive(7, level=9.0, samples=SAMPLES)
+    tests = (record_of(device(**WELLS), 7, chaotic),)
+    pieces, note = cut_unpredictable_tests(problem, nominal, tests)
+    assert f"of {len(pieces)} pieces of 4 periods" in note
+    assert len(pieces) > 6
+    errors = [compute_free_run_error(device(**WELLS), one, "displacement") for one in pieces]
+    off = [compute_free_run_error(wrong, one, "displacement") for one in pieces]
+    of_right, of_wrong = (float(np.sqrt(np.mean(np.concatenate(one) ** 2))) for one in (errors, off))
+    assert of_right < 2.0 * 0.02
+    assert of_wrong > 2.0 * of_right
+
+
+def test_test_records_that_can_be_predicted_stay_whole() -> None:
+    problem, nominal = hopping()
+    calm = record_of(device(**WELLS), 7, noise_drive(7, level=0.2, samples=SAMPLES))
+    assert cut_unpredictable_tests(problem, nominal, (calm,)) == ((calm,), "")
+    held = replace(calm, stimulus=replace(calm.stimulus, holds={"drive": "band-limited"}))
+    assert cut_unpredictable_tests(problem, nominal, (held,)) == ((held,), "")

@@ -26,12 +26,11 @@ LONG_MEMORY = (
 )
 PARTS = (
     "the free runs of the nominal model {} the records{}: causes were judged by {} of {} samples, the initial parts of "
-    "{} records up to there; the errors on test records are of whole free runs all the same"
+    "{} records up to there"
 )
 UNPREDICTABLE = (
     "beyond some time the free run is unpredictable: a parameter change below 0.1 % changes the motion. {1} of {0} "
-    "samples were used, the initial parts of {2} records up to there; the errors on test records are of whole free "
-    "runs all the same"
+    "samples were used, the initial parts of {2} records up to there"
 )
 DIVERGES = "the model diverges on these records: correct its parameters, or let rtctl identify find them"
 STOPPED = (

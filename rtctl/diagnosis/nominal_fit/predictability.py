@@ -8,7 +8,7 @@ move no parameter any more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,13 @@ from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.identification.regression.weak_form import choose_half_width
+from rtctl.identification.simulation_error.multiple_shooting import cut_segments
+
+IN_PIECES = (
+    "free runs over whole test records are unpredictable: errors on test records are of {} pieces of {:g} periods of "
+    "the motion, each from its own initial state; {} pieces in which the motion nearly turns round are left out"
+)
 
 
 def fit_followed_parts(problem: Problem, nominal: Hypothesis) -> tuple[Problem, Hypothesis] | None:
@@ -54,6 +61,73 @@ def cut_unpredictable(problem: Problem, nominal: Hypothesis) -> Problem:
     parts = replace(problem, records=_initial_parts(problem.records, kept))
     enough = limits.min_followed_share * problem.samples <= parts.samples < problem.samples
     return parts if enough else problem
+
+
+def cut_unpredictable_tests(
+    problem: Problem, nominal: Hypothesis, tests: Sequence[FitRecord]
+) -> tuple[tuple[FitRecord, ...], str]:
+    """Return the test records in pieces in which free runs are predictable, each from its own initial state.
+
+    Beyond, the error of a free run says which way it happened to go, of a right model as of a wrong one. They stay as
+    they are where all of them is predictable, where the model diverges, and where the drive is band-limited: a piece of
+    it would have ends that the drive never had.
+
+    Returns:
+        The records, and a note that says what was done; "" where nothing was.
+    """
+    held = replace(problem, records=tuple(tests))
+    limited = {record.stimulus.holds.get(problem.subject.drive) for record in tests} & {"band-limited"}
+    if not tests or not nominal.states or limited:
+        return tuple(tests), ""
+    run = _run(held, nominal)
+    if run is None or not count_unpredictable(held, run):
+        return tuple(tests), ""
+    periods = problem.thresholds.nominal_fit.predictable_periods
+    length_s = periods * 2.0 * np.pi / problem.scales.rate
+    width_s = choose_half_width(held.records, problem.scales.rate)
+    pieces = [
+        _started(segment.record, dict(zip(nominal.simulation.state, segment.start.tolist(), strict=True)))
+        for record in tests
+        for segment in cut_segments(record, nominal.simulation, length_s, width_s)
+    ]
+    kept = _predictable_pieces(replace(held, records=tuple(pieces)), nominal)
+    if len(kept) < problem.thresholds.nominal_fit.least_predictable_pieces * len(pieces):
+        return tuple(tests), ""
+    return kept, IN_PIECES.format(len(kept), periods, len(pieces) - len(kept))
+
+
+def _predictable_pieces(problem: Problem, nominal: Hypothesis) -> tuple[FitRecord, ...]:
+    """Return the records in which a small change of a parameter changes the motion little."""
+    limits, run = problem.thresholds.nominal_fit, _run(problem, nominal)
+    try:
+        lines = run.linearise(problem) if run is not None else None
+    except ArithmeticError:
+        lines = None
+    if lines is None:
+        return ()
+    sizes = np.array([problem.size(name) for name in nominal.sensitivity.outputs])[:, None]
+    steepest = [float(np.max(np.abs(line.shared) / sizes, initial=0.0)) for line in lines]
+    return tuple(
+        record
+        for record, slope in zip(problem.records, steepest, strict=True)
+        if slope < limits.predictable_piece_slope
+    )
+
+
+def _run(problem: Problem, nominal: Hypothesis) -> Hypothesis | None:
+    """Return the nominal model on other records, from their own initial states."""
+    return fit_hypothesis(
+        problem,
+        nominal.simulation,
+        nominal.mechanisms,
+        iterations=0,
+        fixed_parameters=nominal.fixed_parameters,
+    )
+
+
+def _started(record: FitRecord, state: Mapping[str, float]) -> FitRecord:
+    """Return the record with an estimated initial state."""
+    return replace(record, stimulus=replace(record.stimulus, initial=state))
 
 
 def count_unpredictable(problem: Problem, hypothesis: Hypothesis) -> int:

@@ -97,6 +97,14 @@ class NominalFitThresholds:
     8e4."""
     predictable_slope: float = 1e3
     """Sensitivity down to which a record with an unpredictable end is cut."""
+    predictable_periods: float = 4.0
+    """Periods of the motion in a piece of a test record whose free run as a whole is unpredictable. Of a bistable beam
+    under noise errors grow tenfold within three periods."""
+    predictable_piece_slope: float = 300.0
+    """Sensitivity to a parameter over the output's size above which a piece is left out: of 37 pieces a right model was
+    off in three, at slopes of 370 and more, and at the noise in the others."""
+    least_predictable_pieces: float = 0.33
+    """Share of the pieces that have to be left; with fewer whole test records are scored."""
 
     # Segmentation of records that drift.
     stroke_periods: float = 0.5
