@@ -19,7 +19,7 @@ from rtctl.cli import main
 from rtctl.measured.dataset import Record
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "scenarios" / "models" / "equations"
-TANK_DATA = Path("/work/shared/data/tanks")
+TANK_DATA = Path(__file__).parents[3] / "shared" / "data" / "tanks"
 
 
 # 7 parameters because each is one choice of a case

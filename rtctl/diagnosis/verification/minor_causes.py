@@ -14,10 +14,11 @@ from rtctl.identification.fit_record import FitRecord
 
 
 def list_minor_causes(search: SearchResult, problem: Problem, tests: Sequence[FitRecord]) -> tuple[str, ...]:
-    """Return the causes that remove less of the squared error on test records than is left beyond the noise.
+    """Return the causes that remove less than is left beyond the noise, of fitted records and of test records.
 
     What is left has a cause that is not known, and a small law of the catalogue takes up a part of it, whichever it is.
-    The cause that removes most is not among them.
+    The cause that removes most is not among them. Both have to say so: free runs over whole test records may drift for
+    other reasons.
 
     Args:
         search: Outcome of a search whose set does not pass the residual tests.
@@ -29,14 +30,19 @@ def list_minor_causes(search: SearchResult, problem: Problem, tests: Sequence[Fi
         return ()
     share = problem.thresholds.search.shown_share if _has_own_parameters(search) else 0.0
     error = sum_squared_errors(chosen, problem, tests, share)
-    returning = {}
+    returning, fitted = {}, {}
     for one in search.leave_one_out:
         (name,) = set(chosen.mechanisms) - set(one.mechanisms)
         returning[name] = _common_sum(sum_squared_errors(one, problem, tests, share) - error)
+        fitted[name] = one.cost - chosen.cost
     beyond = 1.0 - min(noise_cost_of(search.chosen) / chosen.cost, 1.0)
     left = beyond * _common_sum(error)
-    largest = max(returning, key=lambda name: returning[name])
-    return tuple(name for name, back in returning.items() if back < left and name != largest)
+    largest = max(fitted, key=lambda name: fitted[name])
+    return tuple(
+        name
+        for name, back in returning.items()
+        if back < left and fitted[name] < beyond * chosen.cost and name != largest
+    )
 
 
 def _has_own_parameters(search: SearchResult) -> bool:
