@@ -34,7 +34,7 @@ SMALL: dict[str, Any] = {
     [
         pytest.param(200_600, "sensor.ageing", marks=pytest.mark.slow),
         pytest.param(200_601, "sensor.crosstalk", marks=pytest.mark.slow),
-        (200_602, "hysteresis.rate_dependence"),
+        pytest.param(200_602, "hysteresis.rate_dependence", marks=pytest.mark.slow),
     ],
 )
 def test_what_ails_the_reading_or_lags_in_it_is_named(seed: int, effect: str) -> None:

@@ -43,7 +43,7 @@ MECHANISM = OscillatorMechanism(
         ),
         shape(
             "frequency", "Hz", "of the tone", lambda s: s.rate / (2.0 * math.pi), shape_range=(0.1, 10.0), grid=1,
-            least_periods=3.0,
+            least_periods=10.0,
         ),
     ),
     memory=Memory(shaken, 2, constants, start=lambda z, v: (1.0, 0.0)),
