@@ -65,7 +65,7 @@ def identify(  # noqa: PLR0913
     start = None if model is None else model_of(model)
     if start is not None and start.kind != data.plant:
         raise InputError(
-            f'{start.source or "model"}: a model of a "{start.kind}", the data are of a "{data.plant}"'
+            f'{start.source or "model"}: a model of kind "{start.kind}", the data are of a plant "{data.plant}"'
         )
     fit: Fit = record.part(how.fit)(data, start, options, report)
     for remark in reversed(data.remarks):
