@@ -16,7 +16,7 @@ NULLS = (200_000, 200_001, 200_002)
 HIDDEN = (
     pytest.param(200_010, ("friction.coulomb",), marks=pytest.mark.slow),
     (200_011, ("stiffness.cubic",)),
-    (200_012, ("drive.delay",)),
+    pytest.param(200_012, ("drive.delay",), marks=pytest.mark.slow),
     pytest.param(200_013, ("drive.deadband",), marks=pytest.mark.slow),
     pytest.param(200_014, ("damping.quadratic",), marks=pytest.mark.slow),
     pytest.param(200_015, ("stiffness.parametric",), marks=pytest.mark.slow),

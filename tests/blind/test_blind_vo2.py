@@ -49,10 +49,12 @@ def test_slow_noise_and_a_reading_that_ages_are_told_apart(seed: int) -> None:
     assert run_case(seed, plant="vo2")["judgement"] == "right"
 
 
+@pytest.mark.slow
 def test_nothing_is_claimed_of_a_sound_device() -> None:
     assert run_case(200_610, kind="null", **SMALL)["judgement"] == "right"
 
 
+@pytest.mark.slow
 def test_a_cause_that_removes_less_than_is_allowed_is_not_told(tmp_path: Path) -> None:
     uncorrected = Thresholds(search=SearchThresholds(worth_correcting=np.inf))
     generate(200_600, tmp_path, kind="single", effects=("sensor.ageing",), **SMALL)

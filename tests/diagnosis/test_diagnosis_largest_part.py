@@ -44,6 +44,7 @@ def test_friction_is_named_beside_what_no_law_on_offer_is(tmp_path: Path, others
     assert any("lives along time (100%)" in one for one in found["warnings"])
 
 
+@pytest.mark.slow
 def test_a_look_alike_is_not_named_where_a_law_of_no_name_explains_more(tmp_path: Path) -> None:
     """Friction and a cubic spring, of which the catalogue that is tried has the fifth order alone."""
     found = answer(tmp_path, [FRICTION, CUBIC], "friction.coulomb,stiffness.quintic")

@@ -174,6 +174,7 @@ def late_by(radians: float, share: float) -> Problem:
     return of(unnamed("nonparametric.feedback", late=share * 1.6e4, time=time))
 
 
+@pytest.mark.slow
 def test_causes_that_pass_are_asked_for_forces_along_the_past_of_the_motion() -> None:
     """Of a force that is 9 radians late a second mode leaves what no other question sees."""
     problem = late_by(9.0, 0.03)

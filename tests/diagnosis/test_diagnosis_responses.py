@@ -86,6 +86,7 @@ def test_a_stop_is_found_where_the_motion_passes_also_by_its_velocity(tmp_path: 
     assert cause["parameters"]["place"]["value"] == pytest.approx(0.5, rel=0.01)
 
 
+@pytest.mark.slow
 def test_an_accelerometer_that_reads_gravity_too_has_an_offset_in_its_own_unit(tmp_path: Path) -> None:
     manifest, model = write(tmp_path, device(), "acceleration", "linear", offset=0.4), tmp_path / "model.toml"
     assert main(["identify", str(manifest), "--out", str(model), "--quiet", "--no-plot"]) == 0

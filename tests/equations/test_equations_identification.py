@@ -196,6 +196,7 @@ def test_bounds_hold_and_are_kept(tmp_path: Path) -> None:
     assert "k3 ended on its bound" in "\n".join(fit.warnings)
 
 
+@pytest.mark.slow
 def test_a_fit_that_gets_stuck_goes_on_from_other_starts(tmp_path: Path) -> None:
     """A resonance that starts half an octave off: free runs out of step have many minima."""
     text = (EXAMPLES / "oscillator.toml").read_text(encoding="utf-8").replace("6.0e5", "0.0").replace(
