@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import march_rk4
+from plant_sim.equations.compiled.kernels import march
+from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.oscillator.equation.terms import nominal
 from plant_sim.oscillator.integration.rk4 import bind_rk4
@@ -55,8 +56,8 @@ def main() -> None:
         rows = np.array([[values[k]] * lanes for k in (3, 0, 1, 2)])
         out = np.empty((2, STEPS // SUBSTEPS + 1, lanes))
         pair = (
-            lambda p=p, lanes=lanes: march_rk4(
-                system, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, SUBSTEPS, p
+            lambda p=p, lanes=lanes: march(
+                system, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, Plan(SUBSTEPS, implicit=False), p
             ),
             lambda rows=rows, out=out, lanes=lanes: built_in(
                 np.zeros(lanes),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import march_implicit, march_rk4
+from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Plan, places_of, plan, slopes
 from plant_sim.equations.language.evaluation import evaluate
@@ -80,9 +80,8 @@ class EquationsPlant:
         if self._calls % SAME_STEPS == 0 or dt_s != self._planned_s:
             self._plan, self._planned_s = self._resolve(dt_s), dt_s
         self._calls += 1
-        march = march_implicit if self._plan.implicit else march_rk4
         nodes = np.tile(self._u, (3, self._plan.substeps, 1))
-        ended = march(self._system, self._x, nodes, dt_s, self._plan.substeps, self._p, self._time_s)[-1]
+        ended = march(self._system, self._x, nodes, dt_s, self._plan, self._p, self._time_s)[-1]
         self._time_s += dt_s
         self.diverged = not bool(np.all(np.abs(ended) < ABSURD))
         if not self.diverged:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import march_implicit, march_rk4
+from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.integration.inputs import input_nodes
 from plant_sim.equations.integration.steps import Plan, check_work, places_of, plan, rates_at, slopes
 from plant_sim.equations.language.evaluation import evaluate
@@ -32,7 +32,7 @@ CONVERGED = 1e-6
 MOST_DOUBLINGS = 8
 DISTINCT_LANES = 4
 """Lanes at most whose slopes are looked at, where lanes are not neighbours."""
-_plans: weakref.WeakKeyDictionary[Stimulus, dict[tuple[int, float | None], tuple[FloatArray, Plan]]] = (
+_plans: weakref.WeakKeyDictionary[Stimulus, dict[tuple[System, float | None], tuple[FloatArray, Plan]]] = (
     weakref.WeakKeyDictionary()
 )
 
@@ -126,7 +126,7 @@ class EquationsSimulation:
     ) -> tuple[FloatArray, int]:
         """Return the states (samples, states, lanes) [SI] and the steps between two samples."""
         kept = _plans.setdefault(stimulus, {})
-        key = (id(self.system), steps_per_period)
+        key = (self.system, steps_per_period)
         if key in kept and _is_near(kept[key][0], p):
             how = kept[key][1]
             how = how._replace(substeps=refine * how.substeps)
@@ -201,9 +201,7 @@ class EquationsSimulation:
         count_work(
             lanes * stimulus.samples * (1.0 + 0.5 * states * how.substeps * (20.0 if how.implicit else 1.0))
         )
-        march = march_implicit if how.implicit else march_rk4
-        nodes = self._nodes(stimulus, how.substeps)
-        return march(self.system, start, nodes, stimulus.period_s, how.substeps, p)
+        return march(self.system, start, self._nodes(stimulus, how.substeps), stimulus.period_s, how, p)
 
     def _converged(
         self, stimulus: Stimulus, start: FloatArray, p: FloatArray, how: Plan, x: FloatArray

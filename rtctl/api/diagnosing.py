@@ -15,7 +15,7 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.api.model import Model, kind_of, model_of
 from rtctl.border.errors import InputError, nearest
 from rtctl.diagnosis.problem.cancellation import CancellationToken
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.extras import require
 from rtctl.measured.dataset import Dataset
 from rtctl.output.interrupt import stop_on_interrupt

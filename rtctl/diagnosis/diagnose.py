@@ -30,9 +30,9 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.screening.excitation_checks import note_few_periods
 from rtctl.diagnosis.screening.screen import screen_dataset
 from rtctl.diagnosis.screening.steps import list_fitted, without_steps
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions, SearchRequest, find_causes
+from rtctl.diagnosis.search.catalogue_search import find_causes
 from rtctl.diagnosis.search.outcome import SearchResult
-from rtctl.diagnosis.verification.minor_causes import list_minor_causes
+from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
 from rtctl.diagnosis.verification.rivals import choose_rivals
 from rtctl.diagnosis.verification.verify import Verified, verify
 from rtctl.diagnosis.verification.whole_record_fits import (
@@ -83,9 +83,9 @@ def diagnose(
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
         whole_tests = tests
-        if first.problem.samples < problem.samples:
+        if tests and first.problem.samples < problem.samples and not first.in_strokes:
             tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
-            notes += (note,) if note else ()
+            notes += (note,)
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
         request = SearchRequest(
@@ -119,8 +119,7 @@ def _answer(
     same_laws = find_same_laws(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
     )
-    minor = list_minor_causes(search, problem, request.tests) if verdict.claim == "partly_explained" else ()
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws, minor)
+    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
@@ -138,7 +137,7 @@ def _answer(
         where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
-        noise_rms=verified.gain.noise_floor if verified.gain else noise_rms_of(search.chosen, problem.subject.output),
+        noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
         warnings=(*verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,

@@ -20,7 +20,7 @@ from sindy import sindy
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.result import Diagnosis
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.diagnosis.thresholds import BudgetThresholds
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.measured import open_dataset, read_dataset

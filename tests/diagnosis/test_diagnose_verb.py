@@ -18,7 +18,7 @@ from rtctl.border.errors import RunError
 from rtctl.cli import main
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.cancellation import CancellationToken
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.output.progress import Reporter

@@ -20,10 +20,9 @@ from rtctl.diagnosis.search import catalogue_search as causes
 from rtctl.diagnosis.search.catalogue_search import (
     LOOPS_NOT_CHECKED,
     LOOPS_NOT_REFITTED,
-    DiagnosisOptions,
-    SearchRequest,
     correct_after_search,
 )
+from rtctl.diagnosis.search.request import DiagnosisOptions, SearchRequest
 from rtctl.diagnosis.search.static_loops import hysteresis_refit
 from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.thresholds import SearchThresholds, Thresholds

@@ -13,6 +13,7 @@ from rtctl.border.simulation import Simulation, Stimulus
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.predictability import (
+    WHOLE,
     _before_diverging,
     _share_after,
     count_unpredictable,
@@ -229,6 +230,6 @@ def test_test_records_that_hop_are_scored_in_pieces_that_the_right_model_follows
 def test_test_records_that_can_be_predicted_stay_whole() -> None:
     problem, nominal = hopping()
     calm = record_of(device(**WELLS), 7, noise_drive(7, level=0.2, samples=SAMPLES))
-    assert cut_unpredictable_tests(problem, nominal, (calm,)) == ((calm,), "")
+    assert cut_unpredictable_tests(problem, nominal, (calm,)) == ((calm,), WHOLE)
     held = replace(calm, stimulus=replace(calm.stimulus, holds={"drive": "band-limited"}))
-    assert cut_unpredictable_tests(problem, nominal, (held,)) == ((held,), "")
+    assert cut_unpredictable_tests(problem, nominal, (held,)) == ((held,), WHOLE)

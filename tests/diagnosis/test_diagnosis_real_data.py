@@ -12,7 +12,7 @@ import pytest
 
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.result import Diagnosis
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import open_dataset, read_dataset
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.session.model_validation import simulation_for

@@ -10,7 +10,7 @@ import pytest
 from diagnosis_cases import NOISE_MM, PERIOD_S, dataset_of, device, measured, noise_drive
 
 from rtctl.diagnosis.diagnose import diagnose
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.models.oscillator import read_oscillator_model
 from rtctl.session.model_validation import simulation_of
 

@@ -24,7 +24,7 @@ from rtctl.diagnosis.screening.unknown_initial_state import (
     has_two_wells,
     warm_up_moving_records,
 )
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import FitRecord
 from rtctl.measured import open_dataset

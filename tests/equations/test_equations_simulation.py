@@ -11,6 +11,8 @@ from equation_cases import OSCILLATOR, TANKS, simulation_of
 from scipy.integrate import solve_ivp
 
 from plant_sim.equations.compiled import kernels
+from plant_sim.equations.integration.steps import Plan
+from plant_sim.equations.plant import load_plant
 from plant_sim.equations.simulation import EquationsSimulation
 from plant_sim.oscillator.model import oscillator_simulation
 from rtctl.border.arrays import FloatArray
@@ -168,7 +170,7 @@ s = { value = 1.0, unit = "V" }
 def test_a_stiff_model_is_integrated_implicitly_and_follows_radau(tmp_path: Path, monkeypatch) -> None:
     simulation = simulation_of(tmp_path, STIFF, {"u": "V", "y": "V"})
     samples = np.sin(np.arange(40) / 4.0)
-    monkeypatch.setattr("plant_sim.equations.simulation.march_rk4", _refused)
+    monkeypatch.setattr("plant_sim.equations.compiled.kernels._integrator", _refused)
     run = simulation.predict(
         Stimulus(inputs={"u": samples}, holds={"u": "linear"}, period_s=0.1), own_values(simulation)
     )
@@ -193,8 +195,9 @@ def test_implicit_steps_are_of_fourth_order(tmp_path: Path) -> None:
     runs = {}
     for substeps in (8, 16, 32, 256):
         per_step = np.repeat(nodes, substeps, axis=0)
-        runs[substeps] = kernels.march_implicit(
-            simulation.system, np.zeros((2, 1)), np.stack([per_step] * 3), 2e-3, substeps, p
+        how = Plan(substeps, implicit=True)
+        runs[substeps] = kernels.march(
+            simulation.system, np.zeros((2, 1)), np.stack([per_step] * 3), 2e-3, how, p
         )
     errors = [np.abs(runs[n] - runs[256])[:, 0].max() for n in (8, 16, 32)]
     slopes = np.diff(np.log2(errors))
@@ -258,3 +261,35 @@ def test_a_kernel_is_loaded_from_disk_by_another_process(tmp_path: Path) -> None
     if hasattr(kernel, "stats"):
         assert sum(kernel.stats.cache_hits.values()) == 1
         assert not kernel.stats.cache_misses
+
+
+def test_a_plan_belongs_to_its_model(tmp_path: Path) -> None:
+    """Of two models with one parameter on one record, the second is a hundred times as fast."""
+    stimulus = Stimulus(inputs={"u": np.ones(50)}, holds={"u": "zero"}, period_s=0.1)
+    text = """
+[model]
+kind = "equations"
+[model.inputs]
+u = {{ unit = "1" }}
+[model.states]
+x = {{ unit = "1", rate = "{0}*w*y" }}
+y = {{ unit = "1", rate = "-{0}*w*x", initial = 1.0 }}
+[model.outputs]
+z = {{ unit = "1", value = "x" }}
+[model.parameters]
+w = {{ value = 1.0, unit = "1/s" }}
+"""
+    for times in (1, 100):
+        simulation = simulation_of(tmp_path, text.format(times), {"u": "1", "z": "1"})
+        found = simulation.predict(stimulus, own_values(simulation)).outputs["z"][0]
+        del simulation  # its place in memory may be the next one's
+        assert off(found, np.sin(times * 0.1 * np.arange(50))) < 1e-5
+
+
+def test_a_device_compiles_once_and_asks_for_no_source_again(monkeypatch) -> None:
+    plant = load_plant(Path(__file__).parents[2] / "scenarios/models/equations/dc_motor.toml")
+    levels = [0.1] * len(plant.low)
+    first = plant.step(levels, 1e-3)
+    monkeypatch.setattr("plant_sim.equations.compiled.kernels.rk4_source", _refused)
+    assert np.isfinite(plant.step(levels, 1e-3)[0]).all()
+    assert np.isfinite(first[0]).all()

@@ -63,7 +63,7 @@ def test_its_gain_is_minus_one_and_the_model_follows(tmp_path: Path) -> None:
     manifest = shaken(tmp_path)
     data = rtctl.read_dataset(manifest)
     assert dict(data.units) == {"drive": "m/s^2", "displacement": "mm"}
-    assert any("base" in one and "drive_gain is -1" in one for one in data.remarks)
+    assert any("base" in one and "-1000 mm/s^2 for 1 m/s^2" in one for one in data.remarks)
     found = rtctl.identify(data)
     values = {name: one.value for name, one in found.model.parameters.items()}
     assert values["drive_gain"] == pytest.approx(-1000.0, rel=2e-3)  # mm/s^2 per m/s^2

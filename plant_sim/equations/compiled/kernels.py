@@ -19,75 +19,61 @@ import numpy as np
 
 from plant_sim.equations.compiled.explicit import rates_source, rk4_source
 from plant_sim.equations.compiled.implicit import derive_source, extrapolate
+from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.system import System
 from plant_sim.oscillator.equation.binding import CONTRACT
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import first_class
 
 FUNCTIONS = (
-    "sqrt",
-    "exp",
-    "log",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "fabs",
-)
+    "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "fabs",
+)  # fmt: skip
 _lock = threading.RLock()
 
 
 # 7 parameters because a record is an array and a number for each of these
-def march_rk4(
+def march(
     system: System,
     start: FloatArray,
     nodes: FloatArray,
     period_s: float,
-    substeps: int,
+    how: Plan,
     p: FloatArray,
     start_s: float = 0.0,
 ) -> FloatArray:
-    """Return the states (samples, states, lanes) of a record by Runge-Kutta steps.
+    """Return the states (samples, states, lanes) of a record, by Runge-Kutta steps or by those for stiff models.
 
     Args:
         system: The model.
         start: States (states, lanes) at the first sample [SI].
         nodes: Inputs (3, steps, inputs) at the start, middle and end of each step [SI].
         period_s: Sample period [s].
-        substeps: Steps between two samples.
+        how: Steps between two samples, and of which kind.
         p: Parameters (parameters, lanes) [SI].
         start_s: Time at the first sample [s].
     """
-    x, out = _begun(system, start, nodes.shape[1] // substeps)
+    x, out = _begun(system, start, nodes.shape[1] // how.substeps)
+    step_s = period_s / how.substeps
     with _lock:  # numba loads one kernel at a time
-        kernel = _rk4(rates_source(system), rk4_source(system))
-    kernel(x, nodes, period_s / substeps, substeps, start_s, p, out)
-    return out
-
-
-# 7 parameters because a record is an array and a number for each of these
-def march_implicit(
-    system: System,
-    start: FloatArray,
-    nodes: FloatArray,
-    period_s: float,
-    substeps: int,
-    p: FloatArray,
-    start_s: float = 0.0,
-) -> FloatArray:
-    """Return the states of a record by steps for stiff models; arguments as of `march_rk4`."""
-    x, out = _begun(system, start, nodes.shape[1] // substeps)
-    with _lock:
-        derive = _derive(derive_source(system))
+        kernel = _implicit_law(system) if how.implicit else _integrator(system)
+    if not how.implicit:
+        kernel(x, nodes, step_s, how.substeps, start_s, p, out)
+        return out
     low, high = (np.array([getattr(one, word) for one in system.states]) for word in ("low", "high"))
-    extrapolate(derive, x, nodes, period_s / substeps, substeps, start_s, p, low, high, out)
+    extrapolate(kernel, x, nodes, step_s, how.substeps, start_s, p, low, high, out)
     return out
+
+
+@lru_cache(maxsize=64)
+def _integrator(system: System) -> Any:
+    """Return the compiled integrator of a model; a device asks for it at each of its samples."""
+    return _rk4(rates_source(system), rk4_source(system))
+
+
+@lru_cache(maxsize=64)
+def _implicit_law(system: System) -> Any:
+    """Return the compiled law of a model for `extrapolate`."""
+    return _derive(derive_source(system))
 
 
 def _begun(system: System, start: FloatArray, intervals: int) -> tuple[FloatArray, FloatArray]:

@@ -132,8 +132,9 @@ def init(  # noqa: PLR0913
         hold=hold, test=test, name=name,
     )  # fmt: skip
     paths = paths_of(files)
+    surveys = survey_files(paths)
     folder = target_folder(paths, out, force=force)
-    proposal = propose(survey_files(paths), answers)
+    proposal = propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths])
     return write_proposal(proposal, folder, plot=plot)
 

@@ -49,6 +49,8 @@ class NominalFit(NamedTuple):
     notes: tuple[str, ...]
     parted: bool = False
     """Whether the parts are initial ones, up to where the nominal model takes another course."""
+    in_strokes: bool = False
+    """Whether the parts are short segments of records that drift."""
 
     @property
     def uncut(self) -> bool:
@@ -98,7 +100,8 @@ def _fit(problem: Problem, simulation: Simulation, announce: Callable[[str], Non
         within = fit_from_starts(strokes, simulation, mechanisms)
         if within is None:
             raise RunError(DIVERGES)
-        return NominalFit(strokes, within, whole, (*notes, LONG_MEMORY.format(len(strokes.records))))
+        note = LONG_MEMORY.format(len(strokes.records))
+        return NominalFit(strokes, within, whole, (*notes, note), in_strokes=True)
     followed = fit_followed_parts(problem, nominal)
     if followed is None:
         return NominalFit(problem, nominal, whole, notes)

@@ -27,8 +27,9 @@ from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 IN_PIECES = (
     "free runs over whole test records are unpredictable: errors on test records are of {} pieces of {:g} periods of "
-    "the motion, each from its own initial state; {} pieces in which the motion nearly turns round are left out"
+    "the motion, each from its own initial state; {} pieces in which a parameter decides which way it goes are left out"
 )
+WHOLE = "errors on test records are of whole free runs, beyond what causes were judged by"
 
 
 def fit_followed_parts(problem: Problem, nominal: Hypothesis) -> tuple[Problem, Hypothesis] | None:
@@ -73,15 +74,15 @@ def cut_unpredictable_tests(
     it would have ends that the drive never had.
 
     Returns:
-        The records, and a note that says what was done; "" where nothing was.
+        The records, and a note that says what errors on them are of.
     """
     held = replace(problem, records=tuple(tests))
     limited = {record.stimulus.holds.get(problem.subject.drive) for record in tests} & {"band-limited"}
     if not tests or not nominal.states or limited:
-        return tuple(tests), ""
+        return tuple(tests), WHOLE
     run = _run(held, nominal)
     if run is None or not count_unpredictable(held, run):
-        return tuple(tests), ""
+        return tuple(tests), WHOLE
     periods = problem.thresholds.nominal_fit.predictable_periods
     length_s = periods * 2.0 * np.pi / problem.scales.rate
     width_s = choose_half_width(held.records, problem.scales.rate)
@@ -92,7 +93,7 @@ def cut_unpredictable_tests(
     ]
     kept = _predictable_pieces(replace(held, records=tuple(pieces)), nominal)
     if len(kept) < problem.thresholds.nominal_fit.least_predictable_pieces * len(pieces):
-        return tuple(tests), ""
+        return tuple(tests), WHOLE
     return kept, IN_PIECES.format(len(kept), periods, len(pieces) - len(kept))
 
 

@@ -41,11 +41,6 @@ CORRECTED = (
     "modelled its loops need that small correction"
 )
 
-MINOR = (
-    "{} is in the extended model and is not named: on the test records it removes less than is left, and may only take "
-    "up a part of that"
-)
-
 
 class NamedCauses(NamedTuple):
     """The causes that are reported, and notes on what is in the extended model and no cause."""
@@ -60,7 +55,6 @@ def name_causes(
     subject: Subject,
     thresholds: ReportThresholds,
     same_laws: Mapping[str, Sequence[str]] = MappingProxyType({}),
-    minor: Sequence[str] = (),
 ) -> NamedCauses:
     """Return the causes of the chosen set with their evidence, without mere corrections of the identified model.
 
@@ -70,7 +64,6 @@ def name_causes(
         subject: The kind of plant.
         thresholds: Thresholds of the report.
         same_laws: Mechanisms that are the same law as another one, by that one.
-        minor: Mechanisms that remove less than is left of a partial explanation: in the model, and not named.
     """
     if not verified.verdict.names_causes:
         return NamedCauses()
@@ -88,9 +81,6 @@ def name_causes(
         notes.append(REFITTED_LOOPS)
     simulations = [one.simulation for one in (estimated.hypothesis, *search.equivalent)]
     causes, corrections = separate_corrections(causes, simulations, thresholds, shares_that_return(search))
-    if minor:
-        notes.append(MINOR.format(" and ".join(minor)))
-        causes = [cause for cause in causes if cause.id not in minor]
     if verified.verdict.claim == "partly_explained":
         causes = [cause._replace(probability=None) for cause in causes]
     if corrections:

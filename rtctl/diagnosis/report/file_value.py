@@ -7,7 +7,7 @@ from dataclasses import replace
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.report.causes import wrong_value_cause
 from rtctl.diagnosis.result import Diagnosis
-from rtctl.diagnosis.search.catalogue_search import SearchRequest
+from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.verification.wald_test import find_wrong_value
 from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData, extend_model
 

@@ -21,8 +21,8 @@ from rtctl.diagnosis.problem.quantization import grid_level, quantization_step
 from rtctl.diagnosis.problem.statement import state_mechanism
 from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.result import Cause, Diagnosis
-from rtctl.diagnosis.search.catalogue_search import SearchRequest
 from rtctl.diagnosis.search.holdout_error import Gain, ScoredOutput, compare_errors, simulate_free_run
+from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.identification.fit_record import FitRecord
 
 ID = "sensor.quantisation"

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.border.errors import InputError
-from rtctl.border.options import check_number
-from rtctl.diagnosis.problem.cancellation import CancellationToken, CancelledError
+from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
-from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
+from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
 from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
+from rtctl.diagnosis.search.request import FoundCauses, SearchRequest
 from rtctl.diagnosis.search.state import SearchSettings
 from rtctl.diagnosis.search.static_loops.beside_correction import BesideCorrection
 from rtctl.diagnosis.search.static_loops.hysteresis_refit import ID as HYSTERESIS_SHAPE
 from rtctl.diagnosis.search.static_loops.hysteresis_refit import LoopRefitter, compute_error_over_noise
 from rtctl.diagnosis.search.stepwise import search_stepwise, significance_level
-from rtctl.diagnosis.thresholds import BudgetThresholds, Thresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.measured.dataset import Dataset
 
 STOPPED = (
     "stopped by the user after {} fits: no cause is claimed; residual, location and isolability are those of the "
@@ -45,6 +38,7 @@ LOOPS_NOT_CHECKED = (
 UNSUPPORTED = (
     "{} would remove little beside the rest and does not lower the error on the test records: not named"
 )
+MINOR = "{} would remove less than is left with all causes, and may only take up a part of that: not named"
 OUT_OF_WORK = (
     "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
     "sets of causes were not tried: a larger budget (--work) tries them"
@@ -53,74 +47,6 @@ CUT_BY_CLOCK = (
     "the wall-clock guard ended the search after {:.0f} s, before its work budget was used up, so this answer depends "
     "on the speed of the machine; a longer guard (--seconds) avoids that"
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DiagnosisOptions:
-    """Options of a diagnosis."""
-
-    false_claim_rate: float = 0.05
-    """Share of devices with nothing hidden to which a cause may be given."""
-    threads: int = max(1, min(2, os.cpu_count() or 1))
-    """Number of threads that simulate records."""
-    work: float = field(default_factory=lambda: BudgetThresholds().search)
-    """Simulated steps after which no further fit begins."""
-    seconds: float = math.inf
-    """Outer guard of wall-clock time [s]; an answer that it cut says so."""
-    thresholds: Thresholds = field(default_factory=Thresholds)
-    """Numbers that decide in a diagnosis."""
-    cancellation: CancellationToken = field(default_factory=CancellationToken)
-    """Ends the diagnosis after the fit under way, once it is cancelled."""
-
-    def __post_init__(self) -> None:
-        limits = "must be above 0 and below 0.5, such as 0.05"
-        rate = check_number("false_claim_rate", self.false_claim_rate, limits)
-        if not 0.0 < rate < 0.5:
-            raise InputError(f"false_claim_rate {rate:g} {limits}")
-        check_number("work", self.work, "must be 0 or more simulated steps, such as 1e9", low=0.0)
-        check_number("seconds", self.seconds, "must be 0 or more seconds, such as 1800", low=0.0)
-
-
-class SearchRequest(NamedTuple):
-    """What a search for causes needs."""
-
-    problem: Problem
-    """Records to fit."""
-    nominal: Hypothesis
-    """Nominal model, fitted to them."""
-    model: Any
-    """Model of the file, of the subject's kind."""
-    dataset: Dataset
-    """All records, with those of the identification."""
-    tests: tuple[FitRecord, ...]
-    """Records that take no part in a fit."""
-    ids: Sequence[str]
-    """Mechanisms of the catalogue that are searched."""
-    options: DiagnosisOptions
-    """Options of the user."""
-    budget: WorkBudget
-    """Work of the diagnosis."""
-    report: Callable[[str], None]
-    """Called with what is under way."""
-
-    def loop_refitter(self, loops: Mapping[str, Any]) -> LoopRefitter:
-        """Return what a refit of these static loops (by output) needs."""
-        return LoopRefitter(
-            coarse=loops, problem=self.problem, tests=self.tests, ids=self.ids, report=self.report,
-            level=significance_level(self.problem, self.options.false_claim_rate), budget=self.budget,
-        )  # fmt: skip
-
-
-class FoundCauses(NamedTuple):
-    """Outcome of a search for causes."""
-
-    result: SearchResult
-    notes: list[str]
-    """What is said of it in the answer."""
-    cancelled: bool
-    """Whether the user stopped it."""
-    behind_refitted_loops: bool = False
-    """Whether the catalogue was searched with refitted loops too."""
 
 
 def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
@@ -137,9 +63,13 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
     problem, result = found.result.refined_problem or request.problem, found.result
     if whole:
         result = add_untold_rivals(result, problem, request.tests)
-    if not found.cancelled:
-        result = choose_largest_part(result, problem, request.tests, request.ids)
-    return found._replace(result=result)
+    if found.cancelled:
+        return found._replace(result=result)
+    result, minor = drop_minor(result, problem, request.tests, request.ids)
+    notes = [*found.notes, *([MINOR.format(" and ".join(minor))] if minor else [])]
+    return found._replace(
+        result=choose_largest_part(result, problem, request.tests, request.ids), notes=notes
+    )
 
 
 def _search_in_turn(request: SearchRequest, *, whole: bool) -> FoundCauses:

@@ -16,7 +16,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.work_budget import WorkBudget
-from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.outcome import SearchResult, find_equivalents, replace_chosen
@@ -51,8 +52,7 @@ def drop_unsupported(
         reduced = _list_reduced(result, chosen, problem)
         if not reduced:
             break
-        of_record = any(parameter.declared.per_record for parameter in chosen.simulation.parameters)
-        shown = problem.thresholds.search.shown_share if of_record else 0.0
+        shown = shown_share(chosen, problem)
         error = sum_squared_errors(chosen, problem, tests, shown)
         rest, fewer = min(
             ((sum_squared_errors(one, problem, tests, shown), one) for one in reduced),
@@ -68,6 +68,46 @@ def drop_unsupported(
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
         result = _choose(fewer, result, problem, ids) if fewer is not nominal else _choose_nominal(result)
+    return result, tuple(dropped)
+
+
+def drop_minor(
+    result: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str]
+) -> tuple[SearchResult, tuple[str, ...]]:
+    """Drop the causes of a set that does not pass which remove less than it leaves beyond the noise.
+
+    What is left has a cause that is not known, and a small law of the catalogue takes up a part of it, whichever it is.
+    Fitted records and test records both have to say so: free runs of these may drift for other reasons. Loops that were
+    refitted stay with the set behind which they were.
+
+    Args:
+        result: Outcome of the search.
+        problem: Records that were fitted.
+        tests: Records that took no part in a fit.
+        ids: Mechanisms of the catalogue that are tested.
+
+    Returns:
+        The outcome without those causes, but with one at least, and their ids.
+    """
+    dropped: list[str] = []
+    if result.passes or not tests or result.hysteresis_refit is not None or not result.rankings:
+        return result, ()
+    whole = result.chosen.hypothesis
+    beyond = 1.0 - min(noise_cost_of(result.chosen) / whole.cost, 1.0)
+    error = sum_squared_errors(whole, problem, tests, shown_share(whole, problem))
+    left = beyond * whole.cost, beyond * float(error[np.isfinite(error)].sum())
+    while len(_causes(result)) > 1 and result.leave_one_out:
+        chosen = result.chosen.hypothesis
+        shown = shown_share(chosen, problem)
+        error = sum_squared_errors(chosen, problem, tests, shown)
+        followed = np.isfinite(error)
+        fewer = min(result.leave_one_out, key=lambda one: one.cost)
+        without = sum_squared_errors(fewer, problem, tests, shown)  # infinite where it diverges
+        back = fewer.cost - chosen.cost, float((without - error)[followed].sum())
+        if not (followed.any() and back[0] < left[0] and back[1] < left[1]):
+            break
+        dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
+        result = _choose(fewer, result, problem, ids)
     return result, tuple(dropped)
 
 
@@ -118,6 +158,12 @@ def _causes(result: SearchResult) -> set[str]:
     return set(result.chosen.hypothesis.mechanisms) - set(result.nominal.hypothesis.mechanisms)
 
 
+def shown_share(hypothesis: Hypothesis, problem: Problem) -> float:
+    """Return the initial share of a test record to which parameters of a record's own are fitted; 0 without any."""
+    of_record = any(parameter.declared.per_record for parameter in hypothesis.simulation.parameters)
+    return problem.thresholds.search.shown_share if of_record else 0.0
+
+
 def sum_squared_errors(
     hypothesis: Hypothesis, problem: Problem, tests: Sequence[FitRecord], shown: float
 ) -> FloatArray:
@@ -161,16 +207,15 @@ def add_untold_rivals(result: SearchResult, problem: Problem, tests: Sequence[Fi
         for one in ranking
         if set(one.mechanisms) not in known
         and one.cost < most
-        and not _is_told_apart(result, own, one, problem, tests)
+        and not is_told_apart(result.chosen._replace(hypothesis=own), one, problem, tests)
     ]
     return result._replace(equivalent=(*result.equivalent, *untold)) if untold else result
 
 
-def _is_told_apart(
-    result: SearchResult, own: Hypothesis, rival: Hypothesis, problem: Problem, tests: Sequence[FitRecord]
+def is_told_apart(
+    tested: TestedHypothesis, rival: Hypothesis, problem: Problem, tests: Sequence[FitRecord]
 ) -> bool:
-    """Return whether an output's error on test records is certainly smaller with `own` than with `rival`."""
-    tested = result.chosen._replace(hypothesis=own)
+    """Return whether an output's error on test records is certainly smaller with the tested set than with `rival`."""
     return any(
         one.ratio_low > 1.0
         for whitened in (False, True)

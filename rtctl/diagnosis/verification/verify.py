@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rtctl.diagnosis.search.catalogue_search import SearchRequest
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
+from rtctl.diagnosis.search.request import SearchRequest
 from rtctl.diagnosis.verification.holdout_gain import judge_search, require_holdout_gain
 from rtctl.diagnosis.verification.misfit_checks import require_holdout_residual, require_model_follows
 from rtctl.diagnosis.verification.nonparametric_comparison import compare_nonparametric

@@ -36,14 +36,9 @@ class HoldoutData(NamedTuple):
     """Dominant angular frequency of the motion [1/s]."""
 
     def gain_of(self, fits: Fits, output: str) -> Gain | None:
-        """Return the errors of `output` before and after; None without test records.
-
-        The noise floor is at most the error after: a noise model near a unit root has a larger mean square than any
-        residual that it was fitted to.
-        """
+        """Return the errors of `output` before and after; None without test records."""
         unit, noise_rms = self.units.get(output, ""), noise_rms_of(self.noise, output)
-        gain = self._measure(fits, ScoredOutput(output, unit, noise_rms))
-        return gain._replace(noise_floor=min(gain.noise_floor, gain.after)) if gain else None
+        return self._measure(fits, ScoredOutput(output, unit, noise_rms))
 
     def whitened_gain_of(self, fits: Fits, output: str) -> Gain | None:
         """Return the errors of `output` before and after in units of the noise; None without test records."""

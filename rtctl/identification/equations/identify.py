@@ -10,7 +10,6 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
-from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import Simulation
 from rtctl.identification.equations.starts import make_starts, shoot, trajectory_scales
 from rtctl.identification.equations.writing import write_fitted
@@ -20,6 +19,7 @@ from rtctl.identification.least_squares.levenberg_marquardt import Minimum, mini
 from rtctl.identification.simulation_error.inference import infer
 from rtctl.identification.simulation_error.output_error import (
     FitOptions,
+    MultiStartOptions,
     ReportProgress,
     compute_signal_sizes,
     open_thread_pool,
@@ -43,17 +43,10 @@ Build = Callable[[EquationsFile, Mapping[str, str], str], Simulation]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EquationsFitOptions:
-    """Options of the identification."""
+class EquationsFitOptions(MultiStartOptions):
+    """Options of the identification; other starts are tried where the fit from the start model does not follow."""
 
-    starts: int = 6
-    """Starts that are tried where the fit from the start model does not follow the data, itself included."""
-    seed: int = 0
     fit: FitOptions = field(default_factory=lambda: FitOptions(screening_iterations=30, final_iterations=40))
-
-    def __post_init__(self) -> None:
-        check_integer("starts", self.starts, 1, 64, "starts of each fit")
-        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -68,8 +68,8 @@ def make_starts(simulation: Simulation, count: int, seed: int) -> list[FloatArra
 def shoot(cost: SegmentCost, values: FloatArray) -> list[FloatArray]:
     """Return a start (parameters,) from short pieces of the records, each with a start state of its own.
 
-    A free run over a whole record may lose the motion; pieces of it keep to it. None where the pieces diverge, or the
-    records are short.
+    A free run over a whole record may lose the motion; pieces of it keep to it. No start is returned where the pieces
+    diverge, or the records are short.
 
     Args:
         cost: Cost of whole records.

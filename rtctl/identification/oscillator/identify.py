@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
-from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import FreeParameter, Simulation
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.fit import Fit, FitError
@@ -20,7 +19,11 @@ from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.oscillator.start_values import generate_starts
 from rtctl.identification.regression.weak_form import WeakFit
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
-from rtctl.identification.simulation_error.output_error import FitOptions, ReportProgress, fit_output_error
+from rtctl.identification.simulation_error.output_error import (
+    MultiStartOptions,
+    ReportProgress,
+    fit_output_error,
+)
 from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence
 from rtctl.measured.dataset import Dataset
 
@@ -53,16 +56,8 @@ Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OscillatorFitOptions:
+class OscillatorFitOptions(MultiStartOptions):
     """Options of the identification."""
-
-    starts: int = 6
-    seed: int = 0
-    fit: FitOptions = field(default_factory=FitOptions)
-
-    def __post_init__(self) -> None:
-        check_integer("starts", self.starts, 1, 64, "starts of each fit")
-        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

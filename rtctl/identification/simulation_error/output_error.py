@@ -11,12 +11,13 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.options import LARGEST_SEED, check_integer
 from rtctl.border.simulation import Simulation
 from rtctl.border.work import adopt_meter, current_meter
 from rtctl.identification.fit import Fit, FitError
@@ -48,6 +49,20 @@ class FitOptions:
     iterations: int = 80
     final_iterations: int = 8
     threads: int = max(1, min(2, os.cpu_count() or 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MultiStartOptions:
+    """Options of an identification that fits from several starts."""
+
+    starts: int = 6
+    """Starts that are tried."""
+    seed: int = 0
+    fit: FitOptions = field(default_factory=FitOptions)
+
+    def __post_init__(self) -> None:
+        check_integer("starts", self.starts, 1, 64, "starts of each fit")
+        check_integer("seed", self.seed, 0, LARGEST_SEED)
 
 
 def fit_output_error(

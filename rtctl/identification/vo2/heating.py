@@ -35,6 +35,8 @@ errors, above which readings at the end of a period are believed, if they also l
 with nothing hidden (`benchmarks/static_loop_errors.py`, seeds 200 to 203) the four that are read there leave 0.26 of
 what readings at the start leave at most, the eight that are read at the start 2.0 at least; with films of ten periods
 and hidden effects it was 0.87 to 0.95, and the fit gave 0.93 to 1.6 rows."""
+LN_STEP = 0.01
+"""Step of the logarithm of the time constant by which residuals are differentiated."""
 READ_OUT_SHARE = 5e-4  # of tau: as far as it moves between read-outs of 20 and 60 cells on the same data
 
 
@@ -134,20 +136,14 @@ def estimate_reading_instant(
         The instant, 0 for the start of the row's period and 1 for its end, and its standard error; a read-out errs
         alike all along a hold, so holds count, not samples.
     """
-    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
-    masks = [_find_moving_samples(record, nominal_s) for record in usable]
+    usable, masks = _find_moving_records(records, nominal_s)
 
     def residual(tau: float, *, reads_after: bool) -> FloatArray:
-        parts = [
-            _compute_residual(record, mask, resistance, deflection, tau, reads_after=reads_after)
-            for record, mask in zip(usable, masks, strict=True)
-        ]
-        return np.concatenate(parts)
+        return _compute_residuals(usable, masks, resistance, deflection, tau, reads_after=reads_after)
 
-    step = 0.01
     at_start, at_end = residual(tau_s, reads_after=False), residual(tau_s, reads_after=True)
-    longer, shorter = (residual(tau_s * math.exp(by), reads_after=True) for by in (step, -step))
-    slopes = np.stack([(longer - shorter) / (2.0 * step), at_end - at_start])
+    longer, shorter = (residual(tau_s * math.exp(by), reads_after=True) for by in (LN_STEP, -LN_STEP))
+    slopes = np.stack([(longer - shorter) / (2.0 * LN_STEP), at_end - at_start])
     gram = np.linalg.pinv(slopes @ slopes.T)
     change = -gram @ (slopes @ at_end)
     left = at_end + change @ slopes
@@ -182,18 +178,14 @@ def fit_with_readings(
         The time constant, None where it cannot be seen (sampled too slowly, too few samples, or out of range), and the
         least sum of squared residuals, each over its record's range; also that of a film that settles at once.
     """
-    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
-    masks = [_find_moving_samples(record, nominal_s) for record in usable]
+    usable, masks = _find_moving_records(records, nominal_s)
     moving = sum(int(mask.sum()) for mask in masks)
     if moving < MIN_MOVING_SAMPLES:
         return None, math.inf
 
     def residual(ln_tau: float) -> FloatArray:
-        parts = [
-            _compute_residual(record, mask, resistance, deflection, math.exp(ln_tau), reads_after=reads_after)
-            for record, mask in zip(usable, masks, strict=True)
-        ]
-        return np.concatenate(parts)
+        tau_s = math.exp(ln_tau)
+        return _compute_residuals(usable, masks, resistance, deflection, tau_s, reads_after=reads_after)
 
     def cost(ln_tau: float) -> float:
         error = residual(ln_tau)
@@ -205,8 +197,7 @@ def fit_with_readings(
     lowest, elsewhere = cost(best), min(map(cost, (at_once, *bounds)))
     if min(best - bounds[0], bounds[1] - best) < 0.01 or lowest >= elsewhere:
         return None, min(lowest, elsewhere)
-    step = 0.01
-    slope = (residual(best + step) - residual(best - step)) / (2.0 * step)
+    slope = (residual(best + LN_STEP) - residual(best - LN_STEP)) / (2.0 * LN_STEP)
     scores = np.bincount(_number_holds(usable, masks, deflection is not None), weights=slope * residual(best))
     information = float(slope @ slope)
     if not information > 0.0:
@@ -214,6 +205,14 @@ def fit_with_readings(
     tau = math.exp(best)
     relative = math.hypot(float(np.linalg.norm(scores)) / information, READ_OUT_SHARE)
     return TimeConstant(tau, tau * relative, moving, reads_after), lowest
+
+
+def _find_moving_records(
+    records: Sequence[Record], nominal_s: float
+) -> tuple[list[Record], list[NDArray[np.bool_]]]:
+    """Return the records that are sampled fast enough to show the heating, and which of their samples move."""
+    usable = [record for record in records if record.period_s < 2.0 * nominal_s and shows_heating(record)]
+    return usable, [_find_moving_samples(record, nominal_s) for record in usable]
 
 
 def shows_heating(record: Record) -> bool:
@@ -249,6 +248,24 @@ def _number_holds(
         hold = first + np.cumsum(np.diff(record.signals["current"], prepend=np.nan) != 0.0)
         parts += [hold[mask]] * (2 if with_deflection and record.has("deflection") else 1)
         first = int(hold[-1])
+    return np.concatenate(parts)
+
+
+# six parameters because a read-out and its instant belong to neither the records nor the search
+def _compute_residuals(
+    records: Sequence[Record],
+    masks: Sequence[NDArray[np.bool_]],
+    resistance: ReadOut,
+    deflection: ReadOut | None,
+    tau_s: float,
+    *,
+    reads_after: bool,
+) -> FloatArray:
+    """Return the errors of the moving samples of all records, one record after the other."""
+    parts = [
+        _compute_residual(record, mask, resistance, deflection, tau_s, reads_after=reads_after)
+        for record, mask in zip(records, masks, strict=True)
+    ]
     return np.concatenate(parts)
 
 

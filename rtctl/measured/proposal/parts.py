@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -123,8 +124,6 @@ def _names(paths: Sequence[Path]) -> list[str | None]:
 
 def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
     """Cut one record: the last third is the test, behind rows that only start its motion."""
-    from dataclasses import replace
-
     first, end = record.rows or (0, rows)
     if end - first < FEWEST_ROWS:
         return (record,)
@@ -136,8 +135,6 @@ def _cut_in_two(record: RecordGuess, rows: int) -> tuple[RecordGuess, ...]:
 
 
 def _choose_tests(records: Sequence[RecordGuess], test: str | None) -> tuple[RecordGuess, ...]:
-    from dataclasses import replace
-
     names = [one.file.name for one in records]
     usable = [k for k, one in enumerate(records) if one.use != "identify"]
     named = [k for k in usable if _TEST_NAME.search(records[k].file.stem)]

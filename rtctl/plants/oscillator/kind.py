@@ -4,8 +4,8 @@ from rtctl.border import records
 from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind, SignalKind
 
 BASE = (
-    "the input is the acceleration of the base, which is the drive of the model: its drive_gain is -1 (in the units of "
-    "the data) where the response is relative to the base and nothing else drives"
+    "the input is the acceleration of the base, which is the drive of the model: where the response is relative to the "
+    "base and nothing else drives, drive_gain is minus one acceleration for each (-1000 mm/s^2 for 1 m/s^2)"
 )
 
 OSCILLATOR = PlantKind(

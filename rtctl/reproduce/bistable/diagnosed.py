@@ -18,7 +18,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.model_file import ModelFile
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.problem.subjects import subject_of
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.models.oscillator import write_oscillator_model
 from rtctl.recording import write_parquet

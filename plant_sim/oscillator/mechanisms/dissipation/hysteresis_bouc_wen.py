@@ -48,7 +48,7 @@ def constants(p: Values) -> tuple[float, ...]:
 
 def fastest_rate(p: Values, speed: float) -> float:
     """Return the faster rate of the spring before it yields and of the yielding."""
-    yielding = (p["loop"] + abs(p["bend"])) * speed / p["displacement"]
+    yielding = max(p["order"], 1.0) * (p["loop"] + abs(p["bend"])) * speed / p["displacement"]
     return math.hypot((p["level"] / p["displacement"]) ** 0.5, RELAXATION * yielding)
 
 

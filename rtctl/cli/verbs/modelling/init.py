@@ -63,12 +63,12 @@ def run(args: argparse.Namespace) -> int:
         sample_rate_hz=args.sample_rate, hold=args.hold, test=args.test, name=args.name,
     )  # fmt: skip
     paths = paths_of(args.files)
-    folder = target_folder(paths, args.out, force=args.force)
     surveys = survey_files(paths)
-    output_folder(folder)
+    folder = target_folder(paths, args.out, force=args.force)
     asks = is_terminal() and not args.yes and not is_quiet(args)
     proposal = ask_all(surveys, answers) if asks else propose(surveys, answers)
     refuse_open(proposal, [str(path) for path in paths])
+    output_folder(folder)
     found = write_proposal(proposal, folder, plot=not args.no_plot)
     if args.json:
         print_json(found.to_dict())

@@ -18,6 +18,7 @@ from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.search.candidates import propose_candidates
 from rtctl.diagnosis.search.holdout_error import Gain, measure_gains
+from rtctl.diagnosis.search.holdout_support import is_told_apart
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.search.successive_halving import halve_successively
@@ -48,11 +49,17 @@ class BesideCorrection(NamedTuple):
             return None
         tested = run_residual_tests(corrected[0], self.problem, self.ids)
         fits = halve_successively(self.problem, propose_candidates(tested, limits), self.report, self.budget)
-        supported = [one for one in fits if self._is_supported(tested, one)]
+        gains = [(one, self._gains(tested, one)) for one in fits]
+        supported = [(fit, found) for fit, found in gains if self._is_supported(found)]
         if not supported:
             return None
-        best = max(supported, key=lambda one: self._benefit(tested, one))
-        rivals = [one for one in supported if one is not best and not self._is_told_apart(tested, best, one)]
+        best, _ = max(supported, key=lambda pair: sum(math.log(one.ratio) for one in pair[1]))
+        chosen = tested._replace(hypothesis=best)
+        rivals = [
+            one
+            for one, _ in supported
+            if one is not best and not is_told_apart(chosen, one, self.problem, self.tests)
+        ]
         return self._outcome(result, corrected[0], fits, best, rivals)
 
     def _outcome(
@@ -69,21 +76,12 @@ class BesideCorrection(NamedTuple):
             leave_one_out=(corrected,),
         )  # fmt: skip
 
-    def _is_supported(self, corrected: TestedHypothesis, fit: Hypothesis) -> bool:
+    def _is_supported(self, gains: Sequence[Gain]) -> bool:
         """Return whether the error of an output on test records certainly falls, and that of none rises."""
-        limits, gains = self.problem.thresholds.search, self._gains(corrected, fit)
+        limits = self.problem.thresholds.search
         lower = any(one.ratio > limits.least_holdout_gain and one.ratio_low > 1.0 for one in gains)
         return lower and all(one.ratio > limits.rising_error for one in gains)
 
-    def _benefit(self, corrected: TestedHypothesis, fit: Hypothesis) -> float:
-        """Return the sum of the logarithms of the ratios by which the outputs' errors on test records fall."""
-        return sum(math.log(one.ratio) for one in self._gains(corrected, fit))
-
-    def _is_told_apart(self, corrected: TestedHypothesis, best: Hypothesis, rival: Hypothesis) -> bool:
-        """Return whether an output's error on test records is certainly smaller with `best` than with `rival`."""
-        tested = corrected._replace(hypothesis=best)
-        return any(one.ratio_low > 1.0 for one in measure_gains(rival, tested, self.problem, self.tests))
-
     def _gains(self, corrected: TestedHypothesis, fit: Hypothesis) -> list[Gain]:
         after = corrected._replace(hypothesis=fit)
-        return list(measure_gains(corrected.hypothesis, after, self.problem, self.tests))
+        return measure_gains(corrected.hypothesis, after, self.problem, self.tests)

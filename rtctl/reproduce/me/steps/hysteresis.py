@@ -12,7 +12,7 @@ from rtctl.border.model_file import MechanismTable, ModelFile, Value
 from rtctl.border.simulation import Stimulus
 from rtctl.diagnosis.diagnose import diagnose
 from rtctl.diagnosis.result import Diagnosis
-from rtctl.diagnosis.search.catalogue_search import DiagnosisOptions
+from rtctl.diagnosis.search.request import DiagnosisOptions
 from rtctl.measured import read_dataset
 from rtctl.measured.dataset import Record
 from rtctl.measured.writer import write_dataset
