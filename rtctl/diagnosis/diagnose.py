@@ -15,6 +15,7 @@ from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
 from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
+from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_for, subject_of
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
@@ -82,18 +83,20 @@ def diagnose(
             cancellation=options.cancellation,
         )  # fmt: skip
         first = fit_nominal(problem, data.simulation, report)
-        whole_tests = tests
-        if tests and first.problem.samples < problem.samples and not first.in_strokes:
+        judged = whole_tests = tests
+        if first.in_strokes:
+            judged = cut_test_strokes(problem, first.nominal, tests)
+        elif tests and first.problem.samples < problem.samples:
             tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
-            notes += (note,)
+            judged, notes = tests, (*notes, note)
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
         request = SearchRequest(
-            problem, first.nominal, model, dataset, tests, fitted, options, budget, report
+            problem, first.nominal, model, dataset, judged, fitted, options, budget, report
         )
         found = find_causes(request, whole=first.uncut)
         search = found.result
-        request = request._replace(problem=search.refined_problem or problem)
+        request = request._replace(problem=search.refined_problem or problem, tests=tests)
         whole = fit_whole_records(first, request.problem, search)
         units = dict(subject.output_units) | with_displacement(dataset.units)
         holdout = HoldoutData(tests, units, search.chosen, problem.scales.rate)

@@ -106,8 +106,11 @@ def test_what_causes_are_compared_with_is_of_the_records() -> None:
         assert declared.scale(large) == pytest.approx(power * declared.scale(small))
 
 
-def test_a_tone_that_records_hold_no_periods_of_is_not_looked_for() -> None:
-    """With a phase of its own in each record, a tone of less than a period would be any slow force."""
+@pytest.mark.parametrize(("frequency_Hz", "found"), [(0.5, []), (7.03, [7.03])])
+def test_a_tone_is_looked_for_where_a_line_stands_of_which_each_record_holds_periods(
+    frequency_Hz: float, found: list[float]
+) -> None:
+    """With a phase of its own in each record, one of few periods, or that is no line, would be any force."""
     tables = {"damping": {"value": 0.2, "unit": "1/s"}, "stiffness": {"value": 40.0, "unit": "1/s^2"},
               "drive_gain": {"value": 1.0, "unit": "mm/s^2/V"}}  # fmt: skip
     simulation = build_simulation(
@@ -117,19 +120,28 @@ def test_a_tone_that_records_hold_no_periods_of_is_not_looked_for() -> None:
     extended = simulation.extended(("base.motion",))
     rng = np.random.default_rng(0)
     time_s = PERIOD_S * np.arange(N)  # 4 s
-    slow = np.cos(2.0 * np.pi * 0.5 * time_s) + 0.01 * rng.standard_normal(N)
+    residuals = [
+        np.cos(2.0 * np.pi * frequency_Hz * time_s + phase) + 0.1 * rng.standard_normal(N)
+        for phase in (0.0, 2.0)
+    ]
     stimulus = Stimulus(inputs={"drive": rng.standard_normal(N)}, holds={"drive": "zero"}, period_s=PERIOD_S)
-    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": slow}),)
+    records = tuple(
+        FitRecord(name=f"r{k}", stimulus=stimulus, measured={"displacement": one})
+        for k, one in enumerate(residuals)
+    )
     problem = Problem(subject=subject_of("oscillator"), records=records, scales=estimate_scales(records))
-    shapes = list(shape_grid(extended.mechanisms[-1], problem, [slow[None]]))
-    assert shapes
-    assert min(one.values["frequency"] for one in shapes) >= 2.5 * (1.0 - 1e-12)
+    mechanism = extended.mechanisms[-1]
+    lines = [
+        one.values["frequency"] for one in shape_grid(mechanism, problem, [one[None] for one in residuals])
+    ]
+    assert lines == pytest.approx(found, abs=0.1 / (N * PERIOD_S))
+    chirp = np.cos(2.0 * np.pi * (3.0 + 1.5 * time_s) * time_s)
+    assert not list(shape_grid(mechanism, problem, [residuals[0][None], chirp[None]]))
     fixed = frozenset(one.name for one in extended.parameters if one.name != "base.motion.frequency")
     sensitivity = sensitivity_of(problem, extended, fixed)
     low, _ = parameter_bounds(problem, sensitivity)
     (index,) = (
-        k
-        for k, one in enumerate(sensitivity.free)
+        k for k, one in enumerate(sensitivity.free)
         if extended.parameters[one].name == "base.motion.frequency"
-    )
+    )  # fmt: skip
     assert low[index] * sensitivity.scale[index] == pytest.approx(2.5)

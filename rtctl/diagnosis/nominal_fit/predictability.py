@@ -8,7 +8,7 @@ move no parameter any more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,13 +17,12 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.nominal_fit.misfit.relative_misfit import relative_misfit
 from rtctl.diagnosis.nominal_fit.multiple_shooting_start import fit_segments
+from rtctl.diagnosis.nominal_fit.segmentation import cut_records, started
 from rtctl.diagnosis.problem.fit import fit_hypothesis
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.thresholds import NominalFitThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.identification.regression.weak_form import choose_half_width
-from rtctl.identification.simulation_error.multiple_shooting import cut_segments
 
 IN_PIECES = (
     "free runs over whole test records are unpredictable: errors on test records are of {} pieces of {:g} periods of "
@@ -84,12 +83,9 @@ def cut_unpredictable_tests(
     if run is None or not count_unpredictable(held, run):
         return tuple(tests), WHOLE
     periods = problem.thresholds.nominal_fit.predictable_periods
-    length_s = periods * 2.0 * np.pi / problem.scales.rate
-    width_s = choose_half_width(held.records, problem.scales.rate)
     pieces = [
-        _started(segment.record, dict(zip(nominal.simulation.state, segment.start.tolist(), strict=True)))
-        for record in tests
-        for segment in cut_segments(record, nominal.simulation, length_s, width_s)
+        started(segment, nominal)
+        for segment in cut_records(held, nominal, periods * 2.0 * np.pi / problem.scales.rate)
     ]
     kept = _predictable_pieces(replace(held, records=tuple(pieces)), nominal)
     if len(kept) < problem.thresholds.nominal_fit.least_predictable_pieces * len(pieces):
@@ -124,11 +120,6 @@ def _run(problem: Problem, nominal: Hypothesis) -> Hypothesis | None:
         iterations=0,
         fixed_parameters=nominal.fixed_parameters,
     )
-
-
-def _started(record: FitRecord, state: Mapping[str, float]) -> FitRecord:
-    """Return the record with an estimated initial state."""
-    return replace(record, stimulus=replace(record.stimulus, initial=state))
 
 
 def count_unpredictable(problem: Problem, hypothesis: Hypothesis) -> int:

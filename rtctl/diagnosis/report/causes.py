@@ -117,8 +117,8 @@ def mechanism_causes(
         causes,
         key=lambda one: (
             one.id in corrections,
-            -(one.probability or 0.0),
             one.id in qualifiers,
+            -(one.probability or 0.0),
             -one.share_removed,
         ),
     )

@@ -12,6 +12,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.diagnosis.problem.bounds import lowest_frequency, places_of_motion
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.residual.tones import find_tones, interpolate_peak
+from rtctl.identification.noise.residual_noise import group_by_period
 
 
 class Shapes(NamedTuple):
@@ -55,9 +57,8 @@ def _axis(
         return [(value, 1) for value in places_of_motion(parameter, problem, form)]
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
-    low = max(low, lowest_frequency(parameter, problem))
-    if low > high:
-        return []  # no record is long enough to show it
+    if parameter.least_periods:
+        return _lines(problem, residuals, max(low, lowest_frequency(parameter, problem)), high)
     if parameter.redundant and parameter.default is None:
         values = [(size, 1)]
     elif parameter.default is not None and not parameter.searched and parameter.simplest is None:
@@ -68,6 +69,26 @@ def _axis(
     if parameter.unit == "Hz":
         values += _peaks(problem, residuals, low, high)
     return values
+
+
+def _lines(
+    problem: Problem, residuals: Sequence[FloatArray], low: float, high: float
+) -> list[tuple[float, int]]:
+    """Return the frequencies [Hz] between `low` and `high` of lines that stand in every record, and the bins there.
+
+    A tone with a phase of its own in each record takes up a part of whatever is missing near its frequency; only as a
+    line it is a tone.
+    """
+    periods_s = [record.period_s for record in problem.records]
+    group = max(group_by_period(periods_s), key=len)
+    found = []
+    for output in range(residuals[0].shape[0]):
+        errors = [residuals[k][output] for k in group]
+        found += find_tones(errors, problem.thresholds.residual)
+    length, period_s = min(residuals[k].shape[1] for k in group), periods_s[group[0]]
+    bins = max(1, int((high - low) * length * period_s))
+    lines = [tone.frequency / period_s for tone in sorted(found, key=lambda one: -one.amplitude)]
+    return [(line, bins) for line in lines if low <= line <= high]
 
 
 def _peaks(
@@ -82,12 +103,12 @@ def _peaks(
     peaks: list[tuple[float, int]] = []
     if bins:  # where a step's spectrum would hide it
         steepest = int(np.argmax(power * frequency**2))
-        peaks.append((_interpolate_peak(power, steepest) * float(frequency[1]), bins))
+        peaks.append((interpolate_peak(power, steepest) * float(frequency[1]), bins))
     for _ in range(thresholds.spectrum_peaks if bins else 0):
         k = int(np.argmax(power))
         if not power[k] > 0.0:
             break
-        peaks.append((_interpolate_peak(power, k) * float(frequency[1]), bins))
+        peaks.append((interpolate_peak(power, k) * float(frequency[1]), bins))
         power[np.abs(frequency - frequency[k]) < thresholds.spectrum_peak_distance * frequency[k]] = 0.0
     return peaks
 
@@ -102,16 +123,3 @@ def _power(residuals: Sequence[FloatArray]) -> FloatArray:
         spectrum = np.abs(np.fft.rfft(residual * window, length, axis=1)) ** 2
         power += (spectrum / np.maximum(sizes, 1e-300)[:, None] ** 2).sum(axis=0)
     return power
-
-
-def _interpolate_peak(power: FloatArray, k: int) -> float:
-    """Return the position of the peak at bin `k` [bins], by the parabola through the logarithms of three bins.
-
-    A bin is half a turn over the record: that far off, a strong tone would leave so much that the autoregression of
-    the noise model took the rest for noise.
-    """
-    if not 0 < k < len(power) - 1 or not min(power[k - 1], power[k + 1]) > 0.0:
-        return float(k)
-    left, here, right = np.log(power[k - 1 : k + 2])
-    bend = left - 2.0 * here + right
-    return float(k + (0.5 * (left - right) / bend if bend < 0.0 else 0.0))

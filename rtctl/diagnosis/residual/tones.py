@@ -69,6 +69,19 @@ def find_tones(errors: Sequence[FloatArray], thresholds: ResidualThresholds) -> 
     tones = []
     while height.max() > thresholds.tone_height:
         k = int(np.argmax(np.where(height > thresholds.tone_height, amplitude, 0.0)))
-        tones.append(Tone(k / length, float(amplitude[k])))
+        tones.append(Tone(interpolate_peak(power.mean(axis=0), k) / length, float(amplitude[k])))
         height[max(0, k - 3) : k + 4] = 0.0
     return tones
+
+
+def interpolate_peak(power: FloatArray, k: int) -> float:
+    """Return the position of the peak at bin `k` [bins], by the parabola through the logarithms of three bins.
+
+    A bin is half a turn over the record: that far off, a strong tone would leave so much that the autoregression of
+    the noise model took the rest for noise.
+    """
+    if not 0 < k < len(power) - 1 or not min(power[k - 1], power[k + 1]) > 0.0:
+        return float(k)
+    left, here, right = np.log(power[k - 1 : k + 2])
+    bend = left - 2.0 * here + right
+    return float(k + (0.5 * (left - right) / bend if bend < 0.0 else 0.0))

@@ -38,7 +38,10 @@ LOOPS_NOT_CHECKED = (
 UNSUPPORTED = (
     "{} would remove little beside the rest and does not lower the error on the test records: not named"
 )
-MINOR = "{} would remove less than is left with all causes, and may only take up a part of that: not named"
+MINOR = (
+    "{} would remove less than is left with all causes, or nothing on test records, and may only take up a part of "
+    "what is missing: not named"
+)
 OUT_OF_WORK = (
     "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
     "sets of causes were not tried: a larger budget (--work) tries them"

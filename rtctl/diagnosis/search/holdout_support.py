@@ -74,11 +74,11 @@ def drop_unsupported(
 def drop_minor(
     result: SearchResult, problem: Problem, tests: Sequence[FitRecord], ids: Sequence[str]
 ) -> tuple[SearchResult, tuple[str, ...]]:
-    """Drop the causes of a set that does not pass which remove less than it leaves beyond the noise.
+    """Drop the causes of a set that does not pass which remove less than it leaves beyond the noise, the least first.
 
     What is left has a cause that is not known, and a small law of the catalogue takes up a part of it, whichever it is.
-    Fitted records and test records both have to say so: free runs of these may drift for other reasons. Loops that were
-    refitted stay with the set behind which they were.
+    Fitted records and test records both have to say so: free runs of these may drift for other reasons. One without
+    which the error on test records is no larger is dropped as well. Loops that were refitted stay with their set.
 
     Args:
         result: Outcome of the search.
@@ -104,7 +104,8 @@ def drop_minor(
         fewer = min(result.leave_one_out, key=lambda one: one.cost)
         without = sum_squared_errors(fewer, problem, tests, shown)  # infinite where it diverges
         back = fewer.cost - chosen.cost, float((without - error)[followed].sum())
-        if not (followed.any() and back[0] < left[0] and back[1] < left[1]):
+        is_minor = back[0] < left[0] and back[1] < left[1]
+        if not followed.any() or not (is_minor or back[1] <= 0.0):
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         result = _choose(fewer, result, problem, ids)
