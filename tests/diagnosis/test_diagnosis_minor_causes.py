@@ -1,12 +1,14 @@
-"""A small cause beside an unknown rest that is larger is not named."""
+"""Beside an unknown rest that is larger a small cause is not named, nor a second law of dissipation."""
 
 from __future__ import annotations
 
+import pytest
 from test_diagnosis_holdout_support import ASYMMETRIC, FRICTION, IDS, OFFSET_MM, fit_of, record_of
 
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
+from rtctl.diagnosis.search.dissipation import keep_one_dissipation_law
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
 from rtctl.diagnosis.search.holdout_support import drop_minor
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
@@ -16,8 +18,10 @@ from rtctl.identification.scales import estimate_scales
 BOTH = {"friction.coulomb", "sensor.offset"}
 
 
-def left_of(*effects: dict[str, object], passes: bool = False) -> tuple[set[str], tuple[str, ...]]:
-    """What stays of friction and an offset, fitted to a device with an offset and `effects`, and what is dropped."""
+def searched(
+    *effects: dict[str, object], causes: tuple[str, ...], passes: bool = False
+) -> tuple[SearchResult, Problem]:
+    """An outcome with `causes`, fitted to two records of a device with an offset and `effects`."""
     records = tuple(record_of(seed, OFFSET_MM, effects) for seed in (1, 2))
     problem = Problem(
         subject=subject_of("oscillator"),
@@ -26,11 +30,16 @@ def left_of(*effects: dict[str, object], passes: bool = False) -> tuple[set[str]
         steps_per_period=64.0,
     )
     nominal = run_residual_tests(fit_of(problem), problem, IDS)
-    both = run_residual_tests(fit_of(problem, "friction.coulomb", "sensor.offset"), problem, IDS)
-    without = refit_without_each(problem, nominal.hypothesis, both.hypothesis)
-    fields = ([fit_of(problem, "friction.coulomb")], [both.hypothesis])
-    tried = tuple(rank_hypotheses(problem, one, both, plain=not passes) for one in fields)
-    found = SearchResult(nominal, both, passes, (), tried, without)
+    chosen = run_residual_tests(fit_of(problem, *causes), problem, IDS)
+    without = refit_without_each(problem, nominal.hypothesis, chosen.hypothesis)
+    fields = ([fit_of(problem, causes[0])], *([chosen.hypothesis] for _ in causes[1:]))
+    tried = tuple(rank_hypotheses(problem, one, chosen, plain=not passes) for one in fields)
+    return SearchResult(nominal, chosen, passes, (), tried, without), problem
+
+
+def left_of(*effects: dict[str, object], passes: bool = False) -> tuple[set[str], tuple[str, ...]]:
+    """What stays of friction and an offset, and what is dropped."""
+    found, problem = searched(*effects, causes=("friction.coulomb", "sensor.offset"), passes=passes)
     result, dropped = drop_minor(found, problem, [record_of(7, OFFSET_MM, effects)], IDS)
     return set(result.chosen.hypothesis.mechanisms), dropped
 
@@ -45,3 +54,14 @@ def test_beside_noise_nothing_is_dropped() -> None:
 
 def test_of_a_set_that_explains_all_nothing_is_dropped() -> None:
     assert left_of(FRICTION, ASYMMETRIC, passes=True) == (BOTH, ())
+
+
+@pytest.mark.parametrize(("passes", "dropped"), [(False, ("damping.quadratic",)), (True, ())])
+def test_of_two_laws_of_dissipation_that_do_not_explain_all_the_stronger_stays(
+    passes: bool, dropped: tuple[str, ...]
+) -> None:
+    causes = ("friction.coulomb", "damping.quadratic", "sensor.offset")
+    found, problem = searched(FRICTION, ASYMMETRIC, causes=causes, passes=passes)
+    result, others = keep_one_dissipation_law(found, problem, IDS)
+    assert others == dropped
+    assert set(result.chosen.hypothesis.mechanisms) == set(causes) - set(dropped)

@@ -11,6 +11,7 @@ import numpy as np
 from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.search.dissipation import keep_one_dissipation_law
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
 from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
 from rtctl.diagnosis.search.largest_part import choose_largest_part
@@ -42,6 +43,10 @@ MINOR = (
     "{} would remove less than is left with all causes, or nothing on test records, and may only take up a part of "
     "what is missing: not named"
 )
+IMITATING = (
+    "{} would be a second law of dissipation in a set that does not explain everything, and two such laws imitate a "
+    "third: the one that removes most is kept, and this is not named"
+)
 OUT_OF_WORK = (
     "the search used up its budget of {:.3g} million simulated steps and reports the best set found by then; further "
     "sets of causes were not tried: a larger budget (--work) tries them"
@@ -68,8 +73,10 @@ def find_causes(request: SearchRequest, *, whole: bool) -> FoundCauses:
         result = add_untold_rivals(result, problem, request.tests)
     if found.cancelled:
         return found._replace(result=result)
+    result, others = keep_one_dissipation_law(result, problem, request.ids)
     result, minor = drop_minor(result, problem, request.tests, request.ids)
-    notes = [*found.notes, *([MINOR.format(" and ".join(minor))] if minor else [])]
+    dropped = [(IMITATING, others), (MINOR, minor)]
+    notes = [*found.notes, *(text.format(" and ".join(names)) for text, names in dropped if names)]
     return found._replace(
         result=choose_largest_part(result, problem, request.tests, request.ids), notes=notes
     )

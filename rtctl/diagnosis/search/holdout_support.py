@@ -67,7 +67,9 @@ def drop_unsupported(
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
         chosen = fewer
-        result = _choose(fewer, result, problem, ids) if fewer is not nominal else _choose_nominal(result)
+        result = (
+            choose_smaller(fewer, result, problem, ids) if fewer is not nominal else _choose_nominal(result)
+        )
     return result, tuple(dropped)
 
 
@@ -108,7 +110,7 @@ def drop_minor(
         if not followed.any() or not (is_minor or back[1] <= 0.0):
             break
         dropped += set(chosen.mechanisms) - set(fewer.mechanisms)
-        result = _choose(fewer, result, problem, ids)
+        result = choose_smaller(fewer, result, problem, ids)
     return result, tuple(dropped)
 
 
@@ -131,7 +133,9 @@ def _choose_nominal(result: SearchResult) -> SearchResult:
     return result._replace(chosen=chosen, equivalent=(), leave_one_out=())
 
 
-def _choose(fewer: Hypothesis, result: SearchResult, problem: Problem, ids: Sequence[str]) -> SearchResult:
+def choose_smaller(
+    fewer: Hypothesis, result: SearchResult, problem: Problem, ids: Sequence[str]
+) -> SearchResult:
     """Choose `fewer` with the residual tests of the larger set."""
     tested = run_residual_tests(fewer, problem, ids)._replace(tests=result.chosen.tests)
     result = replace_chosen(problem, result, tested)

@@ -11,13 +11,9 @@ from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.diagnosis.thresholds import Thresholds, VerificationThresholds
 from rtctl.diagnosis.verification.verdict import Verdict
 
-DISSIPATION = {
-    "damping.nonlinear", "damping.quadratic", "damping.power",
-    "friction.coulomb", "friction.stribeck", "friction.presliding", "hysteresis.bouc_wen",
-}  # fmt: skip
 NOT_CONFIRMED = (
     "{} would reduce the error on the fitted records, but it does not reduce it on the test records by a factor of "
-    "{:.3g}, or it is a sum of dissipation laws that together imitate another: it is not named"
+    "{:.3g}: it is not named"
 )
 IDENTIFICATION_RESIDUAL = (
     "{} would remove less than half of the residual, and nothing on the test records: this is what the identification "
@@ -65,7 +61,7 @@ def require_holdout_gain(
     mechanisms = {one.id: one for one in search.chosen.hypothesis.simulation.mechanisms}
     correction = all(mechanisms[name].of_identification for name in added)
     claim = confirmed_claim(
-        verdict.claim, added, gains, problem.thresholds,
+        verdict.claim, gains, problem.thresholds,
         doubted=doubted, correction=correction, allowed=problem.allowed,
     )  # fmt: skip
     if claim == verdict.claim:
@@ -113,7 +109,6 @@ def is_doubtful(search: SearchResult, allowed: bool, removed_share: float) -> bo
 
 def confirmed_claim(
     claim: str,
-    causes: Sequence[str],
     gains: Sequence[Gain | None],
     thresholds: Thresholds | None = None,
     *,
@@ -124,13 +119,11 @@ def confirmed_claim(
     """Return the claim that the test records leave.
 
     A part of an explanation, or a doubted whole, must reduce the error on them too, of one output at least: what acts
-    in a sensor shows in its own reading alone. A part is not claimed either where it is two laws of dissipation:
-    together they imitate a third. A doubted set without gain is "adequate" where the nominal model misses the test
-    records by no more than noise and the allowed misfit, or where it is a correction of the identified part.
+    in a sensor shows in its own reading alone. A doubted set without gain is "adequate" where the nominal model misses
+    the test records by no more than noise and the allowed misfit, or where it is a correction of the identified part.
 
     Args:
         claim: What the search alone supports.
-        causes: Ids of the mechanisms that were added.
         gains: Of each output that all test records have; None without test records.
         thresholds: Thresholds of search and verification.
         doubted: Whether a set that passes is in doubt.
@@ -143,8 +136,7 @@ def confirmed_claim(
     measured = [one for one in gains if one is not None]
     least = limits.search.least_holdout_gain
     confirmed = not measured or any(one.ratio > least and one.ratio_low > 1.0 for one in measured)
-    imitation = claim == "partly_explained" and len(DISSIPATION & set(causes)) > 1
-    if confirmed and not imitation:
+    if confirmed:
         return claim
     misses_nothing = correction or all(_is_quiet(one, allowed or {}, limits.verification) for one in measured)
     return "adequate" if doubted and misses_nothing else "unexplained"
