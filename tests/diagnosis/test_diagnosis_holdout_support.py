@@ -17,7 +17,7 @@ from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.problem.work_budget import WorkBudget
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
 from rtctl.diagnosis.search.elimination.backward_elimination import drop_inactive_causes, refit_without_each
-from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_unsupported
+from rtctl.diagnosis.search.elimination.holdout_support import add_untold_rivals, drop_unsupported
 from rtctl.diagnosis.search.model_selection import RankedHypothesis, rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome
 from rtctl.identification.fit_record import FitRecord
@@ -127,7 +127,8 @@ def test_records_that_cannot_be_simulated_say_nothing_nor_does_a_diagnosis_that_
     tests = [record_of(7, 0.0)]
     assert drop_unsupported(found, problem, tests, IDS, WorkBudget.of(0.0)) == (found, ())
     monkeypatch.setattr(
-        "rtctl.diagnosis.search.holdout_support.compute_free_run_error", lambda *_: np.full(9, np.inf)
+        "rtctl.diagnosis.search.elimination.holdout_support.compute_free_run_error",
+        lambda *_: np.full(9, np.inf),
     )
     assert drop_unsupported(found, problem, tests, IDS, WorkBudget.of(60.0)) == (found, ())
 

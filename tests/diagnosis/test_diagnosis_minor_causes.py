@@ -8,9 +8,9 @@ from test_diagnosis_holdout_support import ASYMMETRIC, FRICTION, IDS, OFFSET_MM,
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subject_of
 from rtctl.diagnosis.residual.residual_tests import run_residual_tests
-from rtctl.diagnosis.search.dissipation import keep_one_dissipation_law
 from rtctl.diagnosis.search.elimination.backward_elimination import refit_without_each
-from rtctl.diagnosis.search.holdout_support import drop_minor
+from rtctl.diagnosis.search.elimination.dissipation import keep_one_dissipation_law
+from rtctl.diagnosis.search.elimination.holdout_support import drop_minor
 from rtctl.diagnosis.search.model_selection import rank_hypotheses
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.identification.scales import estimate_scales

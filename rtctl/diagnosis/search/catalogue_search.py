@@ -11,9 +11,9 @@ import numpy as np
 from rtctl.diagnosis.problem.cancellation import CancelledError
 from rtctl.diagnosis.problem.hypothesis import Hypothesis
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.search.dissipation import keep_one_dissipation_law
+from rtctl.diagnosis.search.elimination.dissipation import keep_one_dissipation_law
+from rtctl.diagnosis.search.elimination.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
 from rtctl.diagnosis.search.holdout_error import compute_free_run_error, measure_gains
-from rtctl.diagnosis.search.holdout_support import add_untold_rivals, drop_minor, drop_unsupported
 from rtctl.diagnosis.search.largest_part import choose_largest_part
 from rtctl.diagnosis.search.nonparametric import find_better_alternative
 from rtctl.diagnosis.search.outcome import SearchResult, classify_outcome

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.search.holdout_support import choose_smaller
+from rtctl.diagnosis.search.elimination.holdout_support import choose_smaller
 from rtctl.diagnosis.search.outcome import SearchResult
 
 DISSIPATION = {
