@@ -37,6 +37,20 @@ class Instrument(Checked):
 
     noise: Annotated[float, Field(ge=0.0)] = 0.0
     """Standard deviation of a reading, in the unit of the model's output."""
+    sensed: bool = True
+    """Whether the loop may use it; else an external instrument alone reads it, as `reference`."""
+    low: float | None = None
+    """Lowest value that a loop may ask for, in the unit of the model's output."""
+    high: float | None = None
+    """Highest value that a loop may ask for."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Instrument:
+        if (self.low is None) != (self.high is None):
+            raise ValueError("low and high are given together: the range of a controlled output")
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError(f"low = {self.low:g} must be below high = {self.high:g}")
+        return self
 
 
 class DeviceTable(Checked):
@@ -73,6 +87,17 @@ def read_device_table(model: EquationsFile, path: Path) -> DeviceTable:
         lines.append(
             f'{path}: key "device.reference": the model has no output "{found.reference}"'
             f"{nearest(found.reference, model.model.outputs)}"
+        )
+    shown = found.reference or next(iter(model.model.outputs))
+    hidden = [name for name, one in found.outputs.items() if not one.sensed]
+    lines += [
+        f'{path}: key "device.outputs.{name}.sensed": only device.reference may be hidden from the loop'
+        for name in hidden
+        if name != shown and name in model.model.outputs
+    ]
+    if hidden and len(hidden) == len(model.model.outputs):
+        lines.append(
+            f'{path}: key "device.outputs.{shown}.sensed": the loop needs another output that it may read'
         )
     if lines:
         raise InputError("\n".join(lines))

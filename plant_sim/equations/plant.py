@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plant_sim.equations.compiled.kernels import march
+from plant_sim.equations.device_profile import model_file_of, profile_of
 from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Plan, places_of, plan, slopes
 from plant_sim.equations.language.evaluation import evaluate
@@ -21,9 +22,6 @@ from plant_sim.equations.simulation import ABSURD
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
-from rtctl.border.errors import InputError
-from rtctl.border.quantities import read_toml
-from rtctl.border.records import DeviceProfile, device_profile
 
 LONGEST_HOLD_S = 600.0
 """A device that nobody has looked at for longer is moved through the last so many seconds alone."""
@@ -46,7 +44,8 @@ class EquationsPlant:
         self._noises = np.array([one.noise for one in sensors])
         names = [one.name for one in self._system.outputs]
         self._shown = names.index(device.reference) if device.reference else 0
-        self.profile = _profile(self._system, self._shown, source)
+        self._sensed = [k for k, one in enumerate(sensors) if one.sensed]
+        self.profile = profile_of(model, device, source)
         self.identity = device.name
         self.low = tuple(one.low for one in limits)
         self.high = tuple(one.high for one in limits)
@@ -101,9 +100,9 @@ class EquationsPlant:
         """Return readings of the outputs and the reference; NaN once the motion diverged."""
         noise = self._noises * self._random.standard_normal(len(self._noises))
         if self.diverged:
-            return (math.nan,) * len(noise), math.nan
+            return (math.nan,) * len(self._sensed), math.nan
         clean = self._outputs()
-        return tuple((clean + noise).tolist()), float(clean[self._shown])
+        return tuple((clean + noise)[self._sensed].tolist()), float(clean[self._shown])
 
     def _outputs(self) -> FloatArray:
         """Return the outputs (outputs,) now, each in its unit."""
@@ -122,29 +121,8 @@ class EquationsPlant:
         return self.measure()
 
 
-def _profile(system: System, shown: int, source: str) -> DeviceProfile:
-    reference = system.outputs[shown]
-    try:
-        return device_profile(
-            "equations",
-            commands={one.name: one.unit for one in system.inputs},
-            sensed={one.name: one.unit for one in system.outputs},
-            reference=(f"reference_{reference.name}", reference.unit),
-        )
-    except ValueError as error:
-        raise InputError(f"{source}: no device of this model: {error}") from None
-
-
 def load_plant(path: Path, seed: int | None = None) -> EquationsPlant:
     """Return the device of a model file, or of a plant file whose `plant.model` names one. Raises InputError."""
-    plant = read_toml(path).get("plant")
-    if isinstance(plant, dict):
-        named = plant.get("model")
-        unknown = sorted(plant.keys() - {"kind", "model"})
-        if unknown:
-            raise InputError(f'{path}: unknown key "plant.{unknown[0]}"; known: kind, model')
-        if not isinstance(named, str):
-            raise InputError(f'{path}: key "plant.model" must name a model file of equations, got {named!r}')
-        path = path.parent / named
+    path = model_file_of(path)
     model = read_equations(path)
     return EquationsPlant(model, read_device_table(model, path), str(path), seed)

@@ -48,6 +48,10 @@ def convert(value: float, unit: str, to: str) -> float:
         raise ValueError(f'"{unit}" is not a unit (expected one of {to})') from error
 
 
+PLAIN = ("1", "dimensionless")
+"""Names of the unit of a plain number."""
+
+
 def is_angle(unit: str) -> bool:
     """Return whether `unit` is a radian or a part of one; pint takes a count and a percentage for the same dimension.
 
@@ -60,7 +64,8 @@ def is_angle(unit: str) -> bool:
 
 
 def parse_quantity(raw: Any, unit: str) -> float:
-    """Return a quantity of a file in `unit`. Raises ValueError in words."""
+    """Return a quantity of a file in `unit`; a plain number needs none written. Raises ValueError in words."""
+    unit = "" if unit.strip() in PLAIN else unit
     if isinstance(raw, dict):
         if not {"value", "unit"} <= raw.keys() or not isinstance(raw["value"], int | float):
             raise ValueError(f'a quantity is {{ value = <number>, unit = "{unit}" }}, got {raw!r}')

@@ -45,6 +45,11 @@ ESTIMATORS = {
     "preisach": BuiltIn("rtctl.estimators:DirectPreisachEstimator", "inverse Preisach model", ("vo2",)),
     "egpi": BuiltIn("rtctl.estimators:DirectEgpiEstimator", "inverse extended play model", ("vo2",)),
     "observer": BuiltIn("rtctl.estimators:observer_of", "observer of heating and hysteresis", ("vo2",)),
+    "kalman": BuiltIn(
+        "rtctl.estimators.cubature:CubatureFilter",
+        "cubature Kalman filter of equations of your own",
+        ("equations",),
+    ),
     "lock_in": BuiltIn(
         "rtctl.estimators.lock_in:LockInEstimator", "amplitude from X and Y of a lock-in", ("me",)
     ),
@@ -52,6 +57,9 @@ ESTIMATORS = {
 
 CONTROLLERS = {
     "pi": BuiltIn("rtctl.plants.vo2.tables:PiTable", "PI with gains from the model or by hand", ("vo2",)),
+    "pid": BuiltIn(
+        "rtctl.plants.equations.tables:PidTable", "PID with gains from equations or by hand", ("equations",)
+    ),
     "agc_pll": BuiltIn(
         "rtctl.plants.me.tables:AgcPllTable", "amplitude and phase loops of a resonator", ("me",)
     ),

@@ -134,6 +134,9 @@ class PlantKind:
     """Class of a simulated device (`plant_sim.plant.Plant`), called with the options of its `[plant]` table."""
     device_file: Part = None
     """`(path, seed) -> plant_sim.plant.Plant` of kinds that read plant files of their own, instead of `device`."""
+    device_profile: Part = None
+    """`(path) -> DeviceProfile` of the device of a model file, of kinds whose models name the channels
+    (`free_signals`); a scenario then drives it by `scenario.model`."""
     defaults: Defaults = Defaults()
 
     def part(self, part: Part) -> Any:

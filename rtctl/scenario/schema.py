@@ -15,10 +15,12 @@ from typing import Annotated, Any, ClassVar
 from pydantic import AfterValidator, Discriminator, Field, Tag, create_model, field_validator, model_validator
 
 from rtctl.border.errors import InputError
-from rtctl.border.quantities import Checked, check, convert, read_toml
+from rtctl.border.quantities import Checked, check, read_toml
 from rtctl.border.records import DeviceProfile
 from rtctl.registry import DEFAULT_PLANT, PlantKind, entries, load, plant_kind
 from rtctl.registry.loading import look_beside
+from rtctl.scenario.channels import ChannelsTable, fill_channels, known_unit
+from rtctl.scenario.channels import profile_of as channels_profile
 from rtctl.scenario.clock import ClockTable, Seconds
 from rtctl.scenario.drivers import DriverTable, Serial
 from rtctl.scenario.limits import LimitsTable, limits_table
@@ -74,6 +76,17 @@ class Heading(Checked):
                 f"duration = {self.duration_s:g} s is shorter than the period {self.period_s:g} s"
             )
         return self
+
+
+class ModelHeading(Heading):
+    """[scenario] of a kind of plant whose models name the channels of a device."""
+
+    channels: ChannelsTable
+
+    @property
+    def profile(self) -> DeviceProfile:
+        """Profile of the device that the scenario drives."""
+        return self.channels.profile(self.plant)
 
 
 class EstimatorTable(Checked):
@@ -204,7 +217,7 @@ def load_scenario(path: Path, overrides: list[str]) -> tuple[Scenario, dict[str,
     if isinstance(driver := tables.setdefault("driver", {}), dict):
         driver.setdefault("kind", "inprocess")
     look_beside(path.parent)
-    return checked_scenario(tables, str(path)), tables
+    return checked_scenario(tables, str(path), path.parent), tables
 
 
 def overridden(tables: dict[str, Any], overrides: list[str]) -> dict[str, Any]:
@@ -214,15 +227,23 @@ def overridden(tables: dict[str, Any], overrides: list[str]) -> dict[str, Any]:
     return tables
 
 
-def checked_scenario(tables: dict[str, Any], source: str) -> Scenario:
-    """Return the scenario that `tables` are, of the file or recording `source`. Raises InputError."""
+def checked_scenario(tables: dict[str, Any], source: str, folder: Path = Path()) -> Scenario:
+    """Return the scenario that `tables` are; the channels of a model are written into them.
+
+    Args:
+        tables: Tables of a file or recording.
+        source: Its name in messages.
+        folder: Folder beside which its model is looked up.
+
+    Raises:
+        InputError: Something in it is wrong.
+    """
     kind = _kind_of(tables)
     if kind.free_signals:
-        raise InputError(
-            f'{source}: key "scenario.plant": the channels of a device of "{kind.name}" are those of its model, which '
-            "scenarios do not take yet; rtctl serve and rtctl simulate do"
-        )
-    profile = kind.profile_in(_heading_table(tables))
+        fill_channels(tables, kind, folder, source)
+        profile = channels_profile(tables, kind, source)
+    else:
+        profile = kind.profile_in(_heading_table(tables))
     return check(
         _scenario_of(kind, profile), _with_defaults(tables, kind), source, context={"profile": profile}
     )
@@ -247,8 +268,9 @@ def _with_defaults(tables: dict[str, Any], kind: PlantKind) -> dict[str, Any]:
     filled, defaults = copy.copy(tables), kind.defaults
     filled["driver"] = _filled(tables.get("driver", {}), kind="inprocess")
     driver = filled["driver"]
-    if defaults.device is not None and isinstance(driver, dict) and driver.get("kind") == "inprocess":
-        filled["driver"] = _filled(driver, device=defaults.device)
+    device = _heading_table(tables).get("model") if kind.free_signals else defaults.device
+    if device is not None and isinstance(driver, dict) and driver.get("kind") == "inprocess":
+        filled["driver"] = _filled(driver, device=device)
     filled["safety"] = _filled(tables.get("safety", {}), frozen_after=defaults.frozen_after)
     filled["estimator"] = _filled(tables.get("estimator", {}), kind=defaults.estimator)
     if defaults.controller is not None:
@@ -265,7 +287,7 @@ def _scenario_of(kind: PlantKind, profile: DeviceProfile) -> type[Scenario]:
     limits = limits_table(profile, tuple(kind.defaults.limits.items()))
     optional = not any(field.is_required() for field in limits.model_fields.values())
     fields: dict[str, Any] = {
-        "scenario": (_heading_of(tuple(kind.units_from)), ...),
+        "scenario": (ModelHeading if kind.free_signals else _heading_of(tuple(kind.units_from)), ...),
         "limits": (limits, Field(default_factory=limits) if optional else ...),
         "controller": (_controller_table(), None),
     }
@@ -278,14 +300,9 @@ def _heading_of(unit_keys: tuple[str, ...]) -> type[Heading]:
     if not unit_keys:
         return Heading
     fields: dict[str, Any] = {
-        key: (Annotated[str, AfterValidator(_known_unit)] | None, None) for key in unit_keys
+        key: (Annotated[str, AfterValidator(known_unit)] | None, None) for key in unit_keys
     }
     return create_model("Heading", __base__=Heading, **fields)
-
-
-def _known_unit(unit: str) -> str:
-    convert(1.0, unit, unit)
-    return unit
 
 
 @lru_cache

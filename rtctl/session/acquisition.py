@@ -66,6 +66,7 @@ def acquire(
         identity=driver.identity,
         records=records,
         units={channel.name: channel.unit for channel in _channels(scenario)},
+        holds={channel.name: "zero" for channel in scenario.profile.commands},
         incomplete=failure,
         metadata={"program": "rtctl", "driver": scenario.driver.kind, "clock": scenario.clock.mode},
     )
@@ -108,9 +109,11 @@ def _rest(scenario: Scenario) -> float:
 
 def _channels(scenario: Scenario) -> list[Channel]:
     """Return the channels of the profile that a dataset of this kind of plant has."""
-    profile, known = scenario.profile, plant_kind(scenario.scenario.plant).signals
-    channels = (*profile.commands, *profile.sensed, profile.reference)
-    return [channel for channel in channels if channel.name in known]
+    profile, kind = scenario.profile, plant_kind(scenario.scenario.plant)
+    if kind.free_signals:
+        measured_twice = profile.reference.name in {f"reference_{one.name}" for one in profile.sensed}
+        return list(profile.channels[:-1] if measured_twice else profile.channels)
+    return [channel for channel in profile.channels if channel.name in kind.signals]
 
 
 def _clamped(signals: Mapping[str, FloatArray], kind: str, command: Channel) -> str:

@@ -55,7 +55,7 @@ def march(
     x, out = _begun(system, start, nodes.shape[1] // how.substeps)
     step_s = period_s / how.substeps
     with _lock:  # numba loads one kernel at a time
-        kernel = _implicit_law(system) if how.implicit else _integrator(system)
+        kernel = law_of(system) if how.implicit else _integrator(system)
     if not how.implicit:
         kernel(x, nodes, step_s, how.substeps, start_s, p, out)
         return out
@@ -71,8 +71,8 @@ def _integrator(system: System) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _implicit_law(system: System) -> Any:
-    """Return the compiled law of a model for `extrapolate`."""
+def law_of(system: System) -> Any:
+    """Return the compiled law of a model, `derive` of `plant_sim.equations.compiled.implicit`, as kernels call it."""
     return _derive(derive_source(system))
 
 

@@ -1,7 +1,7 @@
-"""Equations of a user as a kind of plant: simulated and identified; its signals are those that the model names."""
+"""Equations of a user as a kind of plant; its signals are those that the model names."""
 
 from rtctl.border.records import device_profile
-from rtctl.registry.plant_kind import Identification, ModelFiles, PlantKind
+from rtctl.registry.plant_kind import Control, Defaults, Identification, ModelFiles, PlantKind
 
 EQUATIONS = PlantKind(
     name="equations",
@@ -25,5 +25,8 @@ EQUATIONS = PlantKind(
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,
     ),
+    control=Control(support="rtctl.plants.equations.control:EquationsSupport"),
     device_file="plant_sim.equations.plant:load_plant",
+    device_profile="plant_sim.equations.device_profile:read_profile",
+    defaults=Defaults(estimator="none", controller="pid"),
 )

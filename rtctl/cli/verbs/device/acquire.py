@@ -33,5 +33,15 @@ def run(args: argparse.Namespace) -> int:
     else:
         say(f"wrote {dataset.path}", quiet=args.quiet)
     if plant_kind(dataset.plant).identification is not None:
-        say_next(args, ["identify", dataset.path, "--out", dataset.path.parent / "model.toml"])
+        start = _model_words(args) if plant_kind(dataset.plant).free_signals else []
+        say_next(args, ["identify", dataset.path, *start, "--out", dataset.path.parent / "model.toml"])
     return 0
+
+
+def _model_words(args: argparse.Namespace) -> list[object]:
+    """Return the option that starts an identification at the model whose equations the device has."""
+    from rtctl.api.inputs import load_scenario
+
+    loaded = load_scenario(args.scenario, args.overrides)
+    named = loaded.scenario.scenario.model
+    return [] if named is None else ["--model", loaded.folder / named]

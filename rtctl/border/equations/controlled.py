@@ -1,0 +1,49 @@
+"""What a loop knows of a device whose model is a user's equations: rates and outputs, nothing that integrates them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.records import DeviceProfile
+
+
+class StateSpace(Protocol):
+    """Equations x' = f(x, u), y = h(x, u), w = g(x, u) with their parameters: readings y and the controlled output w.
+
+    States are in SI base units, inputs and outputs in the units of the profile's channels.
+    """
+
+    profile: DeviceProfile
+    initial: FloatArray
+    """States (n,) at power-up."""
+    low: FloatArray
+    """Values (n,) below which the states do not go."""
+    high: FloatArray
+    noise: FloatArray
+    """Standard deviation (readings,) of each reading; 0 where the model file states none."""
+    output_range: tuple[float, float] | None
+    """Lowest and highest value of the controlled output that a loop may ask for; None: the file states none."""
+    command_range: FloatArray
+    """Lowest and highest value (inputs, 2) of each command."""
+    law: Any
+    """Compiled `law(x, u, t, p, lane, rates) -> 0` with x (n,), u (inputs,), p (parameters, 1), all SI."""
+    parameters: FloatArray
+    """Parameters (parameters, 1) for `law` [SI]."""
+
+    def input_si(self, levels: Sequence[float]) -> FloatArray:
+        """Return commands (inputs,) in SI base units."""
+        ...
+
+    def rates(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return the rates (m, n) [SI/s] of states `x` (m, n) under one set of commands."""
+        ...
+
+    def readings(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return the readings (m, readings) of states `x` (m, n)."""
+        ...
+
+    def controlled(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return the controlled output (m,) of states `x` (m, n)."""
+        ...

@@ -1,0 +1,163 @@
+"""A user's equations in a loop: a Kalman filter and a PID that are made from the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.controlled import StateSpace
+from rtctl.border.errors import InputError
+from rtctl.controllers.pid import PidController, PidGains
+from rtctl.controllers.pid_tuning import WorkingPoint, margins_of_gains, tune_pid
+from rtctl.estimators.cubature import CubatureFilter
+from rtctl.estimators.equations_rest import RestPoint, jacobian, rest_point
+from rtctl.interfaces import Estimator
+from rtctl.models.span import Span
+from rtctl.plant_control.support import Control
+from rtctl.plants.equations.belief import filter_settings
+from rtctl.plants.equations.tables import PidTable
+from rtctl.registry.loading import resolved
+from rtctl.safety.limits import CommandLimits
+from rtctl.scenario.schema import Scenario
+
+MODEL = "plant_sim.equations.controlled:ControlledEquations"
+WORKING_POINTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Places in the output's range at which the plant is looked at."""
+SHARE = 1e-4
+"""Step of a finite difference, as a share of the first command's range."""
+
+
+class EquationsSupport:
+    """`PlantSupport` of a user's equations."""
+
+    estimators: Mapping[str, Callable[[StateSpace], Estimator]] = {
+        "kalman": lambda model: CubatureFilter(model, filter_settings(model)),
+    }
+
+    def read_model(self, path: Path) -> StateSpace:
+        """Read a model file. Raises InputError."""
+        made: StateSpace = resolved(MODEL, str(path))(path)
+        return made
+
+    def identity(self, model: StateSpace) -> str:
+        """Return "": a model file of equations is not bound to one device."""
+        return ""
+
+    def unused(self, model: StateSpace) -> tuple[str, ...]:
+        """Return nothing: all equations are used."""
+        return ()
+
+    def output_range(self, scenario: Scenario, model: StateSpace) -> Span:
+        """Return the range that the model file gives the output, else that in which its reading is believed."""
+        if model.output_range is not None:
+            return Span(*model.output_range)
+        profile = scenario.profile
+        for channel, believed in zip(profile.sensed, scenario.limits.readings(profile), strict=True):
+            twice = profile.reference.name == f"reference_{channel.name}"
+            if twice and math.isfinite(believed.low) and math.isfinite(believed.high):
+                return Span(believed.low, believed.high)
+        name = profile.reference.name.removeprefix("reference_")
+        raise InputError(
+            f"the range of the controlled output is not known: give low and high [{profile.reference.unit}] under "
+            f"[device.outputs.{name}] in the model file"
+        )
+
+    def reading_at_rest(self, model: StateSpace) -> tuple[float, ...]:
+        """Return the readings of the initial states."""
+        levels = (0.0,) * len(model.profile.commands)
+        return tuple(np.nan_to_num(model.readings(model.initial[None], levels)[0]).tolist())
+
+    def limits(self, scenario: Scenario, model: StateSpace) -> tuple[CommandLimits, ...]:
+        """Return those of the scenario."""
+        return tuple(table.command_limits() for table in scenario.limits.commands(scenario.profile))
+
+    def control(self, scenario: Scenario, model: StateSpace, delay: int) -> Control:
+        """Return a PID with gains from the model, or by hand. Raises InputError."""
+        table, profile = scenario.controller, scenario.profile
+        if not isinstance(table, PidTable):
+            raise InputError(f'controller.kind = "{table.kind}" does not control "equations"; use "pid"')
+        _same_channels(model, scenario)
+        units = (profile.commands[0].unit, profile.reference.unit)
+        others = tuple(one.safe for one in self.limits(scenario, model)[1:])
+        plants, notes = _working_points(scenario, model, self.output_range(scenario, model))
+        period_s = scenario.scenario.period_s
+        try:
+            if table.kp is not None and table.ki is not None:
+                gains = PidGains(kp=table.kp, ki=table.ki, kd=table.kd or 0.0)
+                tuning = margins_of_gains(gains, plants, period_s=period_s, delay=delay, units=units)
+            else:
+                tuning = tune_pid(
+                    plants,
+                    period_s=period_s,
+                    delay=delay,
+                    maximum_sensitivity=table.maximum_sensitivity,
+                    setpoint_weight=table.setpoint_weight,
+                    units=units,
+                )
+        except ValueError as error:
+            raise InputError(f"[controller]: {error}") from None
+        tuning = tuning.with_notes(notes)
+        made = PidController(
+            tuning.gains, unit=units[0], setpoint_weight=table.setpoint_weight, others=others
+        )
+        return Control(made, tuning)
+
+    def predict(self, model: StateSpace, level: Mapping[str, float]) -> dict[str, float]:
+        """Return nothing: a settled level depends on its history where the equations hold one."""
+        return {}
+
+
+def _same_channels(model: StateSpace, scenario: Scenario) -> None:
+    own, wanted = (
+        [(one.name, one.unit) for one in profile.channels] for profile in (model.profile, scenario.profile)
+    )
+    if own != wanted:
+        raise InputError(
+            f"the model's channels are {own}, those of the scenario {wanted}: --model and scenario.model differ; "
+            "give --set scenario.model=FILE"
+        )
+
+
+def _working_points(
+    scenario: Scenario, model: StateSpace, reach: Span
+) -> tuple[list[WorkingPoint], tuple[str, ...]]:
+    """Return the plant where it rests over the output's range, and what a person must know of these places."""
+    limits = scenario.limits.commands(scenario.profile)
+    safe = tuple(table.safe_level for table in limits)
+    first, swing = limits[0], limits[0].high - limits[0].low
+    asked = [reach.low + share * reach.width for share in WORKING_POINTS]
+    points = [rest_point(model, safe, output, swing) for output in asked]
+    held = [one for one in points if one.holds]
+    unit, command = scenario.profile.reference.unit, scenario.profile.commands[0]
+    notes = [
+        f"the device rests at {output:.4g} {unit} only with {point.level:.4g} {command.unit}, beyond the limits of "
+        f"{command.name}"
+        for output, point in zip(asked, points, strict=True)
+        if point.holds and not first.low <= point.level <= first.high
+    ]
+    if not held:
+        held = [RestPoint(model.initial, safe[0], holds=False)]
+        notes.append("tuned at the initial state: the device rests nowhere in the output's range")
+    return [_linear(model, one, safe, swing) for one in held], tuple(notes)
+
+
+def _linear(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: float) -> WorkingPoint:
+    """Return the slopes of the equations about a point of rest."""
+    levels, step = (point.level, *safe[1:]), SHARE * swing
+    up, down = ((point.level + sign * step, *safe[1:]) for sign in (1.0, -1.0))
+    x = point.x[None]
+    b = (model.rates(x, up) - model.rates(x, down))[0] / (2.0 * step)
+    d = float((model.controlled(x, up) - model.controlled(x, down))[0] / (2.0 * step))
+    return WorkingPoint(
+        a=jacobian(model, point.x, levels), b=b, c=_output_slopes(model, point.x, levels), d=d
+    )
+
+
+def _output_slopes(model: StateSpace, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+    steps = 1e-6 * np.maximum(np.abs(x), 1e-6)
+    up = model.controlled(x + np.diag(steps), levels)
+    return np.asarray((up - model.controlled(x - np.diag(steps), levels)) / (2.0 * steps))

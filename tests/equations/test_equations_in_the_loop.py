@@ -1,0 +1,248 @@
+"""A user's equations in a loop: acquired, estimated and controlled, in this process and over a wire."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from equation_cases import TANKS, written
+from wire_cases import served_process
+
+import rtctl
+from plant_sim.equations.controlled import ControlledEquations
+from rtctl.border.errors import InputError
+from rtctl.cli import main
+from rtctl.controllers.pid import PidController, PidGains
+from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
+from rtctl.estimators.cubature import CubatureFilter, FilterSettings
+from rtctl.estimators.equations_rest import rest_point, state_at_rest
+from rtctl.interfaces import Estimate
+
+COIL = Path(__file__).parents[2] / "scenarios" / "models" / "equations" / "voice_coil.toml"
+STEPS = Path(__file__).parents[2] / "scenarios" / "voice_coil_steps.toml"
+SPRING = """
+[model]
+kind = "equations"
+[model.inputs]
+force = { unit = "N" }
+[model.states]
+z = { unit = "mm", rate = "v" }
+v = { unit = "mm/s", rate = "(force - k*z - c*v)/m" }
+[model.outputs]
+strain = { unit = "1", value = "z/span" }
+place = { unit = "mm", value = "z" }
+[model.parameters]
+k = { value = 900.0, unit = "N/m" }
+c = { value = 0.6, unit = "N*s/m" }
+m = { value = 10.0, unit = "g" }
+span = { value = 50.0, unit = "mm" }
+[device]
+reference = "place"
+[device.inputs.force]
+low = -2.0
+high = 2.0
+[device.outputs.strain]
+noise = 2e-4
+[device.outputs.place]
+sensed = false
+low = -1.5
+high = 1.5
+"""
+
+
+def scenario_of(model: Path, **tables: Any) -> dict[str, Any]:
+    return {
+        "scenario": {"title": "spring", "plant": "equations", "model": str(model), "period": "2 ms", "duration": "1 s"},
+        "limits": {"low": "-2 N", "high": "2 N", "safe": "0 N", "sensed_low": -0.1, "sensed_high": 0.1},
+        "reference": {"kind": "steps", "levels": ["0 mm", "1 mm"], "hold": "500 ms"},
+        **tables,
+    }  # fmt: skip
+
+
+def test_a_coil_is_positioned_by_its_voltage_and_current_alone(tmp_path: Path) -> None:
+    changes = {
+        "reference.levels": ["0 mm", "1.5 mm", "-1 mm"],
+        "reference.hold": "60 ms",
+        "scenario.duration": "180 ms",
+    }
+    run = rtctl.run(STEPS, settings=changes, out=tmp_path / "run")
+    assert run.fault is None
+    signals = pq.read_table(tmp_path / "run" / "signals.parquet").to_pydict()
+    error = np.abs(np.array(signals["estimate"]) - np.array(signals["x"]))
+    assert error.max() < 0.06  # mm of 6, from a current with 0.5 mA of noise
+    place = np.array(signals["x"])
+    assert abs(place[590] - 1.5) < 0.01
+    assert abs(place[-10] + 1.0) < 0.01
+    assert place.max() < 1.5 * 1.05  # no overshoot
+    assert main(["replay", str(tmp_path / "run"), "--quiet"]) == 0  # to the bit, by the recording alone
+
+
+def test_over_a_wire_the_loop_is_the_same_to_the_bit(tmp_path: Path) -> None:
+    model = written(tmp_path, SPRING)
+    own = {"estimator": {"kind": "kalman"}, "driver": {"kind": "inprocess", "device": str(model), "seed": 3}}
+    here = rtctl.run(scenario_of(model, **own))
+    with served_process(str(model), "modbus-tcp", tmp_path, seed=3) as device:
+        assigned = dict(word.split("=", 1) for word in device.settings[1::2])
+        driver = {key.removeprefix("driver."): value for key, value in assigned.items()}
+        there = rtctl.run(scenario_of(model, estimator={"kind": "kalman"}, driver=driver))
+    for name in ("estimate", "force", "place"):
+        assert np.array_equal(here.signals[name], there.signals[name]), name
+
+
+def test_acquired_data_have_the_roles_of_the_model(tmp_path: Path) -> None:
+    model = written(tmp_path, SPRING)
+    excitation = {"kind": "random_multisine", "use": "fit", "duration": "2 s", "frequency_low": "1 Hz",
+                  "frequency_high": "100 Hz", "amplitude": "30 %", "seed": 1}  # fmt: skip
+    tables = scenario_of(model, excitation=[excitation])
+    del tables["reference"], tables["scenario"]["duration"]
+    data = rtctl.acquire(tables, tmp_path / "data")
+    assert dict(data.holds) == {"force": "zero"}
+    assert dict(data.units) == {"force": "N", "strain": "1", "place": "mm"}
+    start = written(
+        tmp_path,
+        SPRING.replace("900.0", "800.0").replace(
+            "span = { value = 50.0", "span = { fixed = true, value = 50.0"
+        ),
+        "start.toml",
+    )
+    fit = rtctl.identify(data, model=start)
+    assert fit.parameters["k"].value / fit.parameters["m"].value == pytest.approx(90.0, rel=0.01)
+
+
+def test_of_linear_equations_the_filter_is_kalman_s(tmp_path: Path) -> None:
+    """Oracle: the textbook's recursion with the matrix exponential of the equations."""
+    from scipy.linalg import expm
+
+    model = ControlledEquations(written(tmp_path, SPRING))
+    drift, noise, start = np.array([1e-9, 1e-4]), np.array([2e-4]), np.array([1e-4, 1e-2])
+    settings = FilterSettings(start=start, drift=drift, noise=noise, step_s=1e-5)
+    found = CubatureFilter(model, settings)
+    h = 2e-3
+    a, b = np.array([[0.0, 1.0], [-9e4, -60.0]]), np.array([0.0, 100.0])  # m, m/s, N
+    whole = np.zeros((3, 3))
+    whole[:2, :2], whole[:2, 2] = a, b
+    moved = expm(whole * h)
+    phi, gamma, c = moved[:2, :2], moved[:2, 2], np.array([[20.0, 0.0]])  # strain over m
+    x, p = np.zeros(2), np.diag(start**2)
+    rng = np.random.default_rng(0)
+    for k in range(40):
+        force, z = float(rng.standard_normal()), 4e-3 * rng.standard_normal(1)
+        if k:
+            x, p = phi @ x + gamma * force, phi @ p @ phi.T + np.diag(drift * h)
+        gain = p @ c.T / (c @ p @ c.T + noise**2)
+        x, p = x + gain @ (z - c @ x), p - gain @ c @ p
+        given = found.step([force], z, h) if k else found.start([0.0], z)
+        assert given.value == pytest.approx(1e3 * x[0], rel=1e-6, abs=1e-9)
+        assert given.confidence == pytest.approx(1e3 * np.sqrt(p[0, 0]), rel=1e-6)
+
+
+def test_a_reading_that_is_none_moves_nothing_and_says_so(tmp_path: Path) -> None:
+    model = ControlledEquations(written(tmp_path, SPRING))
+    settings = FilterSettings(
+        start=np.full(2, 1e-3), drift=np.full(2, 1e-9), noise=np.array([2e-4]), step_s=1e-4
+    )
+    found = CubatureFilter(model, settings)
+    found.start([0.0], [0.0])
+    lost = found.step([0.0], [float("nan")], 1e-3)
+    assert lost.status == 8
+    assert abs(lost.value) < 1e-6
+    assert found.step([0.0], [0.09], 1e-3).status == 16  # 4.5 mm from where the equations have it
+
+
+def test_a_point_of_rest_solves_the_equations(tmp_path: Path) -> None:
+    model = ControlledEquations(COIL)
+    at = rest_point(model, (0.0,), 1.5, 12.0)
+    assert at.holds
+    x = 1.5
+    bl, k = 6.0 * (1.0 - 0.02 * x - 0.012 * x * x), 1500.0 * (1.0 + 0.03 * x + 0.015 * x * x)
+    slope = -0.06  # N/A^2: the reluctance force
+    current = np.roots([0.5 * slope, bl, -1e-3 * k * x])
+    assert at.level == pytest.approx(6.0 * current[np.abs(current).argmin()], rel=1e-6)
+    assert model.controlled(state_at_rest(model, [at.level])[None], [at.level])[0] == pytest.approx(
+        x, rel=1e-6
+    )
+    assert not rest_point(
+        ControlledEquations(written(tmp_path, TANKS)), (0.0,), -2.0, 5.0
+    ).holds  # no level below 0
+
+
+def test_a_tuned_pid_keeps_its_bounds() -> None:
+    """Oracle: the closed loop as python-control's system on a grid of its own."""
+    import control
+
+    plant = WorkingPoint(
+        a=np.array([[0.0, 1.0], [-400.0, -4.0]]), b=np.array([0.0, 800.0]), c=np.array([1.0, 0.0])
+    )
+    h, found = 2e-3, None
+    found = tune_pid(
+        [plant], period_s=h, delay=1, maximum_sensitivity=1.5, setpoint_weight=0.0, units=("V", "mm")
+    )
+    gains, z = found.gains, control.tf([1.0, 0.0], [1.0], h)
+    sampled = control.sample_system(
+        control.ss(plant.a, plant.b[:, None], plant.c[None], 0.0), h, method="zoh"
+    )
+    law = (
+        gains.kp
+        + gains.ki * h * z / (z - 1)
+        + gains.kd * (z - 1) / ((gains.filter_s + h) * z - gains.filter_s)
+    )
+    loop = control.tf(sampled) * law / z
+    assert max(abs(control.feedback(loop, 1).poles())) < 1.0
+    w = np.geomspace(0.05, np.pi / h, 3000)
+    sensitivity = 1.0 / (1.0 + loop(np.exp(1j * w * h)))
+    assert abs(sensitivity).max() == pytest.approx(found.maximum_sensitivity, rel=0.01)
+    assert found.maximum_sensitivity < 1.5
+    assert found.gains.ki > 5.0  # with a gain of 2 and 3.2 Hz: an integral alone reaches less
+
+
+def test_a_pid_starts_without_a_bump_and_winds_nothing_up() -> None:
+    pid = PidController(PidGains(kp=2.0, ki=10.0, kd=0.1), unit="V", setpoint_weight=0.3, others=(4.0,))
+    here = Estimate(1.0, 0.0, 0.0, 0)
+    pid.start([0.7, 4.0], 5.0, here)
+    first = pid.step(5.0, 5.0, here, 0.01)
+    assert first.levels == pytest.approx((0.7 + 10.0 * 4.0 * 0.01, 4.0))
+    for _ in range(50):
+        asked = pid.step(5.0, 5.0, here, 0.01).levels[0]
+        pid.applied([min(asked, 1.0), 4.0])
+    assert pid.step(0.5, 0.5, here, 0.01).levels[0] < 1.0  # at once, however long it was limited
+    before = sum(pid.step(1.0, 1.0, here, 0.01).terms)
+    pid.change("controller.kp", 4.0)
+    assert sum(pid.step(1.0, 1.0, here, 0.01).terms) == pytest.approx(before)
+    with pytest.raises(ValueError, match="of one sign"):
+        pid.change("controller.ki", -1.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("low = -1.5\nhigh = 1.5\n", "", "give low and high"),
+        ("[device.outputs.place]\nsensed = false", "[device.outputs.place]\nsense = false", "sense"),
+        ('reference = "place"', 'reference = "strain"', "only device.reference may be hidden"),
+        ("low = -1.5", "low = 1.5", "low = 1.5 must be below high = 1.5"),
+        ('force = { unit = "N" }', 'safe = { unit = "N" }', "rename it in the model"),
+    ],
+)
+def test_what_a_loop_cannot_use_is_said(tmp_path: Path, old: str, new: str, said: str) -> None:
+    text = SPRING.replace(old, new)
+    if "safe" in new:
+        text = text.replace("(force -", "(safe -").replace("device.inputs.force", "device.inputs.safe")
+    with pytest.raises(InputError, match=said):
+        rtctl.run(scenario_of(written(tmp_path, text), estimator={"kind": "kalman"}))
+
+
+def test_a_scenario_names_the_model_whose_channels_it_has(tmp_path: Path) -> None:
+    tables = scenario_of(written(tmp_path, SPRING))
+    del tables["scenario"]["model"]
+    with pytest.raises(InputError, match=r'key "scenario.model" is missing.*or give \[scenario.channels\]'):
+        rtctl.run(tables)
+    with pytest.raises(InputError, match="there is no file"):
+        rtctl.run(scenario_of(tmp_path / "other.toml"))
+    with pytest.raises(InputError, match=r'"controller.ki": unit "V/mm/s" is not compatible with N/mm/s'):
+        rtctl.run(
+            scenario_of(
+                written(tmp_path, SPRING), controller={"kind": "pid", "kp": "1 V/mm", "ki": "1 V/mm/s"}
+            )
+        )
