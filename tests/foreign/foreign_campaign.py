@@ -20,7 +20,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import foreign_grain_styles
 import foreign_oscillator_styles
+import foreign_response_styles
 import foreign_styles
 
 LONGEST_S = 3600.0  # of one command
@@ -33,16 +35,24 @@ SAME = {"parameter.stiffness_cubic": "stiffness.cubic"}  # a term that the model
 class Kind:
     """A generator of cases, and where in a case's folder its files are."""
 
-    styles: tuple[str, ...]
+    styles: tuple[str, ...]  # in turn where none is asked for
+    others: tuple[str, ...]  # only where asked for
     generator: str
     data: str  # folder with `dataset.toml`
     truth: str  # file that only the judge reads
 
 
 KINDS = {
-    "vo2": Kind(styles=foreign_styles.STYLES, generator="foreign_generate.py", data="", truth="truth.json"),
+    "vo2": Kind(
+        styles=foreign_styles.STYLES,
+        others=foreign_grain_styles.STYLES,
+        generator="foreign_generate.py",
+        data="",
+        truth="truth.json",
+    ),
     "oscillator": Kind(
         styles=foreign_oscillator_styles.STYLES,
+        others=foreign_response_styles.STYLES,
         generator="foreign_oscillator_generate.py",
         data="data",
         truth="truth/truth.json",
@@ -202,7 +212,7 @@ def table(cases: list[dict[str, Any]]) -> str:
         heads += ["pairs", "both", "both, in sets", "one of two", "wrong name", "missed"]
     heads += ["failed", "median s"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    styles = [style for spec in KINDS.values() for style in spec.styles]
+    styles = [style for spec in KINDS.values() for style in (*spec.styles, *spec.others)]
     groups = sorted({group for case in cases for group in case["groups"]})
     for row in [*styles, "all", *groups]:
         mine = [case for case in cases if row in (case["style"], "all", *case["groups"])]
@@ -257,8 +267,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     styles = KINDS[given.kind].styles
-    if given.style not in (None, *styles):
-        parser.error(f"--style of --kind {given.kind} must be of {', '.join(styles)}; got {given.style}")
+    known = (*styles, *KINDS[given.kind].others)
+    if given.style not in (None, *known):
+        parser.error(f"--style of --kind {given.kind} must be of {', '.join(known)}; got {given.style}")
 
     results = given.out / "results.jsonl"
     given.out.mkdir(parents=True, exist_ok=True)
