@@ -2,6 +2,7 @@
 
 python tests/foreign/foreign_campaign.py --first 0 --last 39 --workers 1 --out DIR [--style few_domains]
 python tests/foreign/foreign_campaign.py --kind oscillator --effects known --first 0 --last 39 --out DIR
+python tests/foreign/foreign_campaign.py --kind vo2 --style nanoribbon --first 400 --last 429 --out DIR
 
 DIR/results.jsonl gets one line a case (a stopped campaign continues), DIR/table.md the counts by style.
 """

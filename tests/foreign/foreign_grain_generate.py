@@ -144,7 +144,14 @@ def _truth(
     """What was hidden, and the device; no diagnosis may read it."""
     device, first = bench.device, hidden[0] if hidden else None
     effects = [
-        {"id": e.id, "equation": EQUATIONS[e.id], "size": e.size, "unit": e.unit, "values": e.values, "shares": s}
+        {
+            "id": e.id,
+            "equation": EQUATIONS[e.id],
+            "size": e.size,
+            "unit": e.unit,
+            "values": e.values,
+            "shares": s,
+        }
         for e, s in zip(hidden, shares, strict=True)
     ]
     return {

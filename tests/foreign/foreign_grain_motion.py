@@ -39,7 +39,9 @@ class Film(NamedTuple):
     semiconductor: float  # ohm at 25 °C
     activation: float  # K
     metal: float  # ohm
-    critical: float  # percolation threshold of the general effective medium; 0: grains of a column in parallel
+    critical: (
+        float  # percolation threshold of the general effective medium; 0: grains of a column in parallel
+    )
     low_exponent: float
     high_exponent: float
 

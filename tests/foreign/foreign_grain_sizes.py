@@ -20,7 +20,12 @@ ABOVE_NOISE = 3.0  # a share is at least so many times the noise of its reading
 BLOCK = 6  # seeds: one has nothing hidden, four one effect, one two
 FITS = 3  # steps of the re-fit
 NUDGE = 0.03  # of a logarithm, for its derivatives
-AT_REST = {"heater.tcr", "actuation.deadband", "sensor.crosstalk", "sensor.self_heating"}  # a staircase holds them
+AT_REST = {
+    "heater.tcr",
+    "actuation.deadband",
+    "sensor.crosstalk",
+    "sensor.self_heating",
+}  # a staircase holds them
 READINGS = ("resistance", "deflection")
 
 
@@ -89,7 +94,11 @@ def noise_shares(bench: Bench, currents: list[Array]) -> dict[str, float]:
     """RMS of each reading's noise over its standard deviation."""
     spread = np.std(both([simulate(bench.device, current) for current in currents]), axis=0)
     resistance = np.hypot(bench.resistance_noise, bench.resistance_flicker)
-    deflection = [bench.deflection_noise_um, bench.deflection_flicker_um, bench.deflection_step_um / np.sqrt(12.0)]
+    deflection = [
+        bench.deflection_noise_um,
+        bench.deflection_flicker_um,
+        bench.deflection_step_um / np.sqrt(12.0),
+    ]
     return {
         "resistance": float(resistance / spread[0]),
         "deflection": float(np.linalg.norm(deflection) / spread[1]),
@@ -97,7 +106,10 @@ def noise_shares(bench: Bench, currents: list[Array]) -> dict[str, float]:
 
 
 def shares_left(
-    device: GrainDevice, currents: list[Array], effects: tuple[Effect, ...], nominal: GrainDevice | None = None
+    device: GrainDevice,
+    currents: list[Array],
+    effects: tuple[Effect, ...],
+    nominal: GrainDevice | None = None,
 ) -> dict[str, float]:
     """RMS that a re-fit of the device leaves over the standard deviation, of ln(resistance) and the deflection.
 
@@ -109,7 +121,9 @@ def shares_left(
     def left(x: Array) -> Array:
         tau = base.tau_s * float(np.exp(x[0]))
         layer = min(base.layer_s, 0.9 * tau)
-        trial = replace(base, tau_s=tau, layer_s=layer, gain_C_per_mA2=base.gain_C_per_mA2 * float(np.exp(x[1])))
+        trial = replace(
+            base, tau_s=tau, layer_s=layer, gain_C_per_mA2=base.gain_C_per_mA2 * float(np.exp(x[1]))
+        )
         made = both([simulate(trial, current) for current in currents])
         columns = []
         for k in range(2):

@@ -1,6 +1,7 @@
 """Two labs with films of grains: a nanoribbon read by an interferometer, a buckled bridge read by a transducer.
 
-They run only where they are asked for (`--style`), not in turn with `foreign_styles.STYLES`; all numbers come from a seed.
+They run only where they are asked for (`--style`), not in turn with `foreign_styles.STYLES`; all numbers come from a
+seed.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from math import ceil, sqrt
 import numpy as np
 from foreign_common import Array, log_uniform
 from foreign_grain_device import LAYER_MOST, GrainDevice, make_grains
-from foreign_grain_motion import Film
+from foreign_grain_motion import Film, Grains
 
 STYLES = ("nanoribbon", "buckled_bridge")
 KIND = 11  # of the streams, so that they are not those of other styles
@@ -112,7 +113,11 @@ def _buckled_bridge(rng: np.random.Generator) -> Bench:
     Thresholds have gamma's skew, widths beta's and grow with the threshold; a grain's neighbours pull it along; the
     resistance is a general effective medium's; the deflection grows as a root does.
     """
-    n, ambient, high_mA = int(rng.integers(260, 420)), float(rng.uniform(18.0, 27.0)), log_uniform(rng, 60.0, 900.0)
+    n, ambient, high_mA = (
+        int(rng.integers(260, 420)),
+        float(rng.uniform(18.0, 27.0)),
+        log_uniform(rng, 60.0, 900.0),
+    )
     shape, spread = float(rng.uniform(2.0, 5.0)), float(rng.uniform(2.2, 4.2))
     skewed = (rng.gamma(shape, size=n) - shape) / sqrt(shape)
     middle = float(rng.uniform(60.0, 66.0)) + spread * skewed
@@ -170,7 +175,7 @@ def _device(
     ambient: float,
     tau: float,
     period: float,
-    grains: object,
+    grains: Grains,
     warmth: Array,
     coupling: float,
     film: Film,
@@ -184,7 +189,7 @@ def _device(
         layer_s=tau * LAYER_MOST * float(rng.uniform(0.2, 1.0)),
         period_s=period,
         convention=str(rng.choice(["start", "end"])),
-        grains=grains,  # type: ignore[arg-type]
+        grains=grains,
         profile=warmth,
         coupling_K=coupling,
         film=film,
@@ -195,11 +200,11 @@ def _device(
 
 
 def _limits(
-    ambient: float, high_mA: float, grains: object, rng: np.random.Generator
+    ambient: float, high_mA: float, grains: Grains, rng: np.random.Generator
 ) -> tuple[float, float, float, float]:
     """Coldest, middle and hottest mean temperature [°C] of the records, and the gain [K/mA^2] that reaches it."""
-    up = ambient + (grains.up - ambient) / grains.profile  # type: ignore[attr-defined]
-    down = ambient + (grains.down - ambient) / grains.profile  # type: ignore[attr-defined]
+    up = ambient + (grains.up - ambient) / grains.profile
+    down = ambient + (grains.down - ambient) / grains.profile
     hottest = float(np.max(up)) + float(rng.uniform(2.0, 8.0))
     coldest = max(float(np.min(down)) - float(rng.uniform(2.0, 8.0)), ambient + 5.0)
     centre = 0.5 * float(np.median(up) + np.median(down))

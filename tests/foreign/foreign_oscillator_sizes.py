@@ -51,7 +51,11 @@ def draw_names(style: str, seed: int, which: str) -> tuple[int, list[str]]:
     )  # 23 goes through 15, 22, 37
     tried = [names[order[(number + k) % len(names)]] for k in range(len(names))]
     if place % 6 == 2:
-        rng = stream(style, seed, "effect") if style in STYLES else np.random.default_rng([*map(ord, style), seed])
+        rng = (
+            stream(style, seed, "effect")
+            if style in STYLES
+            else np.random.default_rng([*map(ord, style), seed])
+        )
         tried = [str(name) for name in rng.permutation(names)]
     return {5: 0, 2: 2}.get(place % 6, 1), tried
 

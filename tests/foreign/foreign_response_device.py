@@ -1,4 +1,4 @@
-"""An oscillator seen by its displacement or by its acceleration: the equation of `foreign_oscillator_motion`, read anew.
+"""An oscillator seen by displacement or acceleration: the equation of `foreign_oscillator_motion`, read anew.
 
 What is hidden has the names of `foreign_oscillator_device.EFFECTS` and their equations, but for the forms in `READING`,
 and for lag and AC coupling, which act on whatever is read. At size zero each of them vanishes.
@@ -112,7 +112,9 @@ def simulate(
     lead = 0
     if "base.motion" in found:  # which did not begin with the record
         lead = min(round(2.0 * np.pi / device.law.damping / device.period_s), LONGEST_LEAD)
-    drive, times = _drive(device, record, found, effects, steps, lead, 2 + max(ceil(late / device.period_s), 0))
+    drive, times = _drive(
+        device, record, found, effects, steps, lead, 2 + max(ceil(late / device.period_s), 0)
+    )
     base = base_acceleration(found.get("base.motion"), times, record.seed)
     states = run(law, drive, base, h, float(times[0, 0]), _first(law, device, found, start))
     if response == "displacement":

@@ -86,11 +86,22 @@ def _write_uff(path: Path, bench: ResponseBench, columns: dict[str, Array]) -> N
         node, kind, unit = (1, 13, "N") if k == 0 else (7, 12, bench.response_unit)
         numbers = column.astype("<f8").tobytes()
         tail = f"b{1:6d}{2:6d}{11:12d}{len(numbers):12d}{0:6d}{0:6d}{0:12d}{0:12d}" if binary else ""
-        lines = ["    -1", f"    58{tail}".ljust(80), name, f"{bench.style}, {path.stem}", "01-MAR-24  09:30:00"]
+        lines = [
+            "    -1",
+            f"    58{tail}".ljust(80),
+            name,
+            f"{bench.style}, {path.stem}",
+            "01-MAR-24  09:30:00",
+        ]
         lines += ["NONE", "NONE"]
         lines.append(f"{1:5d}{0:10d}{1:5d}{0:10d} {'PANEL':10}{node:10d}{3:4d} {'NONE':10}{0:10d}{0:4d}")
         lines.append(f"{4:10d}{column.size:10d}{1:10d}{0.0:13.5E}{step:13.5E}{0.0:13.5E}")
-        for quantity, label, of in ((17, "time", "s"), (kind, name, unit), (0, "NONE", "NONE"), (0, "NONE", "NONE")):
+        for quantity, label, of in (
+            (17, "time", "s"),
+            (kind, name, unit),
+            (0, "NONE", "NONE"),
+            (0, "NONE", "NONE"),
+        ):
             lines.append(f"{quantity:10d}{0:5d}{0:5d}{0:5d} {label:20} {of:20}")
         parts.append(("\n".join(lines) + "\n").encode("ascii"))
         if not binary:  # 4E20.12
@@ -130,7 +141,9 @@ def user_model(bench: ResponseBench, seed: int) -> str:
     if not bench.cubic_known:
         del values["stiffness_cubic"]
     lines = ["[model]", 'kind = "oscillator"', "", "[model.parameters]"]
-    lines += [f'{name} = {{ value = {value:.6g}, unit = "{unit}" }}' for name, (value, unit) in values.items()]
+    lines += [
+        f'{name} = {{ value = {value:.6g}, unit = "{unit}" }}' for name, (value, unit) in values.items()
+    ]
     return "\n".join(lines) + "\n"
 
 

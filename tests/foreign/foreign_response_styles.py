@@ -1,7 +1,7 @@
 """Two labs with oscillators: a panel with an accelerometer on it, and the cantilever of an atomic-force microscope.
 
-They run only where they are asked for (`--style`), not in turn with `foreign_oscillator_styles.STYLES`; all numbers come
-from a seed. In the law z is in mm (panel) or nm (cantilever).
+They run only where they are asked for (`--style`), not in turn with `foreign_oscillator_styles.STYLES`; all numbers
+come from a seed. In the law z is in mm (panel) or nm (cantilever).
 """
 
 from __future__ import annotations
@@ -54,10 +54,8 @@ def draw_bench(style: str, seed: int, linear: bool = False) -> ResponseBench:
     return replace(bench, user=user, cubic_known=known)
 
 
-def _aerospace_panel(
-    rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool
-) -> ResponseBench:
-    """50 to 400 Hz; shaker and stinger with a force cell (N), accelerometer (m/s^2 or g), UFF; hammer-like pulses too."""
+def _aerospace_panel(rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool) -> ResponseBench:
+    """50 to 400 Hz; shaker with a force cell (N), accelerometer (m/s^2 or g), UFF; pulses like a hammer's too."""
     natural = log_uniform(rng, 50.0, 400.0)
     rate = 2560.0 if natural < 150.0 else 5120.0
     f, quality = natural / rate, log_uniform(rng, 12.0, 90.0)
@@ -106,9 +104,7 @@ def _aerospace_panel(
     )
 
 
-def _afm_cantilever(
-    rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool
-) -> ResponseBench:
+def _afm_cantilever(rng: np.random.Generator, waves_rng: np.random.Generator, linear: bool) -> ResponseBench:
     """12 to 350 kHz, nm from a photodiode of 13 to 15 bits with 1/f noise; chirps, bursts with ring-down, two tones.
 
     The dither piezo's voltage is that of a converter that holds; half of the benches read at the ends of its periods.

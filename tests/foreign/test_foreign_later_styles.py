@@ -55,7 +55,9 @@ def bench_of(style: str) -> tuple[foreign_grain_generate.Bench, np.ndarray, Read
 
 def heated_plate(convention: str) -> GrainDevice:
     """A device whose grains turn at 500 °C: two thermal layers and nothing else."""
-    grains = make_grains(20.0, *np.full((2, 3), 500.0), np.ones(1), np.zeros(3, np.int64), np.ones(3), np.ones(3))
+    grains = make_grains(
+        20.0, *np.full((2, 3), 500.0), np.ones(1), np.zeros(3, np.int64), np.ones(3), np.ones(3)
+    )
     return replace(
         grain_bench("buckled_bridge", 0).device,
         ambient_C=20.0,
@@ -92,7 +94,8 @@ def test_a_mixture_is_between_its_phases_and_percolates_at_its_threshold() -> No
     assert (seen[0], seen[-1]) == (1e-4, 1e-1)
     assert np.all(np.diff(seen) > 0.0)
     assert np.all(np.array(seen) <= np.linspace(1e-4, 1e-1, 21) * (1.0 + 1e-9))
-    equal = [mixed(1e-4, 1e-1, m, film._replace(low_exponent=1.0, high_exponent=1.0, critical=1 / 3)) for m in (0.2, 0.6)]
+    even = film._replace(low_exponent=1.0, high_exponent=1.0, critical=1 / 3)
+    equal = [mixed(1e-4, 1e-1, m, even) for m in (0.2, 0.6)]
     for m, value in zip((0.2, 0.6), equal, strict=True):  # Bruggeman in three dimensions
         left = m * (0.1 - value) / (0.1 + 2 * value) + (1 - m) * (1e-4 - value) / (1e-4 + 2 * value)
         assert left == pytest.approx(0.0, abs=1e-9)
@@ -101,7 +104,9 @@ def test_a_mixture_is_between_its_phases_and_percolates_at_its_threshold() -> No
 def test_grains_and_avalanches_are_those_of_a_loop_that_looks_at_every_grain() -> None:
     bench, current, seen = bench_of("buckled_bridge")
     device, grains = bench.device, bench.device.grains
-    fine = simulate(replace(device, period_s=device.period_s / SUBSTEPS), np.repeat(current, SUBSTEPS)).temperature
+    fine = simulate(
+        replace(device, period_s=device.period_s / SUBSTEPS), np.repeat(current, SUBSTEPS)
+    ).temperature
     metal = np.zeros(grains.up.size, dtype=bool)
     expected = []
     for degrees in fine:
@@ -180,7 +185,9 @@ def test_an_effect_on_either_response_vanishes_at_size_zero_and_acts_otherwise(n
         zero = respond(DEVICE, RECORD, response, (replace(hidden, size=0.0),), steps=8).reading
         some = respond(DEVICE, RECORD, response, (hidden,), steps=8).reading
         np.testing.assert_array_equal(zero, null)
-        if not (response == "acceleration" and name.startswith("sensor.")):  # sizes are those of a displacement
+        if not (
+            response == "acceleration" and name.startswith("sensor.")
+        ):  # sizes are those of a displacement
             assert np.sqrt(np.mean((some - null) ** 2)) > 1e-3 * np.std(null)
 
 
@@ -246,5 +253,7 @@ def test_both_forms_of_a_universal_file_hold_the_same(tmp_path: Path) -> None:
     columns = {"FORCE 1Z+": WAVE, "ACC 7Z+": 2.0 * WAVE}
     for form in ("uff", "uff binary"):
         _write_uff(tmp_path / "r.uff", replace(bench, file=form), columns)
-        for dataset, column in zip(pyuff.UFF(str(tmp_path / "r.uff")).read_sets(), columns.values(), strict=True):
+        for dataset, column in zip(
+            pyuff.UFF(str(tmp_path / "r.uff")).read_sets(), columns.values(), strict=True
+        ):
             np.testing.assert_allclose(dataset["data"], column, rtol=1e-11)
