@@ -2,6 +2,7 @@
 
 python tests/foreign/foreign_campaign.py --first 0 --last 39 --workers 1 --out DIR [--style few_domains]
 python tests/foreign/foreign_campaign.py --kind oscillator --effects known --first 0 --last 39 --out DIR
+python tests/foreign/foreign_campaign.py --kind vo2 --style nanoribbon --first 400 --last 429 --out DIR
 
 DIR/results.jsonl gets one line a case (a stopped campaign continues), DIR/table.md the counts by style.
 """
@@ -20,7 +21,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import foreign_grain_styles
 import foreign_oscillator_styles
+import foreign_response_styles
 import foreign_styles
 
 LONGEST_S = 3600.0  # of one command
@@ -33,16 +36,24 @@ SAME = {"parameter.stiffness_cubic": "stiffness.cubic"}  # a term that the model
 class Kind:
     """A generator of cases, and where in a case's folder its files are."""
 
-    styles: tuple[str, ...]
+    styles: tuple[str, ...]  # in turn where none is asked for
+    others: tuple[str, ...]  # only where asked for
     generator: str
     data: str  # folder with `dataset.toml`
     truth: str  # file that only the judge reads
 
 
 KINDS = {
-    "vo2": Kind(styles=foreign_styles.STYLES, generator="foreign_generate.py", data="", truth="truth.json"),
+    "vo2": Kind(
+        styles=foreign_styles.STYLES,
+        others=foreign_grain_styles.STYLES,
+        generator="foreign_generate.py",
+        data="",
+        truth="truth.json",
+    ),
     "oscillator": Kind(
         styles=foreign_oscillator_styles.STYLES,
+        others=foreign_response_styles.STYLES,
         generator="foreign_oscillator_generate.py",
         data="data",
         truth="truth/truth.json",
@@ -202,7 +213,7 @@ def table(cases: list[dict[str, Any]]) -> str:
         heads += ["pairs", "both", "both, in sets", "one of two", "wrong name", "missed"]
     heads += ["failed", "median s"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    styles = [style for spec in KINDS.values() for style in spec.styles]
+    styles = [style for spec in KINDS.values() for style in (*spec.styles, *spec.others)]
     groups = sorted({group for case in cases for group in case["groups"]})
     for row in [*styles, "all", *groups]:
         mine = [case for case in cases if row in (case["style"], "all", *case["groups"])]
@@ -257,8 +268,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
     styles = KINDS[given.kind].styles
-    if given.style not in (None, *styles):
-        parser.error(f"--style of --kind {given.kind} must be of {', '.join(styles)}; got {given.style}")
+    known = (*styles, *KINDS[given.kind].others)
+    if given.style not in (None, *known):
+        parser.error(f"--style of --kind {given.kind} must be of {', '.join(known)}; got {given.style}")
 
     results = given.out / "results.jsonl"
     given.out.mkdir(parents=True, exist_ok=True)

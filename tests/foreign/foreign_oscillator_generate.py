@@ -12,11 +12,12 @@ import argparse
 import json
 from pathlib import Path
 
+import foreign_response_generate
 import numpy as np
 from foreign_common import Array, flicker
 from foreign_oscillator_device import EFFECTS, Effect, Readings, natural_square, simulate
 from foreign_oscillator_sizes import SETS, draw_case, hide
-from foreign_oscillator_styles import STYLES, Bench, stream
+from foreign_oscillator_styles import LATER, STYLES, Bench, stream
 from scipy.io import savemat
 
 RANGE = 1.1  # of the converter, in the largest reading
@@ -26,6 +27,8 @@ def generate(
     style: str, seed: int, folder: Path, names: tuple[str, ...] | None = (), which: str = "known"
 ) -> Path:
     """Write the case to `folder`; `names` are hidden, or what the seed draws if None. Returns the manifest's path."""
+    if style in LATER:
+        return foreign_response_generate.generate(style, seed, folder, names, which)
     bench, effects, shares = draw_case(style, seed, which) if names is None else hide(style, seed, names)
     data, truth = folder / "data", folder / "truth"
     for part in (data, truth):
@@ -175,7 +178,7 @@ def told_truth(
 def main() -> None:
     """Write one case from the command line."""
     parser = argparse.ArgumentParser(description="Measured data of a simulated oscillator.")
-    parser.add_argument("--style", choices=STYLES, required=True)
+    parser.add_argument("--style", choices=(*STYLES, *LATER), required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument(
         "--effect", default="none", help="none, draw, or names with + between: " + ", ".join(EFFECTS)

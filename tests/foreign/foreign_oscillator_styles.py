@@ -1,6 +1,7 @@
 """Four labs with oscillators of their own; all numbers come from a seed.
 
-`STYLES[-1]`, the beams, is kept back: it is for figures that are reported, and nobody develops on it.
+`STYLES[-1]`, the beams, is kept back: it is for figures that are reported, and nobody develops on it. Two more labs,
+`LATER`, are those of `foreign_response_styles`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from foreign_oscillator_excitations import (
 from foreign_oscillator_motion import Law
 
 STYLES = ("shaker_lab", "mems", "test_stand", "beam")
+LATER = ("aerospace_panel", "afm_cantilever")
 KIND = 7  # of the streams, so that they are not those of the VO2 styles
 
 
