@@ -50,6 +50,15 @@ def circuit(t: float, x: FloatArray, u: float) -> list[float]:
     return [u - 50.0 * current - charge / 1e-6, current]
 
 
+def coil(t: float, x: FloatArray, u: float) -> list[float]:
+    """Position in mm, the rest in SI."""
+    i, z, v = x
+    bl, k = 6.0 * (1.0 - 0.02 * z - 0.012 * z**2), 1500.0 * (1.0 + 0.03 * z + 0.015 * z**2)
+    slope = -1e-3 * 60.0  # H/m
+    force = bl * i + 0.5 * slope * i**2 - k * 1e-3 * z - 1.5 * v
+    return [(u - 6.0 * i - bl * v - slope * i * v) / (1e-3 * (1.0 - 0.06 * z)), 1e3 * v, force / 15e-3]
+
+
 def oscillator(t: float, x: FloatArray, u: float) -> list[float]:
     """Lengths in mm."""
     z, v = x
@@ -72,6 +81,9 @@ CASES = {
     "heated_body": (body, {"power": "W", "temperature": "K"}, [293.15, 293.15], (5.0, 10.0, 10.0), lambda x: x[1]),
     "duffing_circuit": (
         circuit, {"source": "V", "reading": "mV"}, [0.0, 0.0], (1e-4, 0.0, 2.0), lambda x: x[1] / 1e-6 * 1e3,
+    ),
+    "voice_coil": (
+        coil, {"voltage": "V", "x": "mm", "coil": "A"}, [0.0, 0.0, 0.0], (2e-4, 0.0, 3.0), lambda x: x[1],
     ),
     "oscillator": (
         oscillator, {"drive": "V", "displacement": "um"}, [0.0, 0.0], (2e-3, 0.0, 5.0), lambda x: 1e3 * x[0],
