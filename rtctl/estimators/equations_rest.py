@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -10,11 +11,22 @@ from scipy.optimize import least_squares
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
+from rtctl.estimators.equations_flow import advance
 
 LEFT_OVER = 1e-4
 """Step that a search still wants to take where it found a point of rest, as a share of what it has moved and is at."""
 
 
+STILL = 1e-9
+"""Rate of a mode at rest, over the fastest rate."""
+SWEEP = 20.0
+"""Slowest time constants that a sweep of the command takes."""
+STEP_SHARE = 0.5
+"""Step of an integration times the fastest rate of the equations."""
+PLACES = 400
+"""Levels of a sweep, one way."""
+MOST_STEPS = 2_000_000
+"""Steps of a sweep, most: where rates are further apart, it is faster than the slowest of them asks for."""
 SHARE = 1e-6
 """Step of a finite difference, as a share of a state."""
 
@@ -28,6 +40,8 @@ class RestPoint(NamedTuple):
     """First command [its unit]."""
     holds: bool
     """Whether one was found; else these are the initial states."""
+    side: int = 0
+    """+1 or -1 where the command rose or fell before, which matters with hysteresis; 0: no matter."""
 
 
 def state_at_rest(model: StateSpace, levels: Sequence[float]) -> FloatArray:
@@ -58,6 +72,84 @@ def rest_point(model: StateSpace, levels: Sequence[float], output: float, swing:
     if found is None:
         return RestPoint(begin, levels[0], holds=False)
     return RestPoint(found[1:], float(levels[0] + found[0] * swing), holds=True)
+
+
+def swept_points(
+    model: StateSpace, levels: Sequence[float], span: tuple[float, float], outputs: Sequence[float]
+) -> list[RestPoint]:
+    """Return where the controlled output is nearest to `outputs` while the first command moves slowly up and down.
+
+    Equations with hysteresis rest anywhere: which of these points is reached, a slow motion tells.
+
+    Args:
+        model: The equations.
+        levels: All commands; the first one is swept.
+        span: Lowest and highest level of the first command [its unit].
+        outputs: Values of the controlled output [its unit].
+
+    Returns:
+        Where it rests after a stop on the way up and on the way down, for each value that is passed there.
+    """
+    fastest, slowest = rates_of(model)
+    dwell_s = min(SWEEP / slowest, STEP_SHARE * MOST_STEPS / fastest) / PLACES
+    steps = max(1, math.ceil(dwell_s * fastest / STEP_SHARE))
+    x, found = model.initial[None].copy(), []
+    for side, ramp in ((1, np.linspace(*span, PLACES)), (-1, np.linspace(*span[::-1], PLACES))):
+        states, shown = [], []
+        for level in ramp:
+            command = (float(level), *levels[1:])
+            advance(
+                model.law,
+                x,
+                model.input_si(command),
+                model.parameters,
+                model.low,
+                model.high,
+                dwell_s / steps,
+                steps,
+            )
+            states.append(x[0].copy())
+            shown.append(float(model.controlled(x, command)[0]))
+        passed = np.asarray(shown)
+        for output in outputs:
+            if passed.min() <= output <= passed.max():
+                k = int(np.abs(passed - output).argmin())
+                found.append(_held(model, states[k], (float(ramp[k]), *levels[1:]), side, PLACES * dwell_s))
+    return found
+
+
+def _held(
+    model: StateSpace, x: FloatArray, levels: Sequence[float], side: int, duration_s: float
+) -> RestPoint:
+    """Return where the device rests once `levels` were held for long from the states `x` (n,) on."""
+    rest = x[None].copy()
+    steps = max(1, math.ceil(duration_s * rates_of(model)[0] / STEP_SHARE))
+    advance(
+        model.law,
+        rest,
+        model.input_si(levels),
+        model.parameters,
+        model.low,
+        model.high,
+        duration_s / steps,
+        steps,
+    )
+    return RestPoint(rest[0], levels[0], holds=True, side=side)
+
+
+def rates_of(model: StateSpace) -> tuple[float, float]:
+    """Return the fastest and the slowest rate [1/s] of the equations where the device rests without commands."""
+    levels = (0.0,) * len(model.profile.commands)
+    found = np.abs(np.linalg.eigvals(np.nan_to_num(jacobian(model, state_at_rest(model, levels), levels))))
+    fastest = float(found.max()) or 1.0
+    moving = found[found > STILL * fastest]
+    return fastest, float(moving.min()) if len(moving) else fastest
+
+
+def rests_anywhere(model: StateSpace, point: RestPoint, levels: Sequence[float]) -> bool:
+    """Return whether the equations also rest beside a point: a mode there neither decays nor moves."""
+    found = np.abs(np.linalg.eigvals(np.nan_to_num(jacobian(model, point.x, (point.level, *levels[1:])))))
+    return bool(found.min() <= STILL * found.max())
 
 
 def jacobian(model: StateSpace, x: FloatArray, levels: Sequence[float]) -> FloatArray:

@@ -59,6 +59,23 @@ def coil(t: float, x: FloatArray, u: float) -> list[float]:
     return [(u - 6.0 * i - bl * v - slope * i * v) / (1e-3 * (1.0 - 0.06 * z)), 1e3 * v, force / 15e-3]
 
 
+def stack(t: float, x: FloatArray, u: float) -> list[float]:
+    """Position in um, speed in mm/s."""
+    volt, h, crept, z, v = x
+    slope = (u - volt) / 1e-4
+    turned = 0.04 * (abs(slope) * h + 0.2 * slope * abs(h))
+    force = 10.0 * (volt - h + crept) - 0.3 * v - 60.0 * z
+    return [slope, 0.25 * slope - turned, 0.05 * (volt - h) - crept, 1e3 * v, 1e3 * force / 0.2]
+
+
+def wire(t: float, x: FloatArray, u: float) -> list[float]:
+    warm, m = x
+    warming = (u**2 * (4.0 + 0.8 * m) - 0.012 * (warm - 298.0)) / 0.008
+    if warming > 0.0:
+        return [warming, -m * warming / 3.5 / (1.0 + np.exp((355.0 - warm) / 3.5))]
+    return [warming, -(1.0 - m) * warming / 3.5 / (1.0 + np.exp((warm - 330.0) / 3.5))]
+
+
 def oscillator(t: float, x: FloatArray, u: float) -> list[float]:
     """Lengths in mm."""
     z, v = x
@@ -84,6 +101,13 @@ CASES = {
     ),
     "voice_coil": (
         coil, {"voltage": "V", "x": "mm", "coil": "A"}, [0.0, 0.0, 0.0], (2e-4, 0.0, 3.0), lambda x: x[1],
+    ),
+    "piezo_stack": (
+        stack, {"command": "V", "x": "um", "charge": "uC"}, [0.0] * 5, (1e-3, 40.0, 30.0), lambda x: x[3],
+    ),
+    "sma_wire": (
+        wire, {"current": "A", "contraction": "mm", "resistance": "ohm"}, [298.0, 0.98], (0.02, 0.3, 0.3),
+        lambda x: 5.0 * (1.0 - x[1]),
     ),
     "oscillator": (
         oscillator, {"drive": "V", "displacement": "um"}, [0.0, 0.0], (2e-3, 0.0, 5.0), lambda x: 1e3 * x[0],

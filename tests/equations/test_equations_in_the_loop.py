@@ -18,8 +18,9 @@ from rtctl.cli import main
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
 from rtctl.estimators.cubature import CubatureFilter, FilterSettings
-from rtctl.estimators.equations_rest import rest_point, state_at_rest
+from rtctl.estimators.equations_rest import rest_point, rests_anywhere, state_at_rest, swept_points
 from rtctl.interfaces import Estimate
+from rtctl.plants.equations.control import linear_plant
 
 COIL = Path(__file__).parents[2] / "scenarios" / "models" / "equations" / "voice_coil.toml"
 STEPS = Path(__file__).parents[2] / "scenarios" / "voice_coil_steps.toml"
@@ -167,6 +168,24 @@ def test_a_point_of_rest_solves_the_equations(tmp_path: Path) -> None:
     assert not rest_point(
         ControlledEquations(written(tmp_path, TANKS)), (0.0,), -2.0, 5.0
     ).holds  # no level below 0
+
+
+def test_with_hysteresis_the_working_points_are_those_that_a_slow_motion_reaches() -> None:
+    """Oracle of the stack: its slope is that of Bouc and Wen's law on the way up and on the way down."""
+    model = ControlledEquations(COIL.with_name("piezo_stack.toml"))
+    assert rests_anywhere(model, rest_point(model, (0.0,), 8.0, 120.0), (0.0,))
+    assert not rests_anywhere(
+        ControlledEquations(COIL), rest_point(ControlledEquations(COIL), (0.0,), 1.0, 12.0), (0.0,)
+    )
+    found = swept_points(model, (0.0,), (0.0, 120.0), [8.0])
+    assert [one.side for one in found] == [1, -1]
+    for point in found:
+        volt, h = point.x[:2]
+        assert volt == pytest.approx(point.level)
+        way = point.side * (0.25 - 0.04 * (point.side * h + 0.2 * abs(h)))  # dh/dV on this way
+        plant = linear_plant(model, point, (0.0,), 120.0)
+        assert plant.b[1] / plant.b[0] == pytest.approx(point.side * way, rel=1e-3)
+    assert found[0].level > found[1].level + 5.0  # V: the same place takes more on the way up
 
 
 def test_a_tuned_pid_keeps_its_bounds() -> None:

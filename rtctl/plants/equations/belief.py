@@ -15,7 +15,7 @@ from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.errors import InputError
 from rtctl.estimators.cubature import FilterSettings
 from rtctl.estimators.equations_flow import advance
-from rtctl.estimators.equations_rest import jacobian, state_at_rest
+from rtctl.estimators.equations_rest import STEP_SHARE, rates_of, state_at_rest
 
 MODEL_ERROR = 0.02
 """Share of its swing to which a state is believed."""
@@ -23,8 +23,6 @@ START_ERROR = MODEL_ERROR
 """Standard deviation of a state at the start, where the device rests, as a share of its swing."""
 LEAST_NOISE = 1e-3
 """Noise of a reading for which the model file states none, as a share of the reading's swing."""
-STEP_SHARE = 0.5
-"""Step of the integration times the fastest rate of the equations."""
 HOLDS, SAMPLES = 40, 8
 """Random commands of the motion, and samples of each."""
 MOST_STEPS = 200_000
@@ -33,7 +31,7 @@ MOST_STEPS = 200_000
 
 def filter_settings(model: StateSpace) -> FilterSettings:
     """Return what a filter believes. Raises InputError where the equations move nowhere."""
-    fastest, slowest = _rates(model)
+    fastest, slowest = rates_of(model)
     x, rates, readings = _motion(model, fastest, slowest)
     if not np.isfinite(x).all():
         raise InputError('estimator.kind = "kalman": the equations diverge under random commands')
@@ -47,15 +45,6 @@ def filter_settings(model: StateSpace) -> FilterSettings:
         noise=noise,
         step_s=STEP_SHARE / fastest,
     )
-
-
-def _rates(model: StateSpace) -> tuple[float, float]:
-    """Return the fastest and the slowest rate [1/s] of the equations where the device rests without commands."""
-    levels = (0.0,) * len(model.profile.commands)
-    found = np.abs(np.linalg.eigvals(np.nan_to_num(jacobian(model, state_at_rest(model, levels), levels))))
-    fastest = float(found.max()) or 1.0
-    moving = found[found > 1e-9 * fastest]
-    return fastest, float(moving.min()) if len(moving) else fastest
 
 
 def _motion(model: StateSpace, fastest: float, slowest: float) -> tuple[FloatArray, FloatArray, FloatArray]:

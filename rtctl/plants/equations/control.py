@@ -14,7 +14,7 @@ from rtctl.border.errors import InputError
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, margins_of_gains, tune_pid
 from rtctl.estimators.cubature import CubatureFilter
-from rtctl.estimators.equations_rest import RestPoint, jacobian, rest_point
+from rtctl.estimators.equations_rest import RestPoint, jacobian, rest_point, rests_anywhere, swept_points
 from rtctl.interfaces import Estimator
 from rtctl.models.span import Span
 from rtctl.plant_control.support import Control
@@ -27,7 +27,9 @@ from rtctl.scenario.schema import Scenario
 MODEL = "plant_sim.equations.controlled:ControlledEquations"
 WORKING_POINTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places in the output's range at which the plant is looked at."""
-SHARE = 1e-4
+BESIDE = 1e-3
+"""Distance from a point of rest at which slopes on one way of a hysteresis are taken, as a share of the command."""
+SHARE = 1e-5
 """Step of a finite difference, as a share of the first command's range."""
 
 
@@ -131,22 +133,39 @@ def _working_points(
     first, swing = limits[0], limits[0].high - limits[0].low
     asked = [reach.low + share * reach.width for share in WORKING_POINTS]
     points = [rest_point(model, safe, output, swing) for output in asked]
+    if any(one.holds and rests_anywhere(model, one, safe) for one in points):
+        points = swept_points(model, safe, (first.low, first.high), asked)
     held = [one for one in points if one.holds]
     unit, command = scenario.profile.reference.unit, scenario.profile.commands[0]
     notes = [
-        f"the device rests at {output:.4g} {unit} only with {point.level:.4g} {command.unit}, beyond the limits of "
-        f"{command.name}"
-        for output, point in zip(asked, points, strict=True)
-        if point.holds and not first.low <= point.level <= first.high
+        f"rest at {float(model.controlled(one.x[None], (one.level, *safe[1:]))[0]):.4g} {unit} takes {one.level:.4g} "
+        f"{command.unit}, beyond the limits of {command.name}"
+        for one in held
+        if not first.low <= one.level <= first.high
     ]
     if not held:
         held = [RestPoint(model.initial, safe[0], holds=False)]
         notes.append("tuned at the initial state: the device rests nowhere in the output's range")
-    return [_linear(model, one, safe, swing) for one in held], tuple(notes)
+    return [linear_plant(model, one, safe, swing) for one in held], tuple(notes)
 
 
-def _linear(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: float) -> WorkingPoint:
-    """Return the slopes of the equations about a point of rest."""
+def linear_plant(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: float) -> WorkingPoint:
+    """Return the slopes of the equations about a point of rest, with hysteresis those of the way on which it lies.
+
+    They are taken at two small distances on that way, and extrapolated to the point of rest itself.
+    """
+    if point.side == 0:
+        return _slopes(model, point, safe, swing)
+    near, far = (
+        _slopes(model, point._replace(level=point.level + point.side * share * swing), safe, swing)
+        for share in (0.5 * BESIDE, BESIDE)
+    )
+    return WorkingPoint(
+        a=2.0 * near.a - far.a, b=2.0 * near.b - far.b, c=2.0 * near.c - far.c, d=2.0 * near.d - far.d
+    )
+
+
+def _slopes(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: float) -> WorkingPoint:
     levels, step = (point.level, *safe[1:]), SHARE * swing
     up, down = ((point.level + sign * step, *safe[1:]) for sign in (1.0, -1.0))
     x = point.x[None]
@@ -158,6 +177,6 @@ def _linear(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: f
 
 
 def _output_slopes(model: StateSpace, x: FloatArray, levels: Sequence[float]) -> FloatArray:
-    steps = 1e-6 * np.maximum(np.abs(x), 1e-6)
+    steps = SHARE * SHARE * np.maximum(np.abs(x), SHARE)
     up = model.controlled(x + np.diag(steps), levels)
     return np.asarray((up - model.controlled(x - np.diag(steps), levels)) / (2.0 * steps))
