@@ -11,9 +11,11 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.readable_units import printed_unit
 from rtctl.border.records import Channel, DeviceProfile
-from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown, written
+from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
+from rtctl.plots.elements.limits import limit_axis
 from rtctl.plots.elements.lines import ABOVE, draw_line
 from rtctl.plots.elements.planes import draw_planes
 from rtctl.plots.elements.style import (
@@ -146,6 +148,8 @@ def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
         draw_line(axes, time, channel.values, color, channel.label if len(panel) > 1 else "")
     if len(panel) > 1 and axes.lines:
         axes.legend(**ABOVE)
+    if not panel[0].is_logarithmic:
+        limit_axis(axes, *(channel.values for channel in panel))
     label = panel[0].label if len(panel) == 1 else f"readings {panel[0].unit}"
     axes.set_ylabel(label if len(label) <= LABEL_IN_ONE_LINE else label.replace(" [", "\n["))
     axes.ticklabel_format(axis="y", useOffset=False)
@@ -156,6 +160,7 @@ def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArra
     draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
     draw_line(axes, time, column[output.name], BLUE, f"{output.name} (external instrument)", 1.3)
     draw_line(axes, time, column["estimate"], VERMILION, "estimate", 0.9)
+    limit_axis(axes, column["setpoint"], column[output.name], column["estimate"])
     axes.set_ylabel(label_of(output))
 
 
@@ -188,7 +193,7 @@ def _finding(title: str, column: Mapping[str, FloatArray], width: float, output:
     first = tracking or sensing
     if first is None:
         return f"{title}: no external instrument, errors unknown", ""
-    verb, unit = "tracks" if tracking else "self-senses", written(output.unit)
+    verb, unit = "tracks" if tracking else "self-senses", printed_unit(output.unit)
     finding = f"{title}: {verb} to {percent(first.mean_percent)} of range on average"
     reach = f"range {width:.1f} {unit}" if width >= 10.0 else f"range {width:.3g} {unit}"
     parts = [_in_words("tracking", tracking, unit), _in_words("self-sensing", sensing, unit), reach]

@@ -15,6 +15,7 @@ from rates import Line, Rate
 
 COLOURS = {"oscillator": "#1f5fa8", "vo2": "#c2571a"}
 MARKS = {"oscillator": "o", "vo2": "s"}
+NEAR_THE_EDGE = 0.9  # stated probability from which a label stands on the left of its mark, inside the axes
 
 
 def draw(lines: Sequence[Line], folder: Path) -> list[Path]:
@@ -41,9 +42,11 @@ def _reliability(lines: Sequence[Line], path: Path) -> Path:
             axes.errorbar(stated, [r.share for r in rates], _bars(rates), fmt=MARKS[plant], color=COLOURS[plant],
                           capsize=3, label=plant)  # fmt: skip
             for x, r in zip(stated, rates, strict=True):
-                left = plant == "oscillator"
-                axes.annotate(f"{r.total}", (x, r.share), (-6 if left else 6, -12), textcoords="offset points",
-                              ha="right" if left else "left", fontsize=8, color=COLOURS[plant])  # fmt: skip
+                left = plant == "oscillator" or x > NEAR_THE_EDGE
+                up = plant == "vo2" and x > NEAR_THE_EDGE and r.share < NEAR_THE_EDGE
+                axes.annotate(f"{r.total}", (x, r.share), (-6 if left else 6, 6 if up else -12),
+                              textcoords="offset points", ha="right" if left else "left", fontsize=8,
+                              color=COLOURS[plant])  # fmt: skip
     axes.set(xlabel="stated probability of a named cause", ylabel="share that is true", xlim=(-0.02, 1.04),
              ylim=(-0.02, 1.04))  # fmt: skip
     axes.set_title("Stated probabilities (95 % Wilson intervals, number of causes)", fontsize=10)

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import DeviceProfile
 from rtctl.plots.elements.channels import Shown, scale_axis, shown
-from rtctl.plots.elements.decimation import extremes, visited
+from rtctl.plots.elements.decimation import path_points
 from rtctl.plots.elements.style import BLACK, BLUE, VERMILION
 
 
@@ -30,7 +30,7 @@ class _Curve(NamedTuple):
 def draw_planes(
     rows: Sequence[Axes], column: Mapping[str, FloatArray], window: slice | None, profile: DeviceProfile
 ) -> None:
-    """Fill three axes from `column`: all samples as dots, or a `window` as lines."""
+    """Fill three axes from `column`: the path through all samples, or through those of a `window`."""
     command = shown(profile.commands[-1], column[profile.commands[-1].name])
     readings = [shown(channel, column[channel.name]) for channel in profile.sensed]
     output = shown(profile.reference, column[profile.reference.name])
@@ -47,22 +47,15 @@ def draw_planes(
 
 def _draw_plane(axes: Axes, across: Shown, up: Shown, curves: Sequence[_Curve], window: slice | None) -> None:
     for curve in curves:
-        if window is None:
-            _draw_dots(axes, across.values, curve.values, curve.color, 2.6 * curve.width)
-        else:
-            _draw_loops(axes, across.values[window], curve.values[window], curve.color, curve.width)
+        part = slice(None) if window is None else window
+        _draw_loops(axes, across.values[part], curve.values[part], curve.color, curve.width)
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
     scale_axis(axes, "x", across)
     scale_axis(axes, "y", up)
 
 
-def _draw_dots(axes: Axes, x: FloatArray, y: FloatArray, color: str, size: float) -> None:
-    kept = visited(x, y)
-    axes.plot(x[kept], y[kept], ".", markersize=size, markeredgewidth=0.0, color=color)
-
-
 def _draw_loops(axes: Axes, x: FloatArray, y: FloatArray, color: str, width: float) -> None:
     if np.isfinite(y).any():
-        kept = extremes(y)
+        kept = path_points(x, y)
         axes.plot(x[kept], y[kept], linewidth=width, color=color)
