@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from rtctl.border.readable_units import readable_unit
+from rtctl.border.readable_units import readable_unit, significant
 
 STEP = 1e-6
 """Relative step of the finite differences."""
@@ -53,6 +53,15 @@ class Derived(NamedTuple):
     def as_json(self) -> dict[str, Any]:
         """Return the entry of `derived` in `diagnosis.json` and in what `identify --json` prints."""
         return self._asdict()
+
+    def in_words(self) -> tuple[str, str]:
+        """Return its name and `1.8 ms, 95 % 1.7 to 1.9`, as many digits as the interval supports."""
+        shown = self.in_readable_unit()
+        unit = "" if shown.unit in ("", "1") else f" {shown.unit}"
+        if not shown.high > shown.low:
+            return self.name, f"{shown.value:.4g}{unit}"
+        value, low, high = significant(shown.value, shown.low, shown.high)
+        return self.name, f"{value}{unit}, 95 % {low} to {high}"
 
     def in_readable_unit(self) -> Derived:
         """Return the quantity in the unit that fits its size."""

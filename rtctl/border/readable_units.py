@@ -35,6 +35,11 @@ class Scaled(NamedTuple):
         """Return a value of the old unit in the new one."""
         return self.factor * value
 
+    def text(self, value: float, digits: int = 4) -> str:
+        """Return a value of the old unit as `0.42 mm` in the new one."""
+        plain = "" if self.unit in ("", "1", "dimensionless") else f" {self.unit}"
+        return f"{self.of(value):.{digits}g}{plain}"
+
 
 def readable_unit(size: float, unit: str) -> Scaled:
     """Return the unit in which a quantity of `size` [`unit`] is a number from 1 to below 1000, and the factor to it.
@@ -57,9 +62,7 @@ def readable_unit(size: float, unit: str) -> Scaled:
 
 def readable(value: float, unit: str, digits: int = 4) -> str:
     """Return `value` [`unit`] as a person writes it: 4.2e-4 mm as "420 nm"."""
-    scaled = readable_unit(value, unit)
-    plain = "" if scaled.unit in ("", "1", "dimensionless") else f" {scaled.unit}"
-    return f"{scaled.of(value):.{digits}g}{plain}"
+    return readable_unit(value, unit).text(value, digits)
 
 
 def printed_unit(unit: str) -> str:
@@ -71,3 +74,13 @@ def printed_unit(unit: str) -> str:
     power = re.compile(r"(?:\^|\*\*)(?:\((-?[\d.]+)\)|(-?[\d.]+))")
     text = power.sub(lambda one: (one[1] or one[2]).translate(_POWERS), text)
     return text.replace("*", "·")
+
+
+def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """Return a value and the ends of its interval, with as many digits as the width of the interval supports."""
+    width = abs(high - low)
+    if not (width > 0.0 and width < float("inf")):
+        return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
+    size = max(abs(value), width)
+    digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
+    return f"{value:.{digits}g}", f"{low:.{digits}g}", f"{high:.{digits}g}"

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from rtctl.border.derived import Derived
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability
@@ -16,6 +17,7 @@ from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.residual.localization import Location
 from rtctl.diagnosis.residual.missing_force import MissingForce
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
+from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
@@ -128,6 +130,12 @@ class Diagnosis:
         return ""
 
     @property
+    def derived(self) -> tuple[Derived, ...]:
+        """Return what follows from the parameters of the extended model, or of the re-fitted nominal one."""
+        tested = self.fits.after if self.causes else self.fits.before
+        return tuple(self.problem.subject.derive(self.model, estimates_by_mechanism(tested), self.units))
+
+    @property
     def json(self) -> dict[str, Any]:
         """Content of `diagnosis.json`, without provenance."""
         chosen = self.search.chosen
@@ -142,6 +150,7 @@ class Diagnosis:
         return content | {
             "model": None if self.withheld else EXTENDED_MODEL,
             "model_withheld": self.withheld,
+            "derived": [one.as_json() for one in self.derived],
             "loop": None if self.loop is None else self.loop._asdict(),
             "warnings": list(self.warnings),
             "stopped": self.stopped,

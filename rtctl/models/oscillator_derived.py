@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping
 
 from rtctl.border.derived import Derived, Estimated, derive
 from rtctl.border.mechanisms import plain_unit
+from rtctl.border.model_file import ModelFile, Value
 from rtctl.border.quantities import convert
 
 Estimates = Mapping[str, Mapping[str, Estimated]]
@@ -32,6 +33,22 @@ def derive_oscillator(estimates: Estimates, units: Mapping[str, str]) -> tuple[D
     """
     nominal = estimates.get("", {})
     return (*_of_the_motion(nominal, units), *_of_forces(estimates, units))
+
+
+def derive_from_file(model: ModelFile, units: Mapping[str, str]) -> tuple[Derived, ...]:
+    """Return what follows from the parameters of a model file, whose intervals are 95 % ones."""
+    tables = {"": model.model.parameters} | {one.id: one.parameters for one in model.model.mechanisms}
+    estimates = {
+        mechanism: {name: _estimated(value) for name, value in values.items()}
+        for mechanism, values in tables.items()
+    }
+    return derive_oscillator(estimates, units)
+
+
+def _estimated(value: Value) -> Derived:
+    low = value.value if value.low is None else value.low
+    high = value.value if value.high is None else value.high
+    return Derived("", value.value, low, high, value.unit)
 
 
 def _of_the_motion(nominal: Mapping[str, Estimated], units: Mapping[str, str]) -> list[Derived]:

@@ -31,6 +31,7 @@ def derive_vo2(
     tau = estimates.get("", {}).get("time_constant")
     ohm, um = model.resistance, model.deflection
     return (
+        *derive("time constant of the heating", "s", lambda s: s, tau),
         *derive("corner frequency of the heating", "Hz", lambda s: 1.0 / (2.0 * math.pi * s), tau),
         _plain("range of the deflection", um.width, "um"),
         _plain("resistance of the cold film", ohm.high, "ohm"),

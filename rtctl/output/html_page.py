@@ -83,15 +83,3 @@ def figure(source: str, alternative: str, caption: str, number: int) -> str:
 def tile(value: str, what: str) -> str:
     """Return a tile with one number and what it is."""
     return f'<div class="tile"><b>{value}</b><span>{what}</span></div>'
-
-
-def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a value and the ends of its interval, with as many digits as the width of the interval supports."""
-    width = abs(high - low)
-    if not (width > 0.0 and width < float("inf")):
-        return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
-    import math
-
-    size = max(abs(value), width)
-    digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
-    return f"{value:.{digits}g}", f"{low:.{digits}g}", f"{high:.{digits}g}"

@@ -1,4 +1,4 @@
-"""Progress, messages and tables for a person who watches a terminal or a notebook; silent otherwise.
+"""Progress and messages for a person who watches a terminal or a notebook; silent otherwise.
 
 rich and IPython are imported when they are needed.
 """
@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal
+from typing import Any
 
 from rtctl.border.errors import InputError
 
@@ -19,8 +19,6 @@ Advance = Callable[[int], None]
 Listener = Callable[[str, float | None], None]
 Progress = bool | Listener
 """True: bars and messages; False: silence; a callable: hears each message, and the share that is done or None."""
-PIPE_WIDTH = 140
-"""Columns of a table where no terminal says how wide it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,27 +150,6 @@ def say(text: str, *, quiet: bool) -> None:
     """Print one line of what is going on, on standard error."""
     if not quiet:
         print(text, file=sys.stderr, flush=True)
-
-
-def print_table(title: str, headers: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on standard output: columns of numbers right-aligned, long words folded, never cut."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=_plain(title), title_justify="left")
-    for index, header in enumerate(headers):
-        cells = [row[index] for row in rows]
-        justify: Literal["left", "right"] = "right" if index > 0 and _are_numbers(cells) else "left"
-        table.add_column(_plain(header), justify=justify, no_wrap=index == 0, overflow="fold")
-    for row in rows:
-        table.add_row(*(_plain(cell) for cell in row))
-    Console(width=None if sys.stdout.isatty() else PIPE_WIDTH).print(table)
-
-
-def _are_numbers(cells: Sequence[str]) -> bool:
-    """Whether the cells that say something all begin as a number does."""
-    told = [cell.strip() for cell in cells if cell.strip() not in ("", "–", "-")]
-    return bool(told) and all(cell.lstrip("+-−±<>≤≥ ")[:1].isdigit() for cell in told)
 
 
 def _plain(text: str) -> str:

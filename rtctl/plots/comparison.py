@@ -142,9 +142,9 @@ def _draw_whole(axes: Axes, compared: Compared) -> None:
 def _draw_error(axes: Axes, compared: Compared) -> None:
     error = compared.error[compared.scored]
     scale = drawn_error(compared.unit, error)
-    draw_line(axes, compared.time_s, scale.factor * compared.error, VERMILION, "simulated − measured", 0.8)
+    draw_line(axes, compared.time_s, scale.of(compared.error), VERMILION, "simulated − measured", 0.8)
     if len(error):
-        low, high, beyond = robust_limits(scale.factor * error)
+        low, high, beyond = robust_limits(scale.of(error))
         limit = max(abs(low), abs(high)) or 1.0
         axes.set_ylim(-limit, limit)
         if beyond:

@@ -14,7 +14,7 @@ from rtctl.plots.before_after import BeforeAfter
 from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
-from rtctl.plots.elements.limits import limit_axis, robust_limits
+from rtctl.plots.elements.limits import limit_axis
 from rtctl.plots.elements.lines import ABOVE, draw_line, tick_frequencies
 from rtctl.plots.elements.readings import DrawnError, drawn_error, drawn_reading
 from rtctl.plots.elements.style import (
@@ -33,6 +33,8 @@ MOST_CELLS, FEWEST_CELLS = 28, 10
 """Cells of the state plane along each side, as many as the samples fill."""
 SAMPLES_A_CELL = 20
 """Samples that a cell has on average where there are few."""
+OUTERMOST = 0.002
+"""Share of the samples on either side beyond the outermost cells."""
 LEAST_COUNT = 5
 """Samples below which the mean of a cell is not drawn: it would be noise."""
 
@@ -198,7 +200,9 @@ def _centre_grid(axes: Axes) -> None:
 
 def _edges(along: FloatArray) -> FloatArray:
     """Return the edges of the cells along one axis: fewer cells where there are few samples."""
-    low, high, _ = robust_limits(along)
+    low, high = np.quantile(along, [OUTERMOST, 1.0 - OUTERMOST]).tolist()
+    if not high > low:
+        low, high = low - 1.0, high + 1.0
     count = int(np.clip(np.sqrt(len(along) / SAMPLES_A_CELL), FEWEST_CELLS, MOST_CELLS))
     return np.linspace(low, high, count + 1)
 

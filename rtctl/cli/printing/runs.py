@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.api.recordings import Replayed
-from rtctl.output.progress import print_table
+from rtctl.output.tables import print_table
 
 
 def um_and_percent(um: float | None, percent: float | None) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.derived import Derived
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.cancellation import CancellationToken
@@ -235,6 +236,11 @@ class Subject:
     the fits find that state."""
     describe_response: Callable[[Simulation], str] = lambda simulation: ""
     """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
+    derive: Callable[[Any, Mapping[str, Mapping[str, Estimate]], Mapping[str, str]], Sequence[Derived]] = (
+        lambda model, estimates, units: ()
+    )
+    """Return what follows from a model and the estimates of its parameters, by mechanism ("": the nominal model) and
+    name, in the terms of those who use the device; signals in `units`."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]

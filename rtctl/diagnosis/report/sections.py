@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 from rtctl.border.mechanisms import plain_unit
+from rtctl.border.readable_units import significant
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
@@ -15,7 +16,7 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows, summarise
-from rtctl.output.html_page import significant, table
+from rtctl.output.html_page import table
 
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
 

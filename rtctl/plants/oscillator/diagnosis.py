@@ -28,6 +28,7 @@ from rtctl.diagnosis.problem.subject import (
     Subject,
 )
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
+from rtctl.models.oscillator_derived import derive_oscillator
 from rtctl.plants.oscillator.response import describe_response
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
@@ -223,6 +224,7 @@ OSCILLATOR = Subject(
     output_offsets={},
     offset_mechanism="sensor.offset",
     describe_response=describe_response,
+    derive=lambda model, estimates, units: derive_oscillator(estimates, units),
     levels={"displacement": Levels("step", "level")},
     read_model=read_oscillator_model,
     relative_errors=_relative_errors,

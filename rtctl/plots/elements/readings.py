@@ -35,8 +35,9 @@ class DrawnReading:
 
     def of(self, values: FloatArray) -> FloatArray:
         """Return data values (n,) as they are drawn."""
-        plain: FloatArray = np.exp(values) if self.is_logarithm else values
-        return self.factor * plain
+        with np.errstate(over="ignore"):  # of a model that diverges
+            plain: FloatArray = np.exp(values) if self.is_logarithm else values
+            return self.factor * plain
 
     def label(self, axes: Axes) -> None:
         """Label the y axis, and make it logarithmic where it is."""
@@ -57,6 +58,11 @@ class DrawnError:
     def label(self) -> str:
         """Label of the axis."""
         return f"error [{self.unit}]"
+
+    def of(self, errors: FloatArray) -> FloatArray:
+        """Return errors (n,) of the data as they are drawn."""
+        with np.errstate(over="ignore"):
+            return self.factor * errors
 
 
 def drawn_reading(output: str, unit: str, *values: FloatArray) -> DrawnReading:
