@@ -65,7 +65,8 @@ class Derived(NamedTuple):
 
     def in_readable_unit(self) -> Derived:
         """Return the quantity in the unit that fits its size."""
-        scaled = readable_unit(self.value, self.unit)
+        wide = 0.5 * (self.high - self.low)
+        scaled = readable_unit(max(abs(self.value), wide) if wide > 0.0 else self.value, self.unit)
         value, low, high = (scaled.of(one) for one in (self.value, self.low, self.high))
         return Derived(self.name, value, low, high, scaled.unit)
 

@@ -83,4 +83,6 @@ def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
         return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
     size = max(abs(value), width)
     digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
-    return f"{value:.{digits}g}", f"{low:.{digits}g}", f"{high:.{digits}g}"
+    rounded = (float(f"{one:.{digits}g}") for one in (value, low, high))
+    first, second, third = (f"{one:.12g}" for one in rounded)  # 380, not 3.8e+02
+    return first, second, third

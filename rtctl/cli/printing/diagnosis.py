@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rtctl.border.readable_units import readable_unit
+from rtctl.diagnosis.report.summary import quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 
 VERDICTS = {
@@ -25,11 +27,13 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         print(
             f"  {cause.certainty:>5}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
         )
+        for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
+            print(f"         {name}: {text}")
     if found.gain is not None:
-        gain = found.gain
-        after = f" -> {gain.after:.4g}" if found.causes else ""
+        gain, unit = found.gain, readable_unit(found.gain.before, found.gain.unit)
+        after = f" -> {unit.text(gain.after)}" if found.causes else ""
         print(
-            f"  error on test records: {gain.before:.4g}{after} {gain.unit} (noise {gain.noise_floor:.4g})"
+            f"  error on test records: {unit.text(gain.before)}{after} (noise {unit.text(gain.noise_floor)})"
             + (
                 f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
                 if found.causes
@@ -37,8 +41,8 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
             )
         )
     if found.loop is not None:
-        loop = found.loop
-        print(f"  in the loop: {loop.scenario}: {loop.before:.3g} -> {loop.after:.3g} {loop.unit}")
+        loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
+        print(f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}")
     if found.where:
         print(
             "  it lives along "

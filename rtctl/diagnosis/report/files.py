@@ -58,7 +58,7 @@ def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: 
         "model_sha256": _sha256(model),
         "verdict": diagnosis.verdict,
         "fitted_records": [record.name for record in diagnosis.problem.records],
-        "test_records": [record.name for record in diagnosis.tests],
+        "test_records": list(dict.fromkeys(record.name for record in diagnosis.tests)),
         "command": command,
         "version": __version__,
     }
