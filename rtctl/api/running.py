@@ -106,11 +106,17 @@ class Run:
         return target
 
     def __repr__(self) -> str:
+        from rtctl.evaluation.summary import verdict_in_words
+
         ended = "" if self.fault is None else f", ended by {self.fault}"
         steps = len(self.signals["index"])
-        return f"<Run of {self.scenario.scenario.title}: {self.summary['verdict']}, {steps} steps{ended}>"
+        return (
+            f"<Run of {self.scenario.scenario.title}: {verdict_in_words(self.summary)}, {steps} steps{ended}>"
+        )
 
     def _repr_html_(self) -> str:
+        from rtctl.evaluation.summary import verdict_in_words
+
         rows = []
         for name in ("tracking", "self_sensing"):
             errors = self.summary[name]
@@ -118,7 +124,7 @@ class Run:
                 name.replace("_", "-"),
                 *(_error_text(errors, figure) for figure in ("mean_abs", "max_abs")),
             ])  # fmt: skip
-        title = f"{self.scenario.scenario.title}: {self.summary['verdict']}"
+        title = f"{self.scenario.scenario.title}: {verdict_in_words(self.summary)}"
         notes = [text for text in (self.tuning, self.message) if text]
         return html_table(title, ["error", "mean absolute (of range)", "largest (of range)"], rows, notes)
 

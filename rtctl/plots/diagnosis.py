@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
+from rtctl.border.readable_units import printed_unit, readable_unit
 from rtctl.plots.before_after import BeforeAfter
 from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.channels import fitting_unit
@@ -51,41 +51,46 @@ def stretch_figure(shown: BeforeAfter, noise_rms: float, *, extended: bool) -> F
     """Draw measured and simulated where the old model is worst, its residual, and the residual of the whole record."""
     before, after = shown.errors
     length = max(24, round(STRETCH_PERIODS * 2.0 * np.pi / shown.rate / shown.period_s))
-    window = worst_stretch(before, length)
-    scale = drawn_error(shown.unit, before)
+    window, all_of_it = worst_stretch(before, length), slice(0, len(before))
+    scale, clock = drawn_error(shown.unit, before), readable_unit(float(shown.time_s[-1]), "s")
+    time = clock.factor * shown.time_s
     with house_style():
         figure = new_figure(10.0, 6.6)
         motion, error, whole = figure.subplots(3, 1, height_ratios=(1.5, 1.0, 1.0))
-        _draw_motion(motion, shown, window, extended=extended)
+        _draw_motion(motion, time, shown, window, extended=extended)
         curves = [(before, VERMILION, "error of today's model")]
         curves += [(after, BLUE, "of the extended model")] if extended else []
         for values, color, label in curves:
-            drawn = scale.factor * shown.with_gaps(values)
-            error.plot(shown.time_s[window], drawn[window], color=color, label=label)
+            drawn = scale.of(shown.with_gaps(values))
+            error.plot(time[window], drawn[window], color=color, label=label)
             for k, piece in enumerate(shown.pieces):
-                draw_line(whole, shown.time_s[piece], drawn[piece], color, "" if k else label, 0.7)
+                draw_line(whole, time[piece], drawn[piece], color, "" if k else label, 0.7)
         for axes in (error, whole):
             _draw_noise(axes, scale, noise_rms)
-        limit_axis(whole, *(scale.factor * values for values, *_ in curves))
-        time = shown.time_s[window]
-        whole.axvspan(time[0], time[-1], color=GREEN, alpha=0.15, linewidth=0.0)
-        for axes in (motion, error, whole):
-            _mark_pieces(axes, shown, window if axes is not whole else slice(None))
+        limit_axis(whole, *(scale.of(values) for values, *_ in curves))
+        for axes, part in ((motion, window), (error, window), (whole, all_of_it)):
+            starts = [start for start in shown.starts[1:] if part.start < start < part.stop]
+            for start in starts:  # where free runs begin anew
+                axes.axvline(time[start], color=RAIL, linewidth=0.8, zorder=0.5)
         pieces = f", in {len(shown.starts)} pieces" if len(shown.starts) > 1 else ""
-        error.set_xlabel(f"time [s]: record {shown.record}, where today's model is worst")
-        whole.set_xlabel(f"time [s]: all of the record{pieces}; the stretch above is shaded")
+        shaded = ""
+        if window != all_of_it:
+            whole.axvspan(time[window][0], time[window][-1], color=GREEN, alpha=0.15, linewidth=0.0)
+            shaded = "; the stretch above is shaded"
+        error.set_xlabel(f"time [{clock.unit}]: record {shown.record}, where today's model is worst")
+        whole.set_xlabel(f"time [{clock.unit}]: all of the record{pieces}{shaded}")
         return figure
 
 
-def _draw_motion(axes: Axes, shown: BeforeAfter, window: slice, *, extended: bool) -> None:
+def _draw_motion(axes: Axes, time: FloatArray, shown: BeforeAfter, window: slice, *, extended: bool) -> None:
     """Draw the simulations as wide lines and the measurement over them as a thin one: neither hides the other."""
-    reading, time = drawn_reading(shown.output, shown.unit, shown.measured), shown.time_s[window]
+    reading = drawn_reading(shown.output, shown.unit, shown.measured)
     curves = [(shown.measured, BLACK, "measured", 0.9, 3.0)]
     curves += [(shown.before, VERMILION, "simulated by today's model, re-fitted", 2.6, 2.0)]
     curves += [(shown.after, BLUE, "by the extended model", 1.8, 2.5)] if extended else []
     for values, color, label, width, order in curves:
         drawn = reading.of(shown.with_gaps(values))[window]
-        axes.plot(time, drawn, color=color, label=label, linewidth=width, zorder=order)
+        axes.plot(time[window], drawn, color=color, label=label, linewidth=width, zorder=order)
     reading.label(axes)
     axes.legend(**ABOVE)
 
@@ -95,14 +100,6 @@ def _draw_noise(axes: Axes, scale: DrawnError, noise_rms: float) -> None:
     axes.axhspan(-band, band, color=GREY, alpha=0.25, linewidth=0.0, label="noise, ±2σ")
     axes.set_ylabel(scale.label)
     axes.legend(**ABOVE)
-
-
-def _mark_pieces(axes: Axes, shown: BeforeAfter, window: slice) -> None:
-    """Draw where free runs begin anew."""
-    first, end, _ = window.indices(len(shown.time_s))
-    for start in shown.starts[1:]:
-        if first < start < end:
-            axes.axvline(shown.time_s[start], color=RAIL, linewidth=0.8, zorder=0.5)
 
 
 def spectrum_figure(
