@@ -17,6 +17,7 @@ from rtctl.api.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require
+from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, Reporter, reporter
 
@@ -152,7 +153,8 @@ def run(  # noqa: PLR0913
         estimator: The same of [estimator].
         settings: Further keys of the scenario to override, such as `{"scenario.duration": "2 s"}`.
         out: Folder into which the run records while it lasts; None: into memory.
-        progress: True shows a bar, a callable hears (text, share that is done or None).
+        progress: True shows set-point, estimate, error and lateness while it runs (a bar where it records into memory),
+            a callable hears (text, share that is done or None).
 
     Returns:
         The run; Ctrl-C ends it after the exchange under way and gives what was recorded by then.
@@ -174,7 +176,10 @@ def run(  # noqa: PLR0913
     with ExitStack() as stack:
         given = None if model is None else stack.enter_context(_file_of(model))
         place = folder or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-")))
-        stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
+        if folder is None:
+            stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
+        else:  # its recording tells how it goes
+            stop = stack.enter_context(stop_on_interrupt())
         content, file, identified = _model(loaded, given, device, place, stop, report)
         if identified and own is None:
             device = _driver(loaded)  # the first one was closed after the identification
@@ -201,7 +206,7 @@ def _track(
     if folder is not None:
         metadata = run_metadata(loaded.tables)
         run_folder = RunFolder(path=folder, metadata=metadata, model=file, report=report.say)
-    with _listening(folder, changes):
+    with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:
         write_run(folder, loaded.scenario, loaded.tables, result)
@@ -252,6 +257,23 @@ def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
         yield
         return
     with listening(folder, changes):
+        yield
+
+
+@contextmanager
+def _telling(folder: Path | None, loaded: LoadedScenario, report: Reporter) -> Iterator[None]:
+    """Tell how a recorded run goes while it lasts."""
+    from rtctl.scenario.command_sequence import steps_of
+    from rtctl.session.live_status import live_status
+
+    if folder is None:
+        yield
+        return
+    scenario = loaded.scenario
+    with (
+        report.live(scenario.scenario.title) as show,
+        live_status(folder, scenario, steps_of(scenario), show),
+    ):
         yield
 
 

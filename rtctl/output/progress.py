@@ -14,6 +14,7 @@ from html import escape
 from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.output.live_line import Show, live_line
 
 Advance = Callable[[int], None]
 Listener = Callable[[str, float | None], None]
@@ -44,6 +45,19 @@ class Reporter:
             return
         hear = self.listener
         yield lambda done: hear(title, min(1.0, done / max(total, 1)))
+
+    @contextmanager
+    def live(self, title: str) -> Iterator[Show]:
+        """Show how something goes that says so itself: a line renewed in place, a line now and then in a log."""
+        if self.listener is not None:
+            hear = self.listener
+            yield lambda share, text: hear(f"{title}: {text}", min(1.0, share))
+        elif not self.quiet and in_notebook():
+            with _notebook_line() as show:
+                yield lambda share, text: show(f"{title}: {text}", share)
+        else:
+            with live_line(title, quiet=self.quiet) as show_line:
+                yield show_line
 
     @contextmanager
     def fits(self, title: str) -> Iterator[Callable[[str], None]]:
@@ -80,10 +94,19 @@ def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -
         yield lambda done: None
     else:
         from rich.console import Console
-        from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
         from rich.progress import Progress as Bars
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+        columns = (
+            TextColumn("{task.description}"), BarColumn(bar_width=20), TaskProgressColumn(), TimeElapsedColumn(),
+            TextColumn("and"), TimeRemainingColumn(), TextColumn("left"),
+        )  # fmt: skip
         console = Console(stderr=True, force_terminal=True if forced else None)
         with Bars(*columns, console=console, transient=not forced) as bar:
             task = bar.add_task(_plain(title), total=total)
