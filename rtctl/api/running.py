@@ -85,6 +85,7 @@ class Run:
         require("matplotlib", "Run.plot")
         from rtctl.evaluation.summary import range_of
         from rtctl.plots.run import run_figure
+        from rtctl.session.run_files import marks_of
 
         if len(self.signals["index"]) < 2:
             raise InputError(f"{self.scenario.scenario.title}: a run of fewer than two steps has no figure")
@@ -95,6 +96,7 @@ class Run:
             closed_loop=self.scenario.reference is not None,
             output_range=range_of(self.summary, self.scenario.profile.reference.unit),
             profile=self.scenario.profile,
+            marks=marks_of(self.scenario, self._result.changes),
         )
 
     def save(self, folder: PathText) -> Path:
