@@ -64,8 +64,8 @@ def test_a_change_is_judged_told_and_marked(
     assert (taken["before"], taken["value"], taken["unit"]) == (0.2, 0.1, "mA/(um*s)")
     texts = [text.get_text() for text in run.plot().subfigs[0].axes[0].texts]
     assert texts == [
-        "setpoint 20 um",
-        "controller.ki 0.2 mA/(um*s)",
+        "setpoint 20 µm",
+        "controller.ki 0.2 mA/(µm·s)",
         "setpoint: plan",
-        "controller.ki 0.1 mA/(um*s)",
+        "controller.ki 0.1 mA/(µm·s)",
     ]
