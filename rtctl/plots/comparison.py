@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.readable_units import printed_unit, readable
+from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.limits import note_beyond, robust_limits
 from rtctl.plots.elements.lines import ABOVE, draw_line, note, tick_frequencies
@@ -103,19 +104,24 @@ def _headline(compared: Compared) -> tuple[str, str]:
         when = compared.time_s[scored.stop] - compared.time_s[0]
         return (
             f"{compared.title}: the simulation diverged at {when:.4g} s",
-            f"{compared.output}, RMS {readable(signal, compared.unit)} measured; what follows is before the divergence",
+            f"{compared.output}, RMS {in_words(signal, compared.unit)} measured; what follows is before the divergence",
         )
     error = compared.error[scored]
     finding = (
         f"{compared.title}: simulated {compared.output} is off by {_percent(_rms(error), signal)} of its RMS"
     )
     largest = float(np.abs(error).max())
-    detail = f"error RMS {readable(_rms(error), compared.unit)}, largest {readable(largest, compared.unit)}"
-    detail += f"; signal RMS {readable(signal, compared.unit)}"
+    detail = f"error RMS {in_words(_rms(error), compared.unit)}, largest {in_words(largest, compared.unit)}"
+    detail += f"; signal RMS {in_words(signal, compared.unit)}"
     if compared.noise is not None:
         floor = _rms(compared.noise[compared.ignore_first :])
-        detail += f"; what does not repeat {readable(floor, compared.unit)}"
+        detail += f"; what does not repeat {in_words(floor, compared.unit)}"
     return finding, detail
+
+
+def in_words(value: float, unit: str, digits: int = 4) -> str:
+    """Return a value in the unit that fits, as pictures print it."""
+    return printed_unit(readable(value, unit, digits))
 
 
 def _percent(part: float, whole: float) -> str:
@@ -198,10 +204,10 @@ def _strongest_period(values: FloatArray) -> float:
 
 
 def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
-    scored, unit = compared.scored, printed_unit(compared.unit)
+    scored, scaled = compared.scored, fitting_unit(compared.unit, compared.measured)
     lines = [
-        (compared.measured[scored], BLACK, "measured", 1.3),
-        (compared.simulated[scored], BLUE, "simulated", 0.8),
+        (compared.simulated[scored], BLUE, "simulated", 2.0),
+        (compared.measured[scored], BLACK, "measured", 0.9),
         (compared.error[scored], VERMILION, "error", 1.0),
     ]
     if compared.noise is not None:
@@ -214,18 +220,19 @@ def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
         note(density, "nothing varies: there is no spectrum")
         return
     for values, color, label, width in lines:
-        frequency, amplitude = amplitude_density(values, period_s)
+        frequency, amplitude = amplitude_density(scaled.factor * values, period_s)
         kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
         density.plot(frequency[kept], amplitude[kept], color=color, linewidth=width, label=label)
-    density.set(xscale="log", yscale="log", ylabel=f"amplitude density [{unit}/√Hz]")
+    density.set(xscale="log", yscale="log", ylabel=f"amplitude density [{printed_unit(scaled.unit)}/√Hz]")
     density.set_ylim(bottom=_lowest_shown(density))
     tick_frequencies(density)
-    density.legend(**ABOVE | {"ncols": 2})
+    density.legend(**ABOVE | {"ncols": 4})
     error = compared.error[scored]
     _draw_share(share, error, period_s)
     mean, size = float(error.mean()), _rms(error)
     if size > 0.0:
-        note(share, f"mean error {mean:.3g} {unit}: {100.0 * (mean / size) ** 2:.2g} % of its power")
+        part = f"{100.0 * (mean / size) ** 2:.2g} % of its power"
+        share.set_title(f"mean error {in_words(mean, compared.unit, 3)}: {part}", loc="right", fontsize=9.0)
 
 
 def _lowest_shown(axes: Axes) -> float:

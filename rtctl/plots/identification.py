@@ -22,6 +22,8 @@ from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
 from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.elements.style import BLACK, CYCLE, few_decades, headline, house_style, new_figure, save_png
 
+BEYOND = 1.6
+"""Factor beyond the measured resistances at which their logarithmic axis ends."""
 ModelOutputs = Mapping[str, tuple[ArrayLike | None, ArrayLike | None]]
 """Resistance [ohm] and deflection [um] of each model (n,), None where it has no such output."""
 
@@ -140,6 +142,8 @@ def _draw_plane(axes: Axes, current: FloatArray, quantity: _Quantity, colors: Ma
     if quantity.name == "resistance" and spans_decades(quantity.measured):
         axes.set_yscale("log")
         few_decades(axes.yaxis)
+        seen = quantity.measured[np.isfinite(quantity.measured)]  # a model may go far below, or under zero
+        axes.set_ylim(float(seen.min()) / BEYOND, float(seen.max()) * BEYOND)
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(handles[::-1], labels[::-1], **ABOVE)
 

@@ -160,8 +160,8 @@ def _draw_marks(rows: Sequence[Axes], marks: Sequence[Mark]) -> None:
     for mark in marks[:MOST_TEXTS]:
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
         rows[0].annotate(
-            printed_unit(mark.text), (mark.time_s, 0.02), xycoords=("data", "axes fraction"), xytext=(2, 0), va="bottom",
-            textcoords="offset points", rotation=90, fontsize=7.5, color=GREEN, bbox=box,
+            printed_unit(mark.text), (mark.time_s, 0.02), xycoords=("data", "axes fraction"), xytext=(2, 0),
+            textcoords="offset points", rotation=90, va="bottom", fontsize=7.5, color=GREEN, bbox=box,
         )  # fmt: skip
 
 
