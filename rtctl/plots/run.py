@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
+from rtctl.border.readable_units import printed_unit, readable
 from rtctl.border.records import Channel, DeviceProfile, Mark
 from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
@@ -32,6 +32,8 @@ from rtctl.plots.elements.style import (
 )
 from rtctl.plots.run_errors import draw_errors
 
+SMALL = 0.01
+"""Errors below it are told in the unit that fits them, the others in the output's own."""
 LABEL_IN_ONE_LINE = 16
 """Letters that fit beside one of the low panels."""
 MOST_TEXTS = 12
@@ -218,7 +220,11 @@ def _finding(title: str, column: Mapping[str, FloatArray], width: float, output:
     verb, unit = "tracks" if tracking else "self-senses", printed_unit(output.unit)
     finding = f"{title}: {verb} to {percent(first.mean_percent)} of range on average"
     reach = f"range {width:.1f} {unit}" if width >= 10.0 else f"range {width:.3g} {unit}"
-    parts = [_in_words("tracking", tracking, unit), _in_words("self-sensing", sensing, unit), reach]
+    parts = [
+        _in_words("tracking", tracking, output.unit),
+        _in_words("self-sensing", sensing, output.unit),
+        reach,
+    ]
     return finding, " · ".join(part for part in parts if part)
 
 
@@ -226,6 +232,8 @@ def _in_words(name: str, figures: ErrorFigures | None, unit: str) -> str:
     if figures is None:
         return ""
     digits = ".2f" if figures.largest >= 1.0 else ".2g"
-    mean = f"{figures.mean:{digits}} {unit} ({percent(figures.mean_percent)})"
-    largest = f"{figures.largest:{digits}} {unit} ({percent(figures.max_percent)})"
-    return f"{name} error mean {mean}, max {largest}"
+    mean, largest = (
+        f"{value:{digits}} {printed_unit(unit)}" if value >= SMALL else printed_unit(readable(value, unit, 2))
+        for value in (figures.mean, figures.largest)
+    )
+    return f"{name} error mean {mean} ({percent(figures.mean_percent)}), max {largest} ({percent(figures.max_percent)})"

@@ -11,10 +11,15 @@ from rtctl.border.readable_units import readable
 from rtctl.evaluation.summary import verdict_in_words
 from rtctl.output.tables import print_table
 
+SMALL_UM = 0.01
+"""Errors below it are told in the unit that fits them [um]."""
+
 
 def um_and_percent(um: float | None, percent: float | None) -> str:
     """Return `0.123 um, 0.22 %`, or a dash where there was nothing to score."""
-    return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
+    if um is None or percent is None:
+        return "–"
+    return f"{um:.3f} um, {percent:.2f} %" if um >= SMALL_UM else f"{readable(um, 'um', 3)}, {percent:.2f} %"
 
 
 def error_text(errors: Mapping[str, Any], figure: str) -> str:
