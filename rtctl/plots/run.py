@@ -233,7 +233,7 @@ def _in_words(name: str, figures: ErrorFigures | None, unit: str) -> str:
         return ""
     digits = ".2f" if figures.largest >= 1.0 else ".2g"
     mean, largest = (
-        f"{value:{digits}} {printed_unit(unit)}" if value >= SMALL else printed_unit(readable(value, unit, 2))
+        f"{value:{digits}} {printed_unit(unit)}" if value >= SMALL else printed_unit(readable(value, unit, 3))
         for value in (figures.mean, figures.largest)
     )
     return f"{name} error mean {mean} ({percent(figures.mean_percent)}), max {largest} ({percent(figures.max_percent)})"

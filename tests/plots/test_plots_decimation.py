@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.plots.elements.decimation import LINE_POINTS, extremes, path_points
+from rtctl.plots.elements.decimation import LINE_POINTS, PLANE_POINTS, extremes, path_points, visited
 
 
 @given(count=st.integers(1, 3000), points=st.integers(8, 400), seed=st.integers(0, 2**32 - 1))
@@ -42,6 +42,23 @@ def test_a_gap_longer_than_a_bucket_stays_a_gap() -> None:
 def test_short_columns_are_kept_whole() -> None:
     values = np.arange(50.0)
     assert np.array_equal(extremes(values), np.arange(50))
+    assert np.array_equal(visited(values, values), np.arange(50))
+
+
+def test_visited_is_bounded_finite_and_spans_the_plane() -> None:
+    draw = np.random.default_rng(0)
+    x, y = draw.standard_normal(60_000), draw.standard_normal(60_000)
+    x[::7] = np.nan
+    kept = visited(x, y)
+    assert 1000 < len(kept) <= PLANE_POINTS
+    assert np.isfinite(x[kept]).all()
+    for values in (x, y):
+        finite = values[np.isfinite(x)]
+        assert np.ptp(values[kept]) > 0.95 * np.ptp(finite)
+
+
+def test_visited_keeps_one_point_of_a_plant_at_rest() -> None:
+    assert len(visited(np.full(60_000, 6.5), np.full(60_000, 30.0))) == 1
 
 
 @pytest.mark.parametrize("count", [10, 60_000])

@@ -70,6 +70,16 @@ def test_a_resistance_over_decades_is_logarithmic_and_a_metallic_film_is_in_ohm(
     assert panel(figure, "resistance [kΩ]").get_yscale() == "log"
 
 
+def test_a_loop_is_drawn_as_a_line_and_a_random_staircase_as_dots() -> None:
+    time_s, signals = run_signals(8000, 0.5)
+    signals["current"] = 7.0 + 1.5 * np.sin(np.pi * time_s)
+    drawn = run_figure(time_s, signals, title="x", closed_loop=True, output_range=57.0, profile=VO2)
+    assert [line.get_linestyle() for line in drawn.subfigs[1].axes[1].lines] == ["-", "-"]
+    signals["current"] = np.repeat(np.random.default_rng(0).uniform(5.0, 8.0, 800), 10)
+    drawn = run_figure(time_s, signals, title="x", closed_loop=True, output_range=57.0, profile=VO2)
+    assert [line.get_linestyle() for line in drawn.subfigs[1].axes[1].lines] == ["None", "None"]
+
+
 def test_one_wrong_reading_does_not_flatten_a_panel_and_is_counted() -> None:
     time_s, signals = run_signals(8000)
     signals["deflection"][4000] = 1e6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rtctl.border.readable_units import readable_unit
+from rtctl.border.readable_units import readable, readable_unit
 from rtctl.diagnosis.report.summary import quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 
@@ -30,10 +30,11 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
             print(f"         {name}: {text}")
     if found.gain is not None:
-        gain, unit = found.gain, readable_unit(found.gain.before, found.gain.unit)
-        after = f" -> {unit.text(gain.after)}" if found.causes else ""
+        gain = found.gain
+        after = f" -> {readable(gain.after, gain.unit)}" if found.causes else ""
         print(
-            f"  error on test records: {unit.text(gain.before)}{after} (noise {unit.text(gain.noise_floor)})"
+            f"  error on test records: {readable(gain.before, gain.unit)}{after} "
+            f"(noise {readable(gain.noise_floor, gain.unit)})"
             + (
                 f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
                 if found.causes
@@ -48,6 +49,7 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
             "  it lives along "
             + ", ".join(f"{place.coordinate} ({place.share:.0%})" for place in found.where[:3])
         )
+    _print_derived(found)
     for warning in found.warnings:
         print(f"  note: {warning}")
     if found.next_experiment is not None:
@@ -55,3 +57,11 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
     if written:
         model = f" ({found.withheld})" if found.withheld else f", {EXTENDED_MODEL}"
         print(f"results in {folder}: report.html, diagnosis.json{model}")
+
+
+def _print_derived(found: Diagnosis) -> None:
+    """Print in one line what follows from the model's parameters, but for what was said with a cause."""
+    said = {one.name for cause in found.causes for one in quantities_of(cause, found.derived)}
+    rest = [f"{one.name} {readable(one.value, one.unit)}" for one in found.derived if one.name not in said]
+    if rest:
+        print(f"  {'extended' if found.causes else 're-fitted'} model: {'; '.join(rest)}")
