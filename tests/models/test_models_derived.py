@@ -68,15 +68,36 @@ def test_two_wells_are_where_the_force_vanishes_and_leave_at_its_maximum() -> No
         "stiffness_cubic": estimate(k3, "1/(mm^2*s^2)"), "drive_gain": estimate(gain, "mm/(s^2*N)"),
     }  # fmt: skip
     found = by_name({"": beam}, {"drive": "N", "displacement": "mm"})
-    well = found["wells at plus and minus"].value
+    well = found["displacement in a well"].value
     assert k * well + k3 * well**3 == pytest.approx(0.0, abs=1e-9)
     rate = math.sqrt(k + 3.0 * k3 * well**2)
     assert found["natural frequency in a well"].value == pytest.approx(rate / (2.0 * math.pi))
     assert found["quality factor Q in a well"].value == pytest.approx(rate / 1.6)
     z = np.linspace(0.0, well, 100_001)
-    assert found["steady drive that leaves a well"].value == pytest.approx(
+    assert found["steady drive that leaves rest in a well"].value == pytest.approx(
         np.max(-(k * z + k3 * z**3)) / gain
     )
+
+
+def test_a_fifth_order_term_and_an_even_one_move_the_wells_and_their_frequencies() -> None:
+    k, k2, k3, k5 = -395.0, 60.0, 6700.0, 4000.0
+    beam = {"stiffness": estimate(k, "1/s^2"), "stiffness_cubic": estimate(k3, "1/(mm^2*s^2)")}
+    more = {
+        "stiffness.quadratic": {"coefficient": estimate(k2, "1/(mm*s^2)")},
+        "stiffness.quintic": {"coefficient": estimate(k5, "1/(mm^4*s^2)")},
+    }
+    found = by_name({"": beam, **more}, {"drive": "N", "displacement": "um"})
+    for side, name in ((1.0, "upper"), (-1.0, "lower")):
+        z = 1e-3 * found[f"displacement in the {name} well"].value
+        assert side * z > 0.0
+        assert k * z + k2 * z**2 + k3 * z**3 + k5 * z**5 == pytest.approx(0.0, abs=1e-6)
+        rate = math.sqrt(k + 2.0 * k2 * z + 3.0 * k3 * z**2 + 5.0 * k5 * z**4)
+        assert found[f"natural frequency in the {name} well"].value == pytest.approx(rate / (2.0 * math.pi))
+
+
+def test_a_spring_that_the_stiffness_alone_does_not_tell_has_no_natural_frequency() -> None:
+    pendulum = {"stiffness.gravity": {"coefficient": estimate(9.0, "1/s^2")}}
+    assert by_name({"": RESONATOR, **pendulum}, {"drive": "V", "displacement": "mm"}) == {}
 
 
 def test_a_body_without_a_spring_has_a_time_constant_only() -> None:
