@@ -1,11 +1,12 @@
 """An oscillator in the terms of a vibration engineer: natural frequency, damping ratio, Q, forces as drives.
 
     f0 = sqrt(k) / 2 pi,  zeta = c / (2 sqrt k),  Q = 1 / (2 zeta)           one rest position, k > 0
-    f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0: z_w = sqrt(-k / k3)
+    f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0
     T = 1 / c                                                                a body without a spring
 
-with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a that
-is told with a mechanism is the drive a / g, g the drive's gain; a constant drive u moves the rest position by g u / k.
+with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a
+that is told with a mechanism is the drive a / g, g the drive's gain; a constant drive u moves the rest position by
+g u / k.
 """
 
 from __future__ import annotations

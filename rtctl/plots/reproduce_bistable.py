@@ -94,5 +94,6 @@ def portrait(axes: Axes, curves: Sequence[tuple[str, FloatArray, FloatArray]], t
         named.add(name)
     axes.set_xlabel("displacement [mm]")
     axes.set_ylabel("velocity [mm/s]")
-    axes.set_title(title, loc="right", fontsize=8.0)
-    axes.legend(**ABOVE, fontsize=8.0)
+    axes.set_title(title, fontsize=9.0, pad=17.0)
+    if curves:
+        axes.legend(**ABOVE, fontsize=8.0, handlelength=1.0)
