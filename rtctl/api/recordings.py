@@ -11,7 +11,7 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.border.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from rtctl.session.control_socket import Taken
+    from rtctl.session.live.control_socket import Taken
     from rtctl.session.replay import Difference
 
 
@@ -109,7 +109,7 @@ def change(run: PathText, name: str, value: float | str) -> tuple[str, float]:
 
 def change_in_words(run: PathText, text: str) -> Taken:
     """Make the change that a person writes, `setpoint=30 um`; return what it was from and to. Raises as `change`."""
-    from rtctl.session.control_socket import read_change, send
+    from rtctl.session.live.control_socket import read_change, send
 
     folder = path_of("run", run)
     asked = read_change(folder, text)

@@ -253,7 +253,7 @@ def _file_of(model: Model | PathText) -> Iterator[Path]:
 @contextmanager
 def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
     """Take changes of parameters while a recorded run lasts (`rtctl set`)."""
-    from rtctl.session.control_socket import listening
+    from rtctl.session.live.control_socket import listening
 
     if folder is None:
         yield
@@ -266,7 +266,7 @@ def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
 def _telling(folder: Path | None, loaded: LoadedScenario, report: Reporter) -> Iterator[None]:
     """Tell how a recorded run goes while it lasts."""
     from rtctl.scenario.command_sequence import steps_of
-    from rtctl.session.live_status import live_status
+    from rtctl.session.live.live_status import live_status
 
     if folder is None:
         yield

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from rtctl.border.derived import Derived
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.experiment_design.isolability import Isolability
@@ -22,6 +21,7 @@ from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
 from rtctl.identification.fit_record import FitRecord
+from rtctl.models.derived.quantity import Derived
 
 EXTENDED_MODEL = "model-extended.toml"
 """File of the extended model, beside `diagnosis.json`."""

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit, readable
+from rtctl.output.readable_units import printed_unit, readable
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.limits import note_beyond, robust_limits

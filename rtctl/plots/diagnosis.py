@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit, readable_unit
-from rtctl.plots.before_after import BeforeAfter
+from rtctl.output.readable_units import printed_unit, readable_unit
 from rtctl.plots.comparison import amplitude_density
+from rtctl.plots.elements.before_after import BeforeAfter
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.limits import limit_axis

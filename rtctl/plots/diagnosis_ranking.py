@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit, readable_unit
 from rtctl.border.statistics import NORMAL_95
+from rtctl.output.readable_units import printed_unit, readable_unit
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.style import (
     BLACK,

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.elements.channels import fitting_unit, spans_decades
 from rtctl.plots.elements.decimation import extremes, path_points
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.summary import RecordSummary, Summary, strongest_hz
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.comparison import amplitude_density
 from rtctl.plots.elements.channels import spans_decades
 from rtctl.plots.elements.decimation import extremes

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.lines import ABOVE, draw_line
 from rtctl.plots.elements.style import BLACK, CYCLE, RAIL, few_decades, headline, house_style, new_figure

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit, readable
 from rtctl.border.records import Channel, DeviceProfile, Mark
+from rtctl.output.readable_units import printed_unit, readable
 from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
 from rtctl.plots.elements.limits import limit_axis

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
 from rtctl.border.records import Channel
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.errors import error_figures, percent_axis, shown_limit
 from rtctl.plots.elements.lines import ABOVE, draw_line, note

@@ -21,7 +21,7 @@ from rtctl.plant_control.lookup import support_of
 from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.schema import Scenario
-from rtctl.session.change_rules import ChangeRules
+from rtctl.session.live.change_rules import ChangeRules
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,

@@ -9,13 +9,13 @@ from typing import Any
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.mechanisms import plain_unit
-from rtctl.border.readable_units import readable
 from rtctl.border.records import Mark
 from rtctl.evaluation.metrics import write_json
 from rtctl.evaluation.summary import range_of
 from rtctl.extras import can_draw
 from rtctl.loop.events import Event
 from rtctl.loop.live_parameters import units_of_parameters
+from rtctl.output.readable_units import readable
 from rtctl.plant_control.support import Tuning
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_folder import run_metadata, write_tables

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from rtctl.border.derived import Derived, derive
-from rtctl.models.oscillator_derived import derive_oscillator
+from rtctl.models.derived.oscillator import derive_oscillator
+from rtctl.models.derived.quantity import Derived, derive
 
 
 class One(NamedTuple):

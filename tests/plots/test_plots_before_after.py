@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rtctl.plots.before_after import BeforeAfter, join_pieces
 from rtctl.plots.diagnosis import LEAST_COUNT, cell_means, spectrum_figure, stretch_figure
+from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
 from rtctl.plots.elements.limits import robust_limits
 from rtctl.plots.elements.readings import drawn_error, drawn_reading
 

@@ -15,7 +15,7 @@ from rtctl.output.notebook import html_table, number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from rtctl.border.derived import Derived
+    from rtctl.models.derived.quantity import Derived
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)

@@ -10,7 +10,7 @@ from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.measured.dataset import Dataset
-from rtctl.models.oscillator_derived import derive_from_file
+from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
 from rtctl.wiring import build_simulation
 

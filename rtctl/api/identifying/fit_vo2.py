@@ -8,15 +8,15 @@ import numpy as np
 
 from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
-from rtctl.border.derived import Derived
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.identification.vo2.settling import assess_staircases, describe_settling
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
+from rtctl.models.derived.quantity import Derived
+from rtctl.models.derived.vo2 import derive_vo2
 from rtctl.models.vo2 import Vo2Model
-from rtctl.models.vo2_derived import derive_vo2
 from rtctl.output.progress import Reporter
 from rtctl.version import __version__
 

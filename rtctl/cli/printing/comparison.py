@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.api.comparison import Comparison
-from rtctl.border.readable_units import Scaled, readable, readable_unit
 from rtctl.output.progress import say
+from rtctl.output.readable_units import Scaled, readable, readable_unit
 from rtctl.output.tables import print_table
 
 MOST_ROWS = 40

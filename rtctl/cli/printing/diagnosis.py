@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rtctl.border.readable_units import readable, readable_unit
-from rtctl.diagnosis.report.summary import quantities_of
+from rtctl.diagnosis.report.page.summary import quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
+from rtctl.output.readable_units import readable, readable_unit
 
 VERDICTS = {
     "adequate": "Nothing is wrong: what is left is {rest}.",

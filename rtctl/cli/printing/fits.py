@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.api.identifying.fit import Fit
-from rtctl.border.readable_units import readable
+from rtctl.output.readable_units import readable
 from rtctl.output.tables import print_table
 
 

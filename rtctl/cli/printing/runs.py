@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.api.recordings import Replayed
-from rtctl.border.readable_units import readable
 from rtctl.evaluation.summary import verdict_in_words
+from rtctl.output.readable_units import readable
 from rtctl.output.tables import print_table
 
 SMALL_UM = 0.01

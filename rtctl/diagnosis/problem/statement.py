@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from rtctl.border.mechanisms import Mechanism, plain_unit
-from rtctl.border.readable_units import readable
 from rtctl.border.simulation import Simulation
+from rtctl.output.readable_units import readable
 
 
 class Quantity(Protocol):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.derived import Derived
 from rtctl.border.mechanisms import Scales
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.cancellation import CancellationToken
@@ -18,6 +17,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.measured.dataset import Dataset, Record
+from rtctl.models.derived.quantity import Derived
 
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]

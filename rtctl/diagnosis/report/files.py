@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-from rtctl.diagnosis.report.html_report import report_page
+from rtctl.diagnosis.report.page.html_report import report_page
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset

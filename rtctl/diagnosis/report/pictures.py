@@ -16,7 +16,6 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.plots.before_after import BeforeAfter, join_pieces
 from rtctl.plots.diagnosis import plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
@@ -24,6 +23,7 @@ from rtctl.plots.diagnosis_ranking import (
     isolability_figure,
     shape_figure,
 )
+from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
 from rtctl.plots.elements.style import house_style
 
 

@@ -27,8 +27,8 @@ from rtctl.diagnosis.problem.subject import (
     Records,
     Subject,
 )
+from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
-from rtctl.models.oscillator_derived import derive_oscillator
 from rtctl.plants.oscillator.response import describe_response
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (

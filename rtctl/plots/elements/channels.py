@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import Scaled, printed_unit, readable_unit
 from rtctl.border.records import Channel
+from rtctl.output.readable_units import Scaled, printed_unit, readable_unit
 from rtctl.plots.elements.style import few_decades
 
 SPAN = 2.0

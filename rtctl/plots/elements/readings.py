@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.readable_units import printed_unit
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.elements.channels import fitting_unit, spans_decades
 from rtctl.plots.elements.style import few_decades
 

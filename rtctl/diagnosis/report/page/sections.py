@@ -7,7 +7,6 @@ from html import escape
 from typing import Any
 
 from rtctl.border.mechanisms import plain_unit
-from rtctl.border.readable_units import printed_unit, readable_unit, significant
 from rtctl.diagnosis.problem.estimate import Estimate
 from rtctl.diagnosis.report.ranking import ranking_of
 from rtctl.diagnosis.residual.parameter_estimates import estimates_of
@@ -16,6 +15,7 @@ from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows, summarise
 from rtctl.output.html_page import table
+from rtctl.output.readable_units import printed_unit, readable_unit, significant
 
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
 

@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from rtctl.border.derived import Derived, Estimated, derive
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.model_file import ModelFile, Value
 from rtctl.border.quantities import convert
-from rtctl.models.wells import barrier_of, stiffness_at, well_of
+from rtctl.models.derived.quantity import Derived, Estimated, derive
+from rtctl.models.derived.wells import barrier_of, stiffness_at, well_of
 
 Estimates = Mapping[str, Mapping[str, Estimated]]
 """Estimates by mechanism ("": the nominal model) and name."""

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rtctl.border.derived import Derived, Estimated, derive
+from rtctl.models.derived.quantity import Derived, Estimated, derive
 from rtctl.models.vo2 import Vo2Model
 
 CURRENTS = 400

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from rtctl.diagnosis.report.sections import (
+from rtctl.diagnosis.report.page.sections import (
     describe_place,
     describe_work,
     tabulate_candidates,
@@ -17,7 +17,7 @@ from rtctl.diagnosis.report.sections import (
     tabulate_provenance,
     tabulate_tests,
 )
-from rtctl.diagnosis.report.summary import (
+from rtctl.diagnosis.report.page.summary import (
     describe_causes,
     describe_notes,
     describe_verdict,

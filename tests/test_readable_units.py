@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rtctl.border.quantities import convert
-from rtctl.border.readable_units import printed_unit, readable, readable_unit
+from rtctl.output.readable_units import printed_unit, readable, readable_unit
 
 
 @settings(deadline=None)  # the first unit builds the registry

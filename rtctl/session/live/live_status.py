@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.border.errors import InputError
-from rtctl.border.readable_units import readable
 from rtctl.output.live_line import Show
+from rtctl.output.readable_units import readable
 from rtctl.recording.tail import Tail
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_folder import SIGNALS, TIMING

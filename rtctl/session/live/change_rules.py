@@ -13,11 +13,11 @@ from typing import Any
 from pydantic import BaseModel
 
 from rtctl.border.errors import InputError
-from rtctl.border.readable_units import readable
 from rtctl.interfaces import Controller
 from rtctl.loop.live_parameters import SETPOINT
 from rtctl.loop.step import parameters_of
 from rtctl.models.span import Span
+from rtctl.output.readable_units import readable
 from rtctl.scenario.schema import Scenario
 from rtctl.wiring import build_control
 

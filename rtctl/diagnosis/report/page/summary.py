@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from html import escape
 
-from rtctl.border.derived import Derived
-from rtctl.border.readable_units import printed_unit, readable_unit
-from rtctl.diagnosis.report.sections import estimate_text
+from rtctl.diagnosis.report.page.sections import estimate_text
 from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis
+from rtctl.models.derived.quantity import Derived
 from rtctl.output.html_page import table, tile
+from rtctl.output.readable_units import printed_unit, readable_unit
 
 
 def describe_verdict(diagnosis: Diagnosis) -> str:

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from rtctl.border.readable_units import readable_unit, significant
+from rtctl.output.readable_units import readable_unit, significant
 
 STEP = 1e-6
 """Relative step of the finite differences."""
