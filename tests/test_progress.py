@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rtctl.output.progress import print_table, progress_bar, say
+from rtctl.output.progress import progress_bar, say
 
 
 def test_no_bar_where_nobody_watches(capfd: pytest.CaptureFixture[str]) -> None:
@@ -42,13 +42,6 @@ def test_lines_go_to_standard_error_unless_quiet(
 ) -> None:
     say("wrote it", quiet=quiet)
     assert capfd.readouterr() == ("", shown)
-
-
-def test_a_table_shows_every_cell_even_what_looks_like_markup(capfd: pytest.CaptureFixture[str]) -> None:
-    print_table("run: pass [mA]", ["", "mean abs [um]"], [["tracking", "0.123"], ["self [1]", "–"]])
-    out = capfd.readouterr().out
-    for text in ("run: pass [mA]", "mean abs [um]", "tracking", "0.123", "self [1]", "–"):
-        assert text in out
 
 
 def test_importing_progress_does_not_import_rich() -> None:

@@ -141,11 +141,11 @@ class Latency:
     def _draw(self, path: Path) -> None:
         from rtctl.plots.latency import Curve, plot_latency
 
-        curves = [(name_of(ladder, rung), rung.timing) for ladder, rung in self.shown]
+        curves = [(name_of(ladder, rung), rung.timing, rung.period_s) for ladder, rung in self.shown]
         plot_latency(
             path,
-            [Curve(name, timing.lateness) for name, timing in curves],
-            [Curve(name, timing.round_trip) for name, timing in curves],
+            [Curve(name, timing.lateness, period_s) for name, timing, period_s in curves],
+            [Curve(name, timing.round_trip, period_s) for name, timing, period_s in curves],
             self.reference,
             "How late the loop wakes up and how long an exchange lasts",
         )

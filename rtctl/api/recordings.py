@@ -11,6 +11,7 @@ from rtctl.api.inputs import PathText, path_of
 from rtctl.border.arrays import FloatArray
 
 if TYPE_CHECKING:
+    from rtctl.session.live.control_socket import Taken
     from rtctl.session.replay import Difference
 
 
@@ -102,9 +103,14 @@ def change(run: PathText, name: str, value: float | str) -> tuple[str, float]:
     Raises:
         InputError: No run is under way, or the change is not possible.
     """
-    from rtctl.session.control_socket import read_change, send
+    taken = change_in_words(run, f"{name}={value}")
+    return taken.name, taken.value
+
+
+def change_in_words(run: PathText, text: str) -> Taken:
+    """Make the change that a person writes, `setpoint=30 um`; return what it was from and to. Raises as `change`."""
+    from rtctl.session.live.control_socket import read_change, send
 
     folder = path_of("run", run)
-    asked = read_change(folder, f"{name}={value}")
-    send(folder, asked.name, asked.value)
-    return asked.name, asked.value
+    asked = read_change(folder, text)
+    return send(folder, asked.name, asked.value)

@@ -17,6 +17,7 @@ from rtctl.api.watching import watched_run
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.extras import require
+from rtctl.output.interrupt import stop_on_interrupt
 from rtctl.output.notebook import html_table, number
 from rtctl.output.progress import Progress, Reporter, reporter
 
@@ -84,6 +85,7 @@ class Run:
         require("matplotlib", "Run.plot")
         from rtctl.evaluation.summary import range_of
         from rtctl.plots.run import run_figure
+        from rtctl.session.run_files import marks_of
 
         if len(self.signals["index"]) < 2:
             raise InputError(f"{self.scenario.scenario.title}: a run of fewer than two steps has no figure")
@@ -94,6 +96,7 @@ class Run:
             closed_loop=self.scenario.reference is not None,
             output_range=range_of(self.summary, self.scenario.profile.reference.unit),
             profile=self.scenario.profile,
+            marks=marks_of(self.scenario, self._result.changes),
         )
 
     def save(self, folder: PathText) -> Path:
@@ -106,11 +109,17 @@ class Run:
         return target
 
     def __repr__(self) -> str:
+        from rtctl.evaluation.summary import verdict_in_words
+
         ended = "" if self.fault is None else f", ended by {self.fault}"
         steps = len(self.signals["index"])
-        return f"<Run of {self.scenario.scenario.title}: {self.summary['verdict']}, {steps} steps{ended}>"
+        return (
+            f"<Run of {self.scenario.scenario.title}: {verdict_in_words(self.summary)}, {steps} steps{ended}>"
+        )
 
     def _repr_html_(self) -> str:
+        from rtctl.evaluation.summary import verdict_in_words
+
         rows = []
         for name in ("tracking", "self_sensing"):
             errors = self.summary[name]
@@ -118,7 +127,7 @@ class Run:
                 name.replace("_", "-"),
                 *(_error_text(errors, figure) for figure in ("mean_abs", "max_abs")),
             ])  # fmt: skip
-        title = f"{self.scenario.scenario.title}: {self.summary['verdict']}"
+        title = f"{self.scenario.scenario.title}: {verdict_in_words(self.summary)}"
         notes = [text for text in (self.tuning, self.message) if text]
         return html_table(title, ["error", "mean absolute (of range)", "largest (of range)"], rows, notes)
 
@@ -146,7 +155,8 @@ def run(  # noqa: PLR0913
         estimator: The same of [estimator].
         settings: Further keys of the scenario to override, such as `{"scenario.duration": "2 s"}`.
         out: Folder into which the run records while it lasts; None: into memory.
-        progress: True shows a bar, a callable hears (text, share that is done or None).
+        progress: True shows set-point, estimate, error and lateness while it runs (a bar where it records into memory),
+            a callable hears (text, share that is done or None).
 
     Returns:
         The run; Ctrl-C ends it after the exchange under way and gives what was recorded by then.
@@ -168,7 +178,10 @@ def run(  # noqa: PLR0913
     with ExitStack() as stack:
         given = None if model is None else stack.enter_context(_file_of(model))
         place = folder or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rtctl-")))
-        stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
+        if folder is None:
+            stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
+        else:  # its recording tells how it goes
+            stop = stack.enter_context(stop_on_interrupt())
         content, file, identified = _model(loaded, given, device, place, stop, report)
         if identified and own is None:
             device = _driver(loaded)  # the first one was closed after the identification
@@ -195,7 +208,7 @@ def _track(
     if folder is not None:
         metadata = run_metadata(loaded.tables)
         run_folder = RunFolder(path=folder, metadata=metadata, model=file, report=report.say)
-    with _listening(folder, changes):
+    with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:
         write_run(folder, loaded.scenario, loaded.tables, result)
@@ -240,12 +253,29 @@ def _file_of(model: Model | PathText) -> Iterator[Path]:
 @contextmanager
 def _listening(folder: Path | None, changes: Any) -> Iterator[None]:
     """Take changes of parameters while a recorded run lasts (`rtctl set`)."""
-    from rtctl.session.control_socket import listening
+    from rtctl.session.live.control_socket import listening
 
     if folder is None:
         yield
         return
     with listening(folder, changes):
+        yield
+
+
+@contextmanager
+def _telling(folder: Path | None, loaded: LoadedScenario, report: Reporter) -> Iterator[None]:
+    """Tell how a recorded run goes while it lasts."""
+    from rtctl.scenario.command_sequence import steps_of
+    from rtctl.session.live.live_status import live_status
+
+    if folder is None:
+        yield
+        return
+    scenario = loaded.scenario
+    with (
+        report.live(scenario.scenario.title) as show,
+        live_status(folder, scenario, steps_of(scenario), show),
+    ):
         yield
 
 

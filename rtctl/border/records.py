@@ -38,6 +38,13 @@ class Measurement(NamedTuple):
     """`DeviceStatus` bits."""
 
 
+class Mark(NamedTuple):
+    """A moment of a run at which something was changed, as its picture marks it."""
+
+    time_s: float
+    text: str
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channel:
     """One float32 quantity of a device and the register pair that carries it."""

@@ -16,10 +16,12 @@ from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.residual.localization import Location
 from rtctl.diagnosis.residual.missing_force import MissingForce
 from rtctl.diagnosis.residual.noise_floor import residual_over_noise
+from rtctl.diagnosis.residual.parameter_estimates import estimates_by_mechanism
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.search.outcome import SearchResult
 from rtctl.diagnosis.verification.whole_record_fits import Fits
 from rtctl.identification.fit_record import FitRecord
+from rtctl.models.derived.quantity import Derived
 
 EXTENDED_MODEL = "model-extended.toml"
 """File of the extended model, beside `diagnosis.json`."""
@@ -128,6 +130,12 @@ class Diagnosis:
         return ""
 
     @property
+    def derived(self) -> tuple[Derived, ...]:
+        """Return what follows from the parameters of the extended model, or of the re-fitted nominal one."""
+        tested = self.fits.after if self.causes else self.fits.before
+        return tuple(self.problem.subject.derive(self.model, estimates_by_mechanism(tested), self.units))
+
+    @property
     def json(self) -> dict[str, Any]:
         """Content of `diagnosis.json`, without provenance."""
         chosen = self.search.chosen
@@ -142,6 +150,7 @@ class Diagnosis:
         return content | {
             "model": None if self.withheld else EXTENDED_MODEL,
             "model_withheld": self.withheld,
+            "derived": [one.as_json() for one in self.derived],
             "loop": None if self.loop is None else self.loop._asdict(),
             "warnings": list(self.warnings),
             "stopped": self.stopped,

@@ -13,9 +13,11 @@ from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
 from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
+from rtctl.evaluation.step_response import step_responses, summarise_steps
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plant_control.support import PlantSupport
 from rtctl.scenario.schema import Scenario
+from rtctl.signals.references import Steps
 from rtctl.timing.realtime import Request
 from rtctl.timing.step_timing import StepTiming
 
@@ -77,6 +79,7 @@ def summarise(
             np.count_nonzero(signals["device_status"].astype(np.int64) & DeviceStatus.CLAMPED)
         ),
         **({"levels": levels} if levels else {}),
+        **({"step_response": steps} if (steps := _steps(scenario, signals, factor, unit)) else {}),
         "checked": all(check["met"] is not None for check in checks),
         "checks": checks,
         "paper": scenario.paper.model_dump(exclude_none=True),
@@ -142,6 +145,25 @@ def _levels(
     if off and np.isfinite(output).any():  # else there is no instrument, and nothing to hold it to
         measured["backbone_max_hz"] = max(off) if all(map(math.isfinite, off)) else math.inf
     return rows, measured
+
+
+def _steps(scenario: Scenario, signals: Mapping[str, FloatArray], factor: float, unit: str) -> dict[str, Any]:
+    """Return the figures of the steps of a reference that steps; empty where it does not, or none was measured."""
+    if not isinstance(scenario.reference, Steps) or len(signals["setpoint"]) == 0:
+        return {}
+    period_s = scenario.scenario.period_s
+    index, setpoint = signals["index"], signals["setpoint"]
+    output = signals[scenario.profile.reference.name]
+    holds = holds_of(index, setpoint, period_s, 0.0)
+    return summarise_steps(step_responses(index, setpoint, output, period_s, holds), factor, unit)
+
+
+def verdict_in_words(summary: Mapping[str, Any]) -> str:
+    """Return the verdict as a person reads it: a run passes only if something was checked."""
+    checked = [check for check in summary["checks"] if check["met"] is not None]
+    if summary["verdict"] == "pass" and not checked:
+        return "nothing was checked"
+    return str(summary["verdict"])
 
 
 def _checks(scenario: Scenario, measured: Measured) -> list[dict[str, Any]]:

@@ -29,6 +29,8 @@ class FitRecord:
     """First scored sample; the samples before it only prepare the state."""
     repeat: str | None = None
     """Letter of a group of repeated records: all of a group had the same input."""
+    begin: int = 0
+    """Where it was cut from a longer record of the same name: the sample of that record at which it begins."""
 
     @property
     def samples(self) -> int:
@@ -68,6 +70,7 @@ class FitRecord:
                 swing=whole.swing,
             ),
             measured={name: values[begin:end] for name, values in self.measured.items()},
+            begin=self.begin + begin,
         )
 
 

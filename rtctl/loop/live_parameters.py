@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from rtctl.border.errors import InputError
+from rtctl.border.records import DeviceProfile
 
 SETPOINT = "setpoint"
 
@@ -24,6 +26,16 @@ class Change(NamedTuple):
     value: float
 
 
+def units_of_parameters(profile: DeviceProfile) -> dict[str, str]:
+    """Return the unit of each parameter that a run with devices of `profile` can change."""
+    output, command = profile.reference.unit, profile.commands[0].unit
+    return {
+        SETPOINT: output,
+        "controller.kp": f"({command})/({output})",
+        "controller.ki": f"({command})/(({output})*s)",
+    }
+
+
 class ParameterChannel:
     """A queue of changes from any thread to the loop's; nothing here waits."""
 
@@ -31,15 +43,25 @@ class ParameterChannel:
         self._offered: deque[Change] = deque()
         self.attention = np.zeros(1, dtype=np.int64)
         """Not 0 if a change is waiting: for a compiled block."""
+        self.judge: Callable[[str, float], str] = lambda name, value: ""
+        """Says what to know of a change before it is offered; raises InputError on one that must not be made."""
+        self.parameters: Callable[[], Mapping[str, float]] = dict
+        """Returns the controller's parameters with the changes that were taken."""
         self.refused: deque[tuple[Change, str]] = deque(maxlen=100)
         """Changes that the loop could not apply, and why."""
 
-    def offer(self, name: str, value: float) -> None:
-        """Ask for a change at the next sample. Raise InputError on a gain that is not finite."""
+    def offer(self, name: str, value: float) -> str:
+        """Ask for a change at the next sample; return what to know of it.
+
+        Raises:
+            InputError: a gain is not finite, or the change must not be made.
+        """
         if name != SETPOINT and not math.isfinite(value):
             raise InputError(f"{name} = {value}: a finite number is needed")
+        remark = self.judge(name, value)
         self._offered.append(Change(name, value))
         self.attention[0] = 1
+        return remark
 
     def __bool__(self) -> bool:
         return bool(self._offered)

@@ -16,6 +16,8 @@ body { margin: 0 auto; max-width: 66rem; padding: 2rem 1.5rem 4rem; background: 
   font: 1rem/1.5 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
 h1 { font-size: 1.75rem; line-height: 1.25; margin: .2rem 0 .6rem; }
 h2 { font-size: 1.2rem; margin: 2.6rem 0 .4rem; padding-top: .8rem; border-top: 1px solid var(--line); }
+h2.part { font-size: 1.4rem; border-top: 2px solid var(--ink); } h3 { font-size: 1.05rem; margin: 1.8rem 0 .4rem; }
+ul { margin: .4rem 0; padding-left: 1.3rem; } li { margin: .25rem 0; max-width: 50rem; }
 p { margin: .4rem 0; max-width: 50rem; }
 .dim, figcaption { color: var(--dim); } .small, figcaption { font-size: .9rem; }
 .explained, .adequate { color: var(--good); } .unexplained, .partly_explained { color: var(--bad); }
@@ -30,9 +32,15 @@ figure { margin: 1rem 0; } figure img { display: block; max-width: 100%; backgro
 code { background: var(--card); padding: .05rem .3rem; border-radius: 4px; overflow-wrap: anywhere; }
 .note { border-left: 4px solid var(--bad); background: var(--card); padding: .5rem .9rem; margin: .5rem 0; }
 .scroll { overflow-x: auto; }
-@media print { html { font-size: 10.5px; } body { max-width: none; padding: 0; } h2 { break-after: avoid; }
-  figure, .tile, tr { break-inside: avoid; } :root { --ink: #000; --paper: #fff; --card: #f3f3f3; --line: #bbb;
-  --dim: #444; --good: #00573c; --bad: #8a3a00; } }
+@page { size: A4; margin: 16mm 15mm 18mm; @bottom-right { content: counter(page) " / " counter(pages);
+  font: 8pt sans-serif; color: #444; } }
+@media print { :root { color-scheme: light; --ink: #000; --paper: #fff; --card: #f3f3f3; --line: #bbb; --dim: #444;
+  --good: #00573c; --bad: #8a3a00; } html { font-size: 10pt; } body { max-width: none; padding: 0; }
+  h1, h2, h3 { break-after: avoid; } h2.part { break-before: page; margin-top: 0; }
+  figure, .tile, .note, tr, li { break-inside: avoid; } thead { display: table-header-group; }
+  figure img { max-height: 175mm; margin: 0 auto; border: 0; padding: 0; } .scroll { overflow: visible; }
+  td.n, th.n { white-space: normal; } p, li { orphans: 3; widows: 3; max-width: none; }
+  details::details-content { content-visibility: visible; display: block; } }
 """
 
 
@@ -83,15 +91,3 @@ def figure(source: str, alternative: str, caption: str, number: int) -> str:
 def tile(value: str, what: str) -> str:
     """Return a tile with one number and what it is."""
     return f'<div class="tile"><b>{value}</b><span>{what}</span></div>'
-
-
-def significant(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a value and the ends of its interval, with as many digits as the width of the interval supports."""
-    width = abs(high - low)
-    if not (width > 0.0 and width < float("inf")):
-        return f"{value:.5g}", f"{low:.4g}", f"{high:.4g}"
-    import math
-
-    size = max(abs(value), width)
-    digits = min(10, max(2, 2 + math.ceil(math.log10(size / width))))
-    return f"{value:.{digits}g}", f"{low:.{digits}g}", f"{high:.{digits}g}"

@@ -1,4 +1,4 @@
-"""Progress, messages and tables for a person who watches a terminal or a notebook; silent otherwise.
+"""Progress and messages for a person who watches a terminal or a notebook; silent otherwise.
 
 rich and IPython are imported when they are needed.
 """
@@ -7,20 +7,19 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Literal
+from typing import Any
 
 from rtctl.border.errors import InputError
+from rtctl.output.live_line import Show, live_line
 
 Advance = Callable[[int], None]
 Listener = Callable[[str, float | None], None]
 Progress = bool | Listener
 """True: bars and messages; False: silence; a callable: hears each message, and the share that is done or None."""
-PIPE_WIDTH = 140
-"""Columns of a table where no terminal says how wide it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +45,19 @@ class Reporter:
             return
         hear = self.listener
         yield lambda done: hear(title, min(1.0, done / max(total, 1)))
+
+    @contextmanager
+    def live(self, title: str) -> Iterator[Show]:
+        """Show how something goes that says so itself: a line renewed in place, a line now and then in a log."""
+        if self.listener is not None:
+            hear = self.listener
+            yield lambda share, text: hear(f"{title}: {text}", min(1.0, share))
+        elif not self.quiet and in_notebook():
+            with _notebook_line() as show:
+                yield lambda share, text: show(f"{title}: {text}", share)
+        else:
+            with live_line(title, quiet=self.quiet) as show_line:
+                yield show_line
 
     @contextmanager
     def fits(self, title: str) -> Iterator[Callable[[str], None]]:
@@ -82,10 +94,19 @@ def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -
         yield lambda done: None
     else:
         from rich.console import Console
-        from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            TaskProgressColumn,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
         from rich.progress import Progress as Bars
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+        columns = (
+            TextColumn("{task.description}"), BarColumn(bar_width=20), TaskProgressColumn(), TimeElapsedColumn(),
+            TextColumn("and"), TimeRemainingColumn(), TextColumn("left"),
+        )  # fmt: skip
         console = Console(stderr=True, force_terminal=True if forced else None)
         with Bars(*columns, console=console, transient=not forced) as bar:
             task = bar.add_task(_plain(title), total=total)
@@ -152,27 +173,6 @@ def say(text: str, *, quiet: bool) -> None:
     """Print one line of what is going on, on standard error."""
     if not quiet:
         print(text, file=sys.stderr, flush=True)
-
-
-def print_table(title: str, headers: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on standard output: columns of numbers right-aligned, long words folded, never cut."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title=_plain(title), title_justify="left")
-    for index, header in enumerate(headers):
-        cells = [row[index] for row in rows]
-        justify: Literal["left", "right"] = "right" if index > 0 and _are_numbers(cells) else "left"
-        table.add_column(_plain(header), justify=justify, no_wrap=index == 0, overflow="fold")
-    for row in rows:
-        table.add_row(*(_plain(cell) for cell in row))
-    Console(width=None if sys.stdout.isatty() else PIPE_WIDTH).print(table)
-
-
-def _are_numbers(cells: Sequence[str]) -> bool:
-    """Whether the cells that say something all begin as a number does."""
-    told = [cell.strip() for cell in cells if cell.strip() not in ("", "–", "-")]
-    return bool(told) and all(cell.lstrip("+-−±<>≤≥ ")[:1].isdigit() for cell in told)
 
 
 def _plain(text: str) -> str:

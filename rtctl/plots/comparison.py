@@ -14,9 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
-from rtctl.plots.elements.channels import written
+from rtctl.output.readable_units import printed_unit, readable
+from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
-from rtctl.plots.elements.lines import ABOVE, draw_line, note
+from rtctl.plots.elements.limits import note_beyond, robust_limits
+from rtctl.plots.elements.lines import ABOVE, draw_line, note, tick_frequencies
+from rtctl.plots.elements.readings import drawn_error, drawn_reading
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
@@ -29,6 +32,8 @@ from rtctl.plots.elements.style import (
     save_png,
 )
 
+BEYOND = 1.5
+"""Widths of the measured range that a simulation may lie beyond it on the axis."""
 SEGMENTS = 8
 """Segments of Welch's average: fewer would be too ragged to compare, more would blur a resonance."""
 LONGEST_SEGMENT = 32_768
@@ -93,24 +98,30 @@ def comparison_figure(compared: Compared) -> Figure:
 
 
 def _headline(compared: Compared) -> tuple[str, str]:
-    scored, unit = compared.scored, written(compared.unit)
+    scored = compared.scored
     signal = _rms(compared.measured[compared.ignore_first :])
     if scored.stop < len(compared.error):
         when = compared.time_s[scored.stop] - compared.time_s[0]
         return (
             f"{compared.title}: the simulation diverged at {when:.4g} s",
-            f"{compared.output}, RMS {signal:.4g} {unit} measured; what follows is before the divergence",
+            f"{compared.output}, RMS {in_words(signal, compared.unit)} measured; what follows is before the divergence",
         )
     error = compared.error[scored]
     finding = (
         f"{compared.title}: simulated {compared.output} is off by {_percent(_rms(error), signal)} of its RMS"
     )
-    detail = f"error RMS {_rms(error):.4g} {unit}, largest {np.abs(error).max():.4g} {unit}"
-    detail += f"; signal RMS {signal:.4g} {unit}"
+    largest = float(np.abs(error).max())
+    detail = f"error RMS {in_words(_rms(error), compared.unit)}, largest {in_words(largest, compared.unit)}"
+    detail += f"; signal RMS {in_words(signal, compared.unit)}"
     if compared.noise is not None:
         floor = _rms(compared.noise[compared.ignore_first :])
-        detail += f"; what does not repeat {floor:.3g} {unit}"
+        detail += f"; what does not repeat {in_words(floor, compared.unit)}"
     return finding, detail
+
+
+def in_words(value: float, unit: str, digits: int = 4) -> str:
+    """Return a value in the unit that fits, as pictures print it."""
+    return printed_unit(readable(value, unit, digits))
 
 
 def _percent(part: float, whole: float) -> str:
@@ -122,23 +133,28 @@ def _rms(values: FloatArray) -> float:
 
 
 def _draw_whole(axes: Axes, compared: Compared) -> None:
-    draw_line(axes, compared.time_s, compared.measured, BLACK, "measured", 1.0)
-    draw_line(axes, compared.time_s, compared.simulated, BLUE, "simulated", 0.7)
-    limit = 4.0 * float(np.abs(compared.measured).max())
-    low, high = axes.get_ylim()
-    if limit > 0.0:
-        axes.set_ylim(max(low, -limit), min(high, limit))  # a diverging model must not flatten the data
-    axes.set_ylabel(f"{compared.output} [{written(compared.unit)}]")
+    reading = drawn_reading(compared.output, compared.unit, compared.measured)
+    draw_line(axes, compared.time_s, reading.of(compared.simulated), BLUE, "simulated", 2.0)
+    draw_line(axes, compared.time_s, reading.of(compared.measured), BLACK, "measured", 0.8)
+    low, high, _ = robust_limits(reading.of(compared.measured))
+    if not reading.is_logarithmic:
+        wide = high - low  # a diverging model must not flatten the data
+        shown = axes.get_ylim()
+        axes.set_ylim(max(shown[0], low - BEYOND * wide), min(shown[1], high + BEYOND * wide))
+    reading.label(axes)
     axes.legend(**ABOVE)
 
 
 def _draw_error(axes: Axes, compared: Compared) -> None:
-    draw_line(axes, compared.time_s, compared.error, VERMILION, "simulated − measured", 0.8)
     error = compared.error[compared.scored]
+    scale = drawn_error(compared.unit, error)
+    draw_line(axes, compared.time_s, scale.of(compared.error), VERMILION, "simulated − measured", 0.8)
     if len(error):
-        most = 4.0 * float(np.abs(compared.measured).max()) or np.inf
-        limit = 1.1 * min(float(np.abs(error).max()), most) or 1.0
+        low, high, beyond = robust_limits(scale.of(error))
+        limit = max(abs(low), abs(high)) or 1.0
         axes.set_ylim(-limit, limit)
+        if beyond:
+            note_beyond(axes, beyond)
     first = compared.ignore_first
     if first:
         axes.axvspan(
@@ -149,7 +165,7 @@ def _draw_error(axes: Axes, compared: Compared) -> None:
             linewidth=0.0,
             label="not scored",
         )
-    axes.set_ylabel(f"error [{written(compared.unit)}]")
+    axes.set_ylabel(scale.label)
     axes.set_xlabel("time [s]")
     axes.legend(**ABOVE)
 
@@ -157,17 +173,15 @@ def _draw_error(axes: Axes, compared: Compared) -> None:
 def _draw_moment(axes: Axes, compared: Compared) -> None:
     """Draw some periods around the largest error, where the two can be distinguished."""
     window = _worst_window(compared)
-    time, unit = compared.time_s[window], written(compared.unit)
-    marker = "." if len(time) < 150 else ""
-    for values, color, label, width in (
-        (compared.measured, BLACK, "measured", 1.2),
-        (compared.simulated, BLUE, "simulated", 1.0),
-        (compared.error, VERMILION, "error", 1.0),
-    ):
-        axes.plot(
-            time, values[window], color=color, linewidth=width, marker=marker, markersize=4.0, label=label
-        )
-    axes.set_ylabel(f"{compared.output} [{unit}]")
+    time, marker = compared.time_s[window], "." if window.stop - window.start < 150 else ""
+    reading = drawn_reading(compared.output, compared.unit, compared.measured)
+    curves = [(compared.simulated, BLUE, "simulated", 2.4), (compared.measured, BLACK, "measured", 0.9)]
+    if not reading.is_logarithmic:
+        curves.append((compared.error, VERMILION, "error", 1.0))
+    for values, color, label, width in curves:
+        drawn = reading.of(values[window])
+        axes.plot(time, drawn, color=color, linewidth=width, marker=marker, markersize=4.0, label=label)
+    reading.label(axes)
     axes.set_xlabel("time [s]: around the largest error")
     axes.legend(**ABOVE)
 
@@ -190,10 +204,10 @@ def _strongest_period(values: FloatArray) -> float:
 
 
 def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
-    scored, unit = compared.scored, written(compared.unit)
+    scored, scaled = compared.scored, fitting_unit(compared.unit, compared.measured)
     lines = [
-        (compared.measured[scored], BLACK, "measured", 1.3),
-        (compared.simulated[scored], BLUE, "simulated", 0.8),
+        (compared.simulated[scored], BLUE, "simulated", 2.0),
+        (compared.measured[scored], BLACK, "measured", 0.9),
         (compared.error[scored], VERMILION, "error", 1.0),
     ]
     if compared.noise is not None:
@@ -206,17 +220,19 @@ def _draw_densities(density: Axes, share: Axes, compared: Compared) -> None:
         note(density, "nothing varies: there is no spectrum")
         return
     for values, color, label, width in lines:
-        frequency, amplitude = amplitude_density(values, period_s)
+        frequency, amplitude = amplitude_density(scaled.factor * values, period_s)
         kept = extremes(np.log(np.maximum(amplitude, 1e-300)))
         density.plot(frequency[kept], amplitude[kept], color=color, linewidth=width, label=label)
-    density.set(xscale="log", yscale="log", ylabel=f"amplitude density [{unit}/√Hz]")
+    density.set(xscale="log", yscale="log", ylabel=f"amplitude density [{printed_unit(scaled.unit)}/√Hz]")
     density.set_ylim(bottom=_lowest_shown(density))
-    density.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
+    tick_frequencies(density)
+    density.legend(**ABOVE | {"ncols": 4})
     error = compared.error[scored]
     _draw_share(share, error, period_s)
     mean, size = float(error.mean()), _rms(error)
     if size > 0.0:
-        note(share, f"mean error {mean:.3g} {unit}: {100.0 * (mean / size) ** 2:.2g} % of its power")
+        part = f"{100.0 * (mean / size) ** 2:.2g} % of its power"
+        share.set_title(f"mean error {in_words(mean, compared.unit, 3)}: {part}", loc="right", fontsize=9.0)
 
 
 def _lowest_shown(axes: Axes) -> float:

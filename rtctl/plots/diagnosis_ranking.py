@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.statistics import NORMAL_95
-from rtctl.plots.elements.channels import written
+from rtctl.output.readable_units import printed_unit, readable_unit
+from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
@@ -59,7 +60,9 @@ def candidates_figure(
     with house_style():
         figure = new_figure(8.2, 1.0 + 0.3 * len(names))
         axes = figure.subplots()
-        rows = np.arange(len(names))[::-1]
+        rows, scaled = np.arange(len(names))[::-1], readable_unit(nominal, unit)
+        errors = [scaled.of(one) for one in errors]
+        nominal, noise = scaled.of(nominal), scaled.of(noise)
         axes.hlines(rows, noise, errors, color=RAIL, linewidth=2.0)
         axes.scatter(errors, rows, s=46.0, color=[BLUE if mark else GREY for mark in marked], zorder=3)
         axes.axvline(noise, color=BLACK, linestyle="--", label="noise")
@@ -69,7 +72,7 @@ def candidates_figure(
         few_decades(axes.xaxis)
         axes.set_xlim(0.6 * min(noise, *errors), 1.5 * max(nominal, *errors))
         axes.grid(False, axis="y")
-        axes.set_xlabel(f"error left on the fitted records, RMS [{written(unit)}]")
+        axes.set_xlabel(f"error left on the fitted records, RMS [{printed_unit(scaled.unit)}]")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
         return figure
 
@@ -88,7 +91,6 @@ def isolability_figure(ids: Sequence[str], visible: FloatArray, cosine: FloatArr
             if row != column:
                 text = f"{100.0 * cosine[row, column]:.0f}"
                 matrix.annotate(text, (column, row), ha="center", va="center", fontsize=7.5, color="white")
-        matrix.set_title("|cos|")
         share.barh(range(len(ids)), 100.0 * np.asarray(visible), color=GREY)
         share.set_xlim(0.0, 100.0)
         share.grid(False, axis="y")
@@ -101,6 +103,8 @@ def shape_figure(
     coordinate: str, unit: str, knots: FloatArray, force: FloatArray, error: FloatArray, force_unit: str
 ) -> Figure:
     """Draw the missing force with its 95 % band."""
+    across, up = fitting_unit(unit, knots), fitting_unit(force_unit, force)
+    knots, force, error = across.factor * knots, up.factor * force, up.factor * error
     with house_style():
         figure = new_figure(7.2, 4.0)
         axes = figure.subplots()
@@ -117,8 +121,8 @@ def shape_figure(
         axes.plot(knots, force, color=BLUE, marker="o", markersize=4.0, label="force that the model lacks")
         limit = 1.3 * float(np.abs(force).max()) or 1.0
         axes.set_ylim(-max(limit, 1e-300), max(limit, 1e-300))
-        axes.set_xlabel(f"{coordinate} [{written(unit)}]")
-        axes.set_ylabel(f"force per mass [{written(force_unit)}]")
+        axes.set_xlabel(f"{coordinate} [{printed_unit(across.unit)}]")
+        axes.set_ylabel(f"force per mass [{printed_unit(up.unit)}]")
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
         return figure
 
@@ -150,8 +154,8 @@ def loops_figure(
                 axes.stairs(density, nodes, color=colour, label=label)
             rest.plot(current, np.abs(error), ".", color=colour, markersize=2.5, alpha=0.6)
         heating.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1)
-        heating.set_ylabel(f"heating\n[{written(unit)}/mA]")
-        cooling.set_ylabel(f"cooling\n[{written(unit)}/mA]")
-        rest.set_ylabel(f"left, |error|\n[{written(unit)}]")
+        heating.set_ylabel(f"heating\n[{printed_unit(unit)}/mA]")
+        cooling.set_ylabel(f"cooling\n[{printed_unit(unit)}/mA]")
+        rest.set_ylabel(f"left, |error|\n[{printed_unit(unit)}]")
         rest.set_xlabel("steady current of a hold [mA]")
         return figure

@@ -11,14 +11,15 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.channels import Shown, scale_axis, shown_signal
 from rtctl.plots.elements.decimation import extremes, path_points
+from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
     VERMILION,
     headline,
     house_style,
-    kilo,
     new_figure,
     save_png,
 )
@@ -51,25 +52,26 @@ def hysteresis_figure(
     outside = leaves_major_loop(current, resistance, deflection)
     with house_style():
         figure = new_figure(12.0, 7.2)
-        _draw_panels(figure, current, resistance / 1e3, deflection, outside)
-        headline(figure, _finding(title, deflection, outside), _span(current, resistance / 1e3))
+        reading = shown_signal("resistance", "ohm", resistance)
+        _draw_panels(figure, current, reading, deflection, outside)
+        headline(figure, _finding(title, deflection, outside), _span(current, reading))
     return figure
 
 
 def _draw_panels(
-    figure: Figure, current: FloatArray, kohm: FloatArray, deflection: FloatArray, outside: Outside | None
+    figure: Figure, current: FloatArray, reading: Shown, deflection: FloatArray, outside: Outside | None
 ) -> None:
     panels = figure.subplots(2, 3)
     _draw_sequence(panels[0, 0], current, "current [mA]")
-    _draw_sequence(panels[1, 0], kohm, "resistance [kΩ]")
-    _draw_loops(panels[0, 1], current, current, kohm, ("current [mA]", "resistance [kΩ]"))
-    panels[0, 1].legend(loc="upper right")
-    kilo(panels[1, 0], "y")
-    kilo(panels[0, 1], "y")
+    _draw_sequence(panels[1, 0], reading.values, reading.label)
+    _draw_loops(panels[0, 1], current, current, reading.values, ("current [mA]", reading.label))
+    panels[0, 1].legend(**ABOVE)
+    scale_axis(panels[1, 0], "y", reading)
+    scale_axis(panels[0, 1], "y", reading)
     if np.isfinite(deflection).any():
         _draw_loops(panels[0, 2], current, current, deflection, ("current [mA]", "deflection [µm]"))
-        _draw_loops(panels[1, 1], current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
-        _draw_zoom(panels[1, 2], panels[1, 1], current, kohm, deflection, outside)
+        _draw_loops(panels[1, 1], current, reading.values, deflection, (reading.label, "deflection [µm]"))
+        _draw_zoom(panels[1, 2], panels[1, 1], current, reading, deflection, outside)
     else:
         for axes in (panels[0, 2], panels[1, 1], panels[1, 2]):
             axes.set_axis_off()
@@ -110,14 +112,14 @@ def _draw_zoom(
     axes: Axes,
     whole: Axes,
     current: FloatArray,
-    kohm: FloatArray,
+    reading: Shown,
     deflection: FloatArray,
     outside: Outside | None,
 ) -> None:
-    _draw_loops(axes, current, kohm, deflection, ("resistance [kΩ]", "deflection [µm]"))
-    kilo(axes, "x")
-    kilo(whole, "x")
-    x = np.log(kohm)
+    _draw_loops(axes, current, reading.values, deflection, (reading.label, "deflection [µm]"))
+    scale_axis(axes, "x", reading)
+    scale_axis(whole, "x", reading)
+    x = np.log(reading.values)
     at = outside.sample if outside else int(np.nanargmin(np.abs(deflection - np.nanmedian(deflection))))
     left, right = np.exp(window_around(x, float(x[at]), 0.22))
     low, high = window_around(deflection, float(deflection[at]), 0.26)
@@ -130,9 +132,9 @@ def _draw_zoom(
     whole.add_patch(frame)
 
 
-def _span(current: FloatArray, kohm: FloatArray) -> str:
-    count = f"{len(current)} samples"
-    return f"{count}, {current.min():.2f} to {current.max():.2f} mA, {kohm.min():.1f} to {kohm.max():.0f} kΩ"
+def _span(current: FloatArray, reading: Shown) -> str:
+    low, high, unit = reading.values.min(), reading.values.max(), reading.unit.strip("[]")
+    return f"{len(current)} samples, {current.min():.2f} to {current.max():.2f} mA, {low:.3g} to {high:.3g} {unit}"
 
 
 def _finding(title: str, deflection: FloatArray, outside: Outside | None) -> str:

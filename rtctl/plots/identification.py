@@ -15,10 +15,15 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
+from rtctl.output.readable_units import printed_unit
+from rtctl.plots.elements.channels import fitting_unit, spans_decades
 from rtctl.plots.elements.decimation import extremes, path_points
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
-from rtctl.plots.elements.style import CYCLE, RAIL, headline, house_style, kilo, new_figure, save_png
+from rtctl.plots.elements.lines import ABOVE
+from rtctl.plots.elements.style import BLACK, CYCLE, few_decades, headline, house_style, new_figure, save_png
 
+BEYOND = 1.6
+"""Factor beyond the measured resistances at which their logarithmic axis ends."""
 ModelOutputs = Mapping[str, tuple[ArrayLike | None, ArrayLike | None]]
 """Resistance [ohm] and deflection [um] of each model (n,), None where it has no such output."""
 
@@ -50,10 +55,14 @@ def identification_figure(
 ) -> Figure:
     """Return the figure that `plot_identification` writes."""
     current = np.asarray(current_mA, np.float64)
-    in_kohm = {name: np.asarray(r, np.float64) / 1e3 for name, (r, _) in models.items() if r is not None}
+    resistance = np.asarray(resistance_ohm, np.float64)
+    scaled = fitting_unit("ohm", resistance)
+    ohmic = {
+        name: scaled.factor * np.asarray(r, np.float64) for name, (r, _) in models.items() if r is not None
+    }
     in_um = {name: np.asarray(d, np.float64) for name, (_, d) in models.items() if d is not None}
     quantities = (
-        _compare("resistance", "kΩ", current, np.asarray(resistance_ohm, np.float64) / 1e3, in_kohm),
+        _compare("resistance", printed_unit(scaled.unit), current, scaled.factor * resistance, ohmic),
         _compare("deflection", "µm", current, np.asarray(deflection_um, np.float64), in_um),
     )
     colors = {name: CYCLE[k % len(CYCLE)] for k, name in enumerate(models)}
@@ -122,19 +131,21 @@ def _draw_side(
 
 
 def _draw_plane(axes: Axes, current: FloatArray, quantity: _Quantity, colors: Mapping[str, str]) -> None:
-    """Draw the best model on top, the measurement as a wide line under all of them."""
-    axes.plot(current, quantity.measured, color=RAIL, linewidth=4.0, label="measured")
+    """Draw the models as lines, the best one over the others, and the measurement above them as a thin black one."""
     for name in reversed(quantity.ranked):
         output = quantity.outputs[name]
         kept = path_points(current, output)
-        axes.plot(current[kept], output[kept], color=colors[name], linewidth=1.0, label=name)
+        axes.plot(current[kept], output[kept], color=colors[name], linewidth=3.0, alpha=0.7, label=name)
+    axes.plot(current, quantity.measured, color=BLACK, linewidth=0.9, label="measured")
     axes.set_xlabel("current [mA]")
     axes.set_ylabel(f"{quantity.name} [{quantity.unit}]")
-    if quantity.unit == "kΩ":
-        kilo(axes, "y")
+    if quantity.name == "resistance" and spans_decades(quantity.measured):
+        axes.set_yscale("log")
+        few_decades(axes.yaxis)
+        seen = quantity.measured[np.isfinite(quantity.measured)]  # a model may go far below, or under zero
+        axes.set_ylim(float(seen.min()) / BEYOND, float(seen.max()) * BEYOND)
     handles, labels = axes.get_legend_handles_labels()
-    order = [0, *range(len(handles) - 1, 0, -1)]
-    axes.legend([handles[k] for k in order], [labels[k] for k in order], loc="best")
+    axes.legend(handles[::-1], labels[::-1], **ABOVE)
 
 
 def _draw_strip(axes: Axes, error: FloatArray, color: str, limit: float) -> None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
+from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.elements.style import BLACK, CYCLE, GREY, headline, house_style, new_figure, save_png
 from rtctl.timing.histogram import Histogram
 
@@ -18,6 +19,8 @@ class Curve(NamedTuple):
 
     name: str
     histogram: Histogram
+    period_s: float | None = None
+    """Sample period, drawn beside it [s]; None: there is none."""
 
 
 def plot_latency(
@@ -40,9 +43,12 @@ def plot_latency(
             axes.set_yscale("log")
             axes.set_ylim(top=1.3)
             axes.axhline(0.01, color=GREY, linewidth=0.7, linestyle=":")
-            axes.legend(loc="lower left")
-        left.set_xlabel("lateness after the deadline [us]")
-        right.set_xlabel("round trip [us]")
+            for period_s in sorted({one.period_s for one in curves if one.period_s is not None}):
+                axes.axvline(1e6 * period_s, color=GREY, linewidth=1.2, linestyle="--",
+                             label=f"period, {1e3 * period_s:g} ms")  # fmt: skip
+            axes.legend(**ABOVE | {"ncols": 2})
+        left.set_xlabel("lateness after the deadline [µs]")
+        right.set_xlabel("round trip [µs]")
         left.set_ylabel("share of steps that took longer")
         headline(figure, title)
     save_png(figure, path)

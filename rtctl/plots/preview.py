@@ -12,9 +12,11 @@ from matplotlib.figure import Figure
 from rtctl.border.arrays import FloatArray
 from rtctl.measured.dataset import Dataset, Record
 from rtctl.measured.summary import RecordSummary, Summary, strongest_hz
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.comparison import amplitude_density
-from rtctl.plots.elements.channels import written
+from rtctl.plots.elements.channels import spans_decades
 from rtctl.plots.elements.decimation import extremes
+from rtctl.plots.elements.limits import limit_axis
 from rtctl.plots.elements.lines import ABOVE, draw_line, note
 from rtctl.plots.elements.style import (
     BLUE,
@@ -32,8 +34,6 @@ PERIODS, FEWEST, MOST = 10.0, 60, 2000
 """Periods of the response's strongest line at the beginning, and the limits in samples."""
 DECADES = 6
 """Decades of a spectrum that are drawn below its largest value."""
-SPAN = 5.0
-"""Ratio of largest and least reading of a resistance from which its axis is logarithmic."""
 
 
 class Placed(NamedTuple):
@@ -117,7 +117,7 @@ def _draw_first(axes: Axes, dataset: Dataset, name: str, window_s: float) -> Non
     axes.plot(time_s, record.signals[name][:count], color=COLORS[record.use], linewidth=1.0,
               marker="." if count <= 150 else "", markersize=4.0,
               drawstyle="steps-post" if steps else "default")  # fmt: skip
-    axes.set_ylabel(f"{name} [{written(dataset.units[name])}]")
+    axes.set_ylabel(f"{name} [{printed_unit(dataset.units[name])}]")
     _scale(axes, dataset.units[name], record.signals[name])
 
 
@@ -130,11 +130,9 @@ def _draw_whole(axes: Axes, dataset: Dataset, name: str, placed: Sequence[Placed
     if len(placed) <= 24:
         for one in placed[1:]:
             axes.axvline(one.start_s + one.first * one.record.period_s, color=RAIL, linewidth=0.8, zorder=0.5)
-    _scale(
-        axes,
-        dataset.units[name],
-        np.concatenate([o.record.signals[name] for o in placed if o.record.has(name)]),
-    )
+    values = np.concatenate([o.record.signals[name] for o in placed if o.record.has(name)])
+    if not _scale(axes, dataset.units[name], values):
+        limit_axis(axes, values)
 
 
 def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) -> None:
@@ -155,7 +153,7 @@ def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) ->
     if not drawn:
         note(axes, "nothing varies, or too few samples: there is no spectrum")
         return
-    axes.set(xscale="log", yscale="log", ylabel=f"[{written(dataset.units[name])}/√Hz]")
+    axes.set(xscale="log", yscale="log", ylabel=f"[{printed_unit(dataset.units[name])}/√Hz]")
     heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     axes.set_ylim(max(float(heights[heights > 0.0].min()), 10.0**-DECADES * float(heights.max())) / 1.5)
     line_hz = {one.name: one.strongest_hz for one in summary.signals}[name]
@@ -164,11 +162,13 @@ def _draw_spectrum(axes: Axes, dataset: Dataset, name: str, summary: Summary) ->
         axes.set_title(f"strongest line {line_hz:.4g} Hz", loc="right", fontsize=9.0)
 
 
-def _scale(axes: Axes, unit: str, values: FloatArray) -> None:
-    """Make the axis of a resistance that spans decades logarithmic."""
-    if unit == "ohm" and values.min() > 0.0 and values.max() > SPAN * values.min():
+def _scale(axes: Axes, unit: str, values: FloatArray) -> bool:
+    """Make the axis of a resistance that spans decades logarithmic; return whether it is."""
+    logarithmic = unit == "ohm" and spans_decades(values)
+    if logarithmic:
         axes.set_yscale("log")
         few_decades(axes.yaxis)
+    return logarithmic
 
 
 def _label(axes: np.ndarray[tuple[int, ...], np.dtype[np.object_]], dataset: Dataset, placed: Sequence[Placed],

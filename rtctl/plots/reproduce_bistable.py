@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from rtctl.border.arrays import FloatArray
+from rtctl.plots.elements.lines import ABOVE
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
@@ -84,9 +85,15 @@ def forces(axes: Axes, curves: Mapping[str, FloatArray], z: FloatArray, well_mm:
 
 
 def portrait(axes: Axes, curves: Sequence[tuple[str, FloatArray, FloatArray]], title: str) -> None:
-    """Draw velocity over displacement."""
+    """Draw velocity over displacement: the record as a thin line over the wider ones of models; each name once."""
+    named: set[str] = set()
     for name, z, v in curves:
-        axes.plot(z, v, color=COLORS[name], linewidth=1.6 if name == "record" else 1.0, label=name)
+        is_record = name == "record"
+        axes.plot(z, v, color=COLORS[name], linewidth=0.8 if is_record else 1.8, zorder=2.5 if is_record else 2.0,
+                  label="_again" if name in named else name)  # fmt: skip
+        named.add(name)
     axes.set_xlabel("displacement [mm]")
     axes.set_ylabel("velocity [mm/s]")
-    axes.set_title(title)
+    axes.set_title(title, fontsize=9.0, pad=17.0)
+    if curves:
+        axes.legend(**ABOVE, fontsize=8.0, handlelength=1.0)

@@ -9,8 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
+from rtctl.output.readable_units import printed_unit
+from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.lines import ABOVE, draw_line
-from rtctl.plots.elements.style import BLACK, CYCLE, RAIL, headline, house_style, kilo, new_figure
+from rtctl.plots.elements.style import BLACK, CYCLE, RAIL, few_decades, headline, house_style, new_figure
 
 
 class Loops(Protocol):
@@ -45,16 +47,18 @@ def frequency_figure(rest: Loops, by_frequency: Mapping[float, Loops]) -> Figure
             (f"{frequency:g} Hz", color, loop, slice(None))
             for color, (frequency, loop) in zip(CYCLE, by_frequency.items(), strict=False)
         ]
+        scaled = fitting_unit("ohm", rest.resistance_ohm)
         for label, color, loop, part in paths:
             width = 3.0 if label == "quasi-static" else 1.2
-            kohm, deflection = 1e-3 * loop.resistance_ohm[part], loop.deflection_um[part]
+            deflection = loop.deflection_um[part]
             left.plot(loop.current_mA[part], deflection, color=color, linewidth=width, label=label)
-            right.plot(kohm, deflection, color=color, linewidth=width)
+            right.plot(scaled.factor * loop.resistance_ohm[part], deflection, color=color, linewidth=width)
         left.set_xlabel("current [mA]")
         left.set_ylabel("deflection [µm]")
-        right.set_xlabel("resistance [kΩ]")
-        kilo(right, "x")
-        left.legend(loc="upper left")
+        right.set_xlabel(f"resistance [{printed_unit(scaled.unit)}]")
+        right.set_xscale("log")
+        few_decades(right.xaxis)
+        left.legend(**ABOVE)
         headline(figure, "Deflection against current changes with frequency, against resistance hardly")
     return figure
 

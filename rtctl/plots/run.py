@@ -11,14 +11,17 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import ArrayLike
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.records import Channel, DeviceProfile
-from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown, written
+from rtctl.border.records import Channel, DeviceProfile, Mark
+from rtctl.output.readable_units import printed_unit, readable
+from rtctl.plots.elements.channels import Shown, label_of, scale_axis, shown
 from rtctl.plots.elements.errors import ErrorFigures, error_figures, percent
+from rtctl.plots.elements.limits import limit_axis
 from rtctl.plots.elements.lines import ABOVE, draw_line
 from rtctl.plots.elements.planes import draw_planes
 from rtctl.plots.elements.style import (
     BLACK,
     BLUE,
+    GREEN,
     GREY,
     RAIL,
     VERMILION,
@@ -29,13 +32,18 @@ from rtctl.plots.elements.style import (
 )
 from rtctl.plots.run_errors import draw_errors
 
+SMALL = 0.01
+"""Errors below it are told in the unit that fits them, the others in the output's own."""
 LABEL_IN_ONE_LINE = 16
 """Letters that fit beside one of the low panels."""
+MOST_TEXTS = 12
+"""Marks that have room for their text."""
 MOST_TURNS = 60
 """Turning points of the setpoint that one panel can show."""
 
 
-def plot_run(
+# 8 parameters because all but the path are those of the figure
+def plot_run(  # noqa: PLR0913
     path: Path,
     time_s: ArrayLike,
     signals: Mapping[str, ArrayLike],
@@ -44,18 +52,19 @@ def plot_run(
     closed_loop: bool,
     output_range: float,
     profile: DeviceProfile,
+    marks: Sequence[Mark] = (),
 ) -> None:
     """Write the figure of a run as a PNG file.
 
     `signals` has (n,) arrays under the names of the profile's channels, and setpoint, estimate and
     estimate_standard_error in the unit of its reference; NaN where there is none (no external instrument, no
     setpoint in an open-loop run). Percents refer to
-    `output_range` in that unit.
+    `output_range` in that unit. `marks` are moments at which something was changed.
     Raises ValueError where a signal is missing or has another length than `time_s` [s].
     """
     figure = run_figure(
-        time_s, signals, title=title, closed_loop=closed_loop, output_range=output_range, profile=profile
-    )
+        time_s, signals, title=title, closed_loop=closed_loop, output_range=output_range, profile=profile, marks=marks,
+    )  # fmt: skip
     save_png(figure, path)
 
 
@@ -67,6 +76,7 @@ def run_figure(
     closed_loop: bool,
     output_range: float,
     profile: DeviceProfile,
+    marks: Sequence[Mark] = (),
 ) -> Figure:
     """Return the figure that `plot_run` writes."""
     time, column = np.asarray(time_s, np.float64), _columns(time_s, signals, profile)
@@ -80,7 +90,8 @@ def run_figure(
         beside = figure.add_gridspec(1, 2, width_ratios=(2.3, 1.0))
         left, right = figure.add_subfigure(beside[0, 0]), figure.add_subfigure(beside[0, 1])
         draw_planes(list(right.subplots(3, 1)), column, window, profile)
-        _draw_against_time(left, time, column, width, window, profile.reference, panels)
+        rows = _draw_against_time(left, time, column, width, window, profile.reference, panels)
+        _draw_marks(rows, marks)
         headline(figure, *_finding(title, column, width, profile.reference))
     return figure
 
@@ -121,7 +132,8 @@ def _draw_against_time(
     window: slice | None,
     output: Channel,
     panels: Sequence[Sequence[Shown]],
-) -> None:
+) -> list[Axes]:
+    """Draw every panel against time; return those that show the whole run."""
     heights = [2.6, 1.9] if window is None else [2.2, 1.3, 1.7]
     heights += len(panels) * [1.0 if window is None else 0.9]
     rows = list(left.subplots(len(heights), 1, height_ratios=heights))
@@ -139,6 +151,20 @@ def _draw_against_time(
         axes.set_xlim(time[0], time[-1])
         axes.tick_params(labelbottom=axes is rows[-1])
     left.align_ylabels()
+    return rows
+
+
+def _draw_marks(rows: Sequence[Axes], marks: Sequence[Mark]) -> None:
+    """Draw what was changed while the run lasted: a line in each panel, its text in the first."""
+    for mark in marks:
+        for axes in rows:
+            axes.axvline(mark.time_s, color=GREEN, linewidth=1.0, linestyle="--", zorder=1.5)
+    for mark in marks[:MOST_TEXTS]:
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+        rows[0].annotate(
+            printed_unit(mark.text), (mark.time_s, 0.02), xycoords=("data", "axes fraction"), xytext=(2, 0),
+            textcoords="offset points", rotation=90, va="bottom", fontsize=7.5, color=GREEN, bbox=box,
+        )  # fmt: skip
 
 
 def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
@@ -146,6 +172,8 @@ def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
         draw_line(axes, time, channel.values, color, channel.label if len(panel) > 1 else "")
     if len(panel) > 1 and axes.lines:
         axes.legend(**ABOVE)
+    if not panel[0].is_logarithmic:
+        limit_axis(axes, *(channel.values for channel in panel))
     label = panel[0].label if len(panel) == 1 else f"readings {panel[0].unit}"
     axes.set_ylabel(label if len(label) <= LABEL_IN_ONE_LINE else label.replace(" [", "\n["))
     axes.ticklabel_format(axis="y", useOffset=False)
@@ -156,6 +184,7 @@ def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArra
     draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
     draw_line(axes, time, column[output.name], BLUE, f"{output.name} (external instrument)", 1.3)
     draw_line(axes, time, column["estimate"], VERMILION, "estimate", 0.9)
+    limit_axis(axes, column["setpoint"], column[output.name], column["estimate"])
     axes.set_ylabel(label_of(output))
 
 
@@ -188,10 +217,14 @@ def _finding(title: str, column: Mapping[str, FloatArray], width: float, output:
     first = tracking or sensing
     if first is None:
         return f"{title}: no external instrument, errors unknown", ""
-    verb, unit = "tracks" if tracking else "self-senses", written(output.unit)
+    verb, unit = "tracks" if tracking else "self-senses", printed_unit(output.unit)
     finding = f"{title}: {verb} to {percent(first.mean_percent)} of range on average"
     reach = f"range {width:.1f} {unit}" if width >= 10.0 else f"range {width:.3g} {unit}"
-    parts = [_in_words("tracking", tracking, unit), _in_words("self-sensing", sensing, unit), reach]
+    parts = [
+        _in_words("tracking", tracking, output.unit),
+        _in_words("self-sensing", sensing, output.unit),
+        reach,
+    ]
     return finding, " · ".join(part for part in parts if part)
 
 
@@ -199,6 +232,8 @@ def _in_words(name: str, figures: ErrorFigures | None, unit: str) -> str:
     if figures is None:
         return ""
     digits = ".2f" if figures.largest >= 1.0 else ".2g"
-    mean = f"{figures.mean:{digits}} {unit} ({percent(figures.mean_percent)})"
-    largest = f"{figures.largest:{digits}} {unit} ({percent(figures.max_percent)})"
-    return f"{name} error mean {mean}, max {largest}"
+    mean, largest = (
+        f"{value:{digits}} {printed_unit(unit)}" if value >= SMALL else printed_unit(readable(value, unit, 3))
+        for value in (figures.mean, figures.largest)
+    )
+    return f"{name} error mean {mean} ({percent(figures.mean_percent)}), max {largest} ({percent(figures.max_percent)})"

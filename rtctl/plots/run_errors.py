@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import Channel
-from rtctl.plots.elements.channels import written
+from rtctl.output.readable_units import printed_unit
 from rtctl.plots.elements.decimation import extremes
 from rtctl.plots.elements.errors import error_figures, percent_axis, shown_limit
 from rtctl.plots.elements.lines import ABOVE, draw_line, note
@@ -38,14 +38,14 @@ def draw_errors(
     draw_line(axes, time_s, sensing, VERMILION, f"estimate − {output.name}")
     limit = _limit(tracking, sensing, twice, width)
     axes.set_ylim(-limit, limit)
-    axes.set_ylabel(f"error [{written(output.unit)}]")
+    axes.set_ylabel(f"error [{printed_unit(output.unit)}]")
     percent_axis(axes, width)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(**ABOVE)
     scores = (error_figures(tracking, width), error_figures(sensing, width))
     largest = max((score.largest for score in scores if score), default=0.0)
     if largest > limit:
-        note(axes, f"peaks reach {largest:.3g} {written(output.unit)}, beyond this axis")
+        note(axes, f"peaks reach {largest:.3g} {printed_unit(output.unit)}, beyond this axis")
 
 
 def _limit(tracking: FloatArray, sensing: FloatArray, twice: FloatArray, width: float) -> float:

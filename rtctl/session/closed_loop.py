@@ -21,6 +21,7 @@ from rtctl.plant_control.lookup import support_of
 from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
 from rtctl.scenario.schema import Scenario
+from rtctl.session.live.change_rules import ChangeRules
 from rtctl.session.loop_setup import (
     ControlChain,
     build_parts,
@@ -72,6 +73,9 @@ def track(
         driver.close(chain.safe_levels)
         raise
     recording = start_recording(driver, chain.safe_levels, columns, folder)
+    if changes is not None:
+        rules = ChangeRules(scenario, model, chain.controller, plant.output_range(scenario, model))
+        changes.judge, changes.parameters = rules.judge, lambda: rules.current
     parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
         outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, setpoints), first)
@@ -79,8 +83,9 @@ def track(
         table, timing = recording.close()
     summary = summarise(scenario, plant, model, outcome, table, parts.timing, requests)
     return RunResult(
-        summary=summary, signals=table, units=dict(columns), timing=timing, tuning=tuning
-    ), outcome
+        summary=summary, signals=table, units=dict(columns), timing=timing, tuning=tuning,
+        changes=tuple(event for event in parts.events.noted if event.kind == "change"),
+    ), outcome  # fmt: skip
 
 
 def planned_step(scenario: Scenario, model: Any) -> tuple[Step, FloatArray, list[str]]:

@@ -11,11 +11,12 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import Fault, InputError
 from rtctl.evaluation.summary import summarise
+from rtctl.loop.events import read_events
 from rtctl.loop.supervisor import LoopOutcome
 from rtctl.plant_control.lookup import support_of
 from rtctl.scenario.schema import checked_scenario
 from rtctl.session.run_files import RunResult, write_run
-from rtctl.session.run_folder import MODEL, SIGNALS, rows_left_by, scenario_tables
+from rtctl.session.run_folder import EVENTS, MODEL, SIGNALS, rows_left_by, scenario_tables
 from rtctl.timing.step_timing import StepTiming
 
 
@@ -45,7 +46,11 @@ def recover(folder: Path) -> dict[str, Any]:
     )
     summary = summarise(scenario, plant, model, outcome, table, times)
     units = dict(signals.header.columns)
-    result = RunResult(summary=summary, signals=table, units=units, timing=timing.table(), tuning=None)
+    events = read_events(folder / EVENTS) if (folder / EVENTS).is_file() else ()
+    result = RunResult(
+        summary=summary, signals=table, units=units, timing=timing.table(), tuning=None,
+        changes=tuple(event for event in events if event.kind == "change"),
+    )  # fmt: skip
     write_run(folder, scenario, tables, result)
     return summary
 

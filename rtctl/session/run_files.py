@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import plain_unit
+from rtctl.border.records import Mark
 from rtctl.evaluation.metrics import write_json
 from rtctl.evaluation.summary import range_of
 from rtctl.extras import can_draw
+from rtctl.loop.events import Event
+from rtctl.loop.live_parameters import units_of_parameters
+from rtctl.output.readable_units import readable
 from rtctl.plant_control.support import Tuning
 from rtctl.scenario.schema import Scenario
 from rtctl.session.run_folder import run_metadata, write_tables
@@ -30,6 +35,8 @@ class RunResult:
     """Lateness, round trip and compute time of each sample (n,) [us]."""
     tuning: Tuning | None
     """How the controller was tuned; None: it was given, or there is none."""
+    changes: tuple[Event, ...] = ()
+    """What was changed while it ran."""
 
 
 def write_run(folder: Path, scenario: Scenario, tables: Mapping[str, Any], result: RunResult) -> None:
@@ -62,4 +69,18 @@ def draw_run(path: Path, scenario: Scenario, result: RunResult) -> None:
         closed_loop=scenario.reference is not None,
         output_range=range_of(result.summary, scenario.profile.reference.unit),
         profile=scenario.profile,
+        marks=marks_of(scenario, result.changes),
     )
+
+
+def marks_of(scenario: Scenario, changes: Sequence[Event]) -> list[Mark]:
+    """Return changes as a picture marks them: time [s] and text with the parameter's unit."""
+    period_s = scenario.scenario.period_s
+    units = units_of_parameters(scenario.profile)
+    return [Mark(period_s * one.step, _in_words(one.values, units)) for one in changes]
+
+
+def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return `setpoint 30 um`, `setpoint: plan` or `controller.kp 0.02 mA/um`."""
+    name, value = str(values["name"]), float(values["value"])
+    return f"{name}: plan" if value != value else f"{name} {readable(value, plain_unit(units.get(name, '')))}"

@@ -15,6 +15,7 @@ from rates import Line, Rate
 
 COLOURS = {"oscillator": "#1f5fa8", "vo2": "#c2571a"}
 MARKS = {"oscillator": "o", "vo2": "s"}
+ASIDE = 0.008  # of the probability, between the marks of two plants
 
 
 def draw(lines: Sequence[Line], folder: Path) -> list[Path]:
@@ -37,15 +38,15 @@ def _reliability(lines: Sequence[Line], path: Path) -> Path:
     for plant, own in _plants(lines).items():
         bins = calibration(own)
         if bins:
-            stated, rates = [one[0] for one in bins], [one[1] for one in bins]
+            first = plant == "oscillator"  # each plant's marks and counts beside the other's, not over them
+            stated, rates = [one[0] + (-ASIDE if first else ASIDE) for one in bins], [one[1] for one in bins]
             axes.errorbar(stated, [r.share for r in rates], _bars(rates), fmt=MARKS[plant], color=COLOURS[plant],
                           capsize=3, label=plant)  # fmt: skip
             for x, r in zip(stated, rates, strict=True):
-                left = plant == "oscillator"
-                axes.annotate(f"{r.total}", (x, r.share), (-6 if left else 6, -12), textcoords="offset points",
-                              ha="right" if left else "left", fontsize=8, color=COLOURS[plant])  # fmt: skip
-    axes.set(xlabel="stated probability of a named cause", ylabel="share that is true", xlim=(-0.02, 1.04),
-             ylim=(-0.02, 1.04))  # fmt: skip
+                axes.annotate(f"{r.total}", (x, r.interval[0 if first else 1]), (0, -11 if first else 4),
+                              textcoords="offset points", ha="center", fontsize=8, color=COLOURS[plant])  # fmt: skip
+    axes.set(xlabel="stated probability of a named cause", ylabel="share that is true", xlim=(-0.02, 1.05),
+             ylim=(-0.05, 1.09))  # fmt: skip
     axes.set_title("Stated probabilities (95 % Wilson intervals, number of causes)", fontsize=10)
     axes.legend(loc="upper left", frameon=False)
     return _saved(figure, path)

@@ -96,6 +96,28 @@ def test_the_page_needs_nothing_but_itself_and_shows_every_part(answered: Path) 
     )
 
 
+def test_the_page_begins_with_what_a_design_review_asks_and_ends_with_the_method(answered: Path) -> None:
+    page = (answered / "out" / "report.html").read_text()
+    parts = [page.index(text) for text in (
+        "Explained by friction.coulomb", "friction.coulomb, level as a drive", "RMS error of the displacement",
+        "What to do", ">Evidence<", ">The model<", "natural frequency", ">Method<", "Provenance",
+    )]  # fmt: skip
+    assert parts == sorted(parts)
+    assert "@page" in page
+    figures = re.findall(r"<b>Figure (\d+)\.</b>", page)
+    assert figures == [str(k) for k in range(1, 7)], "numbered as they stand"
+
+
+def test_derived_quantities_are_in_the_json_and_true(answered: Path) -> None:
+    found = json.loads((answered / "out" / "diagnosis.json").read_text())
+    derived = {one["name"]: one for one in found["derived"]}
+    assert derived["natural frequency"]["unit"] == "Hz"
+    assert derived["natural frequency"]["value"] == pytest.approx(126.49 / 6.2832, rel=2e-3)
+    drive = derived["friction.coulomb, level as a drive"]
+    assert drive["unit"] == "V"
+    assert drive["low"] < 1.0 < drive["high"]
+
+
 def test_quiet_says_nothing_and_json_says_the_file(
     answered: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

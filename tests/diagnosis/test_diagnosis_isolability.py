@@ -91,6 +91,7 @@ def test_the_missing_force_is_drawn_as_the_step_of_dry_friction() -> None:
     assert (shape.coordinate, shape.unit, shape.force_unit) == ("velocity", "mm/s", "mm/s^2")
     assert shape.share > 0.8
     assert shape.error.max() < 0.3 * 450.0
+    assert np.sort(np.abs(shape.knots))[1] < 0.05 * shape.knots.max(), "a jump at rest is no slope"
     v, weight = shape.knots, 1.0 / shape.error
     columns = np.stack((-np.sign(v), v, np.ones_like(v)), axis=1) * weight[:, None]
     level = np.linalg.lstsq(columns, shape.force * weight)[0][0]

@@ -55,7 +55,7 @@ def test_a_coarse_step_is_a_cause_and_the_extended_model_rounds_by_it(tmp_path: 
     assert cause.id == "sensor.quantisation"
     assert cause.parameters["step"].value == pytest.approx(20.0 * NOISE_MM)
     assert cause.parameters["level"].value == pytest.approx(0.01)
-    assert cause.statement.startswith("The readings have a step of 0.08 mm, which explains 9")
+    assert cause.statement.startswith("The readings have a step of 80 um, which explains 9")
     assert answer.gain is not None
     assert answer.gain.ratio_low > 1.2
     (table,) = answer.model.model.mechanisms
@@ -133,6 +133,6 @@ def test_the_command_writes_the_report_and_the_model_that_simulate_takes(tmp_pat
         "--quiet",
     ]
     assert main([*command, "--out", str(out)]) == 0
-    assert "step of 0.08 mm" in (out / "report.html").read_text()
+    assert "step of 80 um" in (out / "report.html").read_text()
     extended = str(out / "model-extended.toml")
     assert main(["simulate", extended, manifest, "--out", str(tmp_path / "run"), "--quiet"]) == 0

@@ -53,8 +53,8 @@ def test_a_hidden_delay_is_named_and_the_loop_tracks_better_with_it(tmp_path: Pa
     answer = json.loads((tmp_path / "late" / "answer" / "diagnosis.json").read_text())
     assert answer["verdict"] == "explained"
     assert [cause["id"] for cause in answer["causes"]] == ["actuation.delay"]
-    (said,) = re.findall(r"acts (0\.\d+) s late", PAGE)
-    assert said == f"{answer['causes'][0]['parameters']['delay']['value']:.4g}"
+    (said,) = re.findall(r"acts (\d+(?:\.\d+)?) ms late", PAGE)
+    assert said == f"{1e3 * answer['causes'][0]['parameters']['delay']['value']:.4g}"
     means = [
         json.loads((tmp_path / "late" / when / "summary.json").read_text())["tracking"]["mean_abs_um"]
         for when in ("before", "after")

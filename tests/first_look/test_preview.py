@@ -126,7 +126,7 @@ def test_the_strongest_line_is_that_of_a_tone_and_none_of_noise() -> None:
 
 
 def test_the_report_of_a_diagnosis_has_the_tables_behind_a_fold(manifest: Path) -> None:
-    from rtctl.diagnosis.report.sections import tabulate_data
+    from rtctl.diagnosis.report.page.sections import tabulate_data
 
     html = tabulate_data(rtctl.read_dataset(manifest))
     assert html.startswith("<details><summary>What was read: 2 signals, 2 records</summary>")

@@ -30,8 +30,8 @@ def test_identification_draws_measurement_and_models_as_given(steady_states: Ste
     models = {"GPI": (1.01 * resistance, None), "both": (resistance + 9.0, deflection + 0.57)}
     figure = identification_figure(*steady_states, models)
     of_r, of_d = (part.axes for part in figure.subfigs)
-    assert np.array_equal(drawn(of_r[0], "measured"), [current, resistance / 1e3])
-    assert np.array_equal(drawn(of_r[0], "GPI"), [current, 1.01 * resistance / 1e3])
+    assert np.allclose(drawn(of_r[0], "measured"), [current, resistance / 1e3], rtol=1e-12)
+    assert np.allclose(drawn(of_r[0], "GPI"), [current, 1.01 * resistance / 1e3], rtol=1e-12)
     assert np.array_equal(drawn(of_d[0], "both"), [current, deflection + 0.57])
     strip = of_d[1]
     expected = 57.0 / np.ptp(deflection)
@@ -84,7 +84,7 @@ def test_hysteresis_draws_every_steady_state_once_as_heating_or_cooling(steady_s
     assert np.array_equal(sequence.lines[0].get_ydata(), steady_states.current_mA)
     heating, cooling = drawn(of_r, "heating")[1], drawn(of_r, "cooling")[1]
     union = np.where(np.isnan(heating), cooling, heating)
-    assert np.array_equal(union, steady_states.resistance_ohm / 1e3)
+    assert np.allclose(union, steady_states.resistance_ohm / 1e3, rtol=1e-12)
     turning = np.count_nonzero(np.isfinite(heating) & np.isfinite(cooling))
     assert turning == np.count_nonzero(np.diff(np.sign(np.diff(steady_states.current_mA))))
 

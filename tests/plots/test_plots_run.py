@@ -41,7 +41,8 @@ def test_short_runs_draw_every_sample_given() -> None:
         assert np.array_equal(line(following, label), [time_s, signals[label]])
     assert np.array_equal(line(errors, "setpoint")[1], signals["setpoint"] - signals["deflection"])
     assert np.array_equal(line(errors, "estimate")[1], signals["estimate"] - signals["deflection"])
-    assert np.array_equal(panel(figure, "resistance [kΩ]").lines[0].get_ydata(), signals["resistance"] / 1e3)
+    drawn = panel(figure, "resistance [kΩ]").lines[0].get_ydata()
+    assert np.allclose(drawn, signals["resistance"] / 1e3, rtol=1e-12)
     assert np.array_equal(panel(figure, "current [mA]").lines[0].get_ydata(), signals["current"])
 
 
@@ -55,7 +56,39 @@ def test_every_axis_has_a_label_with_its_unit() -> None:
     pairs = [(axes.get_xlabel(), axes.get_ylabel()) for axes in planes]
     r, i, d = "resistance [kΩ]", "current [mA]", "deflection [µm]"
     assert pairs == [(i, r), (i, d), (r, d)]
-    assert (planes[0].get_yscale(), planes[2].get_xscale()) == ("log", "log")
+    assert (planes[0].get_yscale(), planes[2].get_xscale()) == ("linear", "linear"), "19 of 36 kohm"
+
+
+def test_a_resistance_over_decades_is_logarithmic_and_a_metallic_film_is_in_ohm() -> None:
+    time_s, signals = run_signals(3900, 0.5)
+    signals["resistance"] = 14.0 + 400.0 * np.exp(-signals["deflection"])
+    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, output_range=57.0, profile=VO2)
+    drawn = panel(figure, "resistance [Ω]").lines[0].get_ydata()
+    assert np.allclose(drawn, signals["resistance"], rtol=1e-12)
+    signals["resistance"] = 1e3 * np.exp(4.0 - signals["deflection"] / 10.0)
+    figure = run_figure(time_s, signals, title="a sine", closed_loop=True, output_range=57.0, profile=VO2)
+    assert panel(figure, "resistance [kΩ]").get_yscale() == "log"
+
+
+def test_a_loop_is_drawn_as_a_line_and_a_random_staircase_as_dots() -> None:
+    time_s, signals = run_signals(8000, 0.5)
+    signals["current"] = 7.0 + 1.5 * np.sin(np.pi * time_s)
+    drawn = run_figure(time_s, signals, title="x", closed_loop=True, output_range=57.0, profile=VO2)
+    assert [line.get_linestyle() for line in drawn.subfigs[1].axes[1].lines] == ["-", "-"]
+    signals["current"] = np.repeat(np.random.default_rng(0).uniform(5.0, 8.0, 800), 10)
+    drawn = run_figure(time_s, signals, title="x", closed_loop=True, output_range=57.0, profile=VO2)
+    assert [line.get_linestyle() for line in drawn.subfigs[1].axes[1].lines] == ["None", "None"]
+
+
+def test_one_wrong_reading_does_not_flatten_a_panel_and_is_counted() -> None:
+    time_s, signals = run_signals(8000)
+    signals["deflection"][4000] = 1e6
+    following = panel(
+        run_figure(time_s, signals, title="x", closed_loop=True, output_range=57.0, profile=VO2),
+        "deflection [µm]",
+    )
+    assert following.get_ylim()[1] < 100.0
+    assert following.texts[0].get_text() == "1 sample beyond this axis"
 
 
 def test_the_headline_states_mean_and_maximum_in_um_and_percent() -> None:

@@ -15,6 +15,8 @@ from rtctl.output.notebook import html_table, number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from rtctl.models.derived.quantity import Derived
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Fit:
@@ -36,6 +38,8 @@ class Fit:
     """What the data do not determine, and what to do about it."""
     result: Any
     """The kind's own record of the fit."""
+    derived: tuple[Derived, ...] = ()
+    """What follows from the parameters in the terms of those who use the device, such as a natural frequency."""
     _summary: Mapping[str, Any]
     _draw: Callable[[], Figure]
 
@@ -53,7 +57,8 @@ class Fit:
         """Return the figures of the fit as the command line's `--json` prints them."""
         from rtctl.evaluation.metrics import finite
 
-        content: dict[str, Any] = finite(self._summary)
+        derived = {"derived": [one.as_json() for one in self.derived]}
+        content: dict[str, Any] = finite({**self._summary, **derived})
         return content
 
     def plot(self) -> Figure:
@@ -89,4 +94,5 @@ class Fit:
         ]
         title = f"{self.dataset}: {self.method}"
         headers = ["parameter", "value", "standard error", "unit"]
-        return html_table(title, headers, rows, [*rms, *self.warnings])
+        follows = [f"{name}: {text}" for name, text in (one.in_words() for one in self.derived)]
+        return html_table(title, headers, rows, [*rms, *follows, *self.warnings])

@@ -10,6 +10,7 @@ from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
 from rtctl.measured.dataset import Dataset
+from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
 from rtctl.wiring import build_simulation
 
@@ -45,6 +46,7 @@ def fit_oscillator(
         trusted=result.trusted,
         warnings=result.warnings,
         result=result,
+        derived=derive_from_file(content, dataset.units),
         _summary={**summary_of(result, dataset), "weak_form": _weak_form(result)},
         _draw=lambda: worst_record_figure(result, dataset),
     )

@@ -8,11 +8,14 @@ import numpy as np
 
 from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
+from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.identification.vo2.settling import assess_staircases, describe_settling
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
+from rtctl.models.derived.quantity import Derived
+from rtctl.models.derived.vo2 import derive_vo2
 from rtctl.models.vo2 import Vo2Model
 from rtctl.output.progress import Reporter
 from rtctl.version import __version__
@@ -56,9 +59,19 @@ def fit_vo2(dataset: Dataset, start: Model | None, options: Vo2FitOptions, repor
         trusted=trusted,
         warnings=warnings,
         result=model,
+        derived=derive_vo2(model, {"": _estimates(model)}, dataset.units),
         _summary={"quality": quality, "trusted": trusted, "warnings": list(warnings)},
         _draw=lambda: staircase_figure(dataset, model),
     )
+
+
+def _estimates(model: Vo2Model) -> dict[str, Derived]:
+    """Return the time constant with its 95 % interval; none where the data do not tell it."""
+    half = NORMAL_95 * model.time_constant_error_s
+    if not np.isfinite(half):
+        return {}
+    value = model.time_constant_s
+    return {"time_constant": Derived("time_constant", value, value - half, value + half, "s")}
 
 
 def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]:

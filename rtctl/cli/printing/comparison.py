@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.api.comparison import Comparison
-from rtctl.output.progress import print_table, say
+from rtctl.output.progress import say
+from rtctl.output.readable_units import Scaled, readable, readable_unit
+from rtctl.output.tables import print_table
 
 MOST_ROWS = 40
 """Rows that are printed; the summary has all of them."""
@@ -22,6 +24,7 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
     shown = scored
     if len(scored) > MOST_ROWS:
         shown = sorted(scored, key=lambda one: -_order(one[2]))[:MOST_ROWS]
+    units = _units_of(summary)
     print_table(
         "free run from the first sample, no measured output fed in",
         [
@@ -30,11 +33,11 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
             "output",
             "RMS error",
             "RMS signal",
-            "error/signal",
+            "error of signal",
             "largest error",
-            "of it integrator",
+            "integrator",
         ],
-        [_row(row, name, score) for row, name, score in shown],
+        [_row(row, name, score, units[name]) for row, name, score in shown],
     )
     if len(shown) < len(scored):
         print(f"{len(scored) - len(shown)} more, with smaller errors, in {folder / 'summary.json'}")
@@ -57,19 +60,28 @@ def _order(score: Mapping[str, Any]) -> float:
     return math.inf if math.isinf(score["rms_error"]) else float(np.nan_to_num(score["nrmse"]))
 
 
-def _row(row: Mapping[str, Any], name: str, score: Mapping[str, Any]) -> list[str]:
-    unit = score["unit"]
+def _units_of(summary: Mapping[str, Any]) -> dict[str, Scaled]:
+    """Return one unit for all errors of an output, which fits its largest signal."""
+    sizes: dict[str, tuple[float, str]] = {}
+    for row in summary["records"]:
+        for name, score in row["outputs"].items():
+            size = max(score["rms_signal"] or 0.0, sizes.get(name, (0.0, ""))[0])
+            sizes[name] = (size, score["unit"])
+    return {name: readable_unit(size, unit) for name, (size, unit) in sizes.items()}
+
+
+def _row(row: Mapping[str, Any], name: str, score: Mapping[str, Any], unit: Scaled) -> list[str]:
     if row["diverged_at_s"] is not None:
         error = [
-            f"diverged at {row['diverged_at_s']:.4g} s",
-            f"{score['rms_signal']:.4g} {unit}",
+            f"diverged at {readable(row['diverged_at_s'], 's')}",
+            unit.text(score["rms_signal"]),
             "–",
             "–",
             "–",
         ]
     else:
         error = [
-            f"{score['rms_error']:.4g} {unit}", f"{score['rms_signal']:.4g} {unit}", f"{100 * score['nrmse']:.3g} %",
-            f"{score['max_error']:.4g} {unit}", f"{100 * score['integrator_error']:.1g} %",
+            unit.text(score["rms_error"]), unit.text(score["rms_signal"]), f"{100 * score['nrmse']:.3g} %",
+            unit.text(score["max_error"]), f"{100 * score['integrator_error']:.1g} %",
         ]  # fmt: skip
     return [row["record"], row["use"], name, *error]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rtctl.diagnosis.report.page.summary import quantities_of
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
+from rtctl.output.readable_units import readable, readable_unit
 
 VERDICTS = {
     "adequate": "Nothing is wrong: what is left is {rest}.",
@@ -25,11 +27,14 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
         print(
             f"  {cause.certainty:>5}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
         )
+        for name, text in (one.in_words() for one in quantities_of(cause, found.derived)):
+            print(f"         {name}: {text}")
     if found.gain is not None:
         gain = found.gain
-        after = f" -> {gain.after:.4g}" if found.causes else ""
+        after = f" -> {readable(gain.after, gain.unit)}" if found.causes else ""
         print(
-            f"  error on test records: {gain.before:.4g}{after} {gain.unit} (noise {gain.noise_floor:.4g})"
+            f"  error on test records: {readable(gain.before, gain.unit)}{after} "
+            f"(noise {readable(gain.noise_floor, gain.unit)})"
             + (
                 f"; {gain.ratio:.3g} times less, 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
                 if found.causes
@@ -37,13 +42,14 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
             )
         )
     if found.loop is not None:
-        loop = found.loop
-        print(f"  in the loop: {loop.scenario}: {loop.before:.3g} -> {loop.after:.3g} {loop.unit}")
+        loop, unit = found.loop, readable_unit(found.loop.before, found.loop.unit)
+        print(f"  in the loop: {loop.scenario}: {unit.text(loop.before, 3)} -> {unit.text(loop.after, 3)}")
     if found.where:
         print(
             "  it lives along "
             + ", ".join(f"{place.coordinate} ({place.share:.0%})" for place in found.where[:3])
         )
+    _print_derived(found)
     for warning in found.warnings:
         print(f"  note: {warning}")
     if found.next_experiment is not None:
@@ -51,3 +57,11 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
     if written:
         model = f" ({found.withheld})" if found.withheld else f", {EXTENDED_MODEL}"
         print(f"results in {folder}: report.html, diagnosis.json{model}")
+
+
+def _print_derived(found: Diagnosis) -> None:
+    """Print in one line what follows from the model's parameters, but for what was said with a cause."""
+    said = {one.name for cause in found.causes for one in quantities_of(cause, found.derived)}
+    rest = [f"{one.name} {readable(one.value, one.unit)}" for one in found.derived if one.name not in said]
+    if rest:
+        print(f"  {'extended' if found.causes else 're-fitted'} model: {'; '.join(rest)}")

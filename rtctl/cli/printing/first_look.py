@@ -5,7 +5,7 @@ from __future__ import annotations
 from rtctl.api.first_look.initiation import Initiation
 from rtctl.api.first_look.preview import Preview
 from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows
-from rtctl.output.progress import print_table
+from rtctl.output.tables import print_table
 
 MOST_ROWS = 40
 """Records that are printed."""

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.api.identifying.fit import Fit
-from rtctl.output.progress import print_table
+from rtctl.output.readable_units import readable
+from rtctl.output.tables import print_table
 
 
 def print_fit(fit: Fit, path: Path) -> None:
@@ -32,31 +33,38 @@ def _print_oscillator(fit: Fit, path: Path) -> None:
     for name, rms in fit.residual_rms.items():
         measured = [record.measured[name][record.first :] for record in fit.result.records]
         signal = np.sqrt(np.mean(np.concatenate(measured) ** 2))
-        print(f"{name}: residual {rms:.4g} {fit.units[name]} RMS, {100.0 * rms / signal:.3g} % of its signal")
+        print(
+            f"{name}: residual {readable(rms, fit.units[name])} RMS, {100.0 * rms / signal:.3g} % of its signal"
+        )
     for record, outputs in fit.to_dict().get("rms_error_test", {}).items():
-        errors = ", ".join(f"{name} {one['value']:.4g} {one['unit']}" for name, one in outputs.items())
+        errors = ", ".join(f"{name} {readable(one['value'], one['unit'])}" for name, one in outputs.items())
         print(f"test record {record}: free run off by {errors} RMS")
+    _print_derived(fit)
     for warning in fit.warnings:
         print(f"note: {warning}")
     print(f"wrote {path}")
+
+
+def _print_derived(fit: Fit) -> None:
+    """Print what follows from the parameters in the terms of those who use the device."""
+    for name, text in (one.in_words() for one in fit.derived):
+        print(f"{name}: {text}")
 
 
 def _print_vo2(fit: Fit, path: Path) -> None:
     model = fit.result
     rows = [
         [name, f"{q.mean_abs:.4g} {q.unit}", f"{100 * q.mean_abs / q.range:.2f} %", f"{q.max_abs:.4g} {q.unit}",
-         f"{100 * q.max_abs / q.range:.2f} %", f"{q.rms:.4g} {q.unit}"]
+         f"{100 * q.max_abs / q.range:.2f} %"]
         for name, q in model.quality.items()
     ]  # fmt: skip
-    headers = ["fit on the identification data", "mean abs", "of range", "max abs", "of range", "rms"]
+    headers = ["fit on the identification data", "mean abs", "of range", "max abs", "of range"]
     print_table(f"model of {model.identity or 'the device'}", headers, rows)
-    known = np.isfinite(model.time_constant_error_s)
-    error = f"+- {1e3 * model.time_constant_error_s:.2g} ms" if known else "(nominal: the data do not tell)"
-    print(
-        f"heating time constant {1e3 * model.time_constant_s:.4g} ms {error}; "
-        f"deflection {model.deflection.low:.2f} to {model.deflection.high:.2f} um, resistance "
-        f"{model.resistance.low / 1e3:.2f} to {model.resistance.high / 1e3:.2f} kohm"
-    )
+    if not np.isfinite(model.time_constant_error_s):
+        print(
+            f"time constant of the heating: {readable(model.time_constant_s, 's')} (nominal: the data do not tell)"
+        )
+    _print_derived(fit)
     if model.deflection_error_elsewhere and model.reading_error_elsewhere:
         print(
             f"on swings of the staircases that took no part in a fit: {model.deflection_error_elsewhere:.3g} um of the "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rtctl.api.machines import Latency, name_of
-from rtctl.output.progress import print_table
+from rtctl.output.tables import print_table
 from rtctl.session.latency_report import HEADERS, conclusion, rows, text_histogram, verdict
 
 

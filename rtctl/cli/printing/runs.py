@@ -7,12 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.api.recordings import Replayed
-from rtctl.output.progress import print_table
+from rtctl.evaluation.summary import verdict_in_words
+from rtctl.output.readable_units import readable
+from rtctl.output.tables import print_table
+
+SMALL_UM = 0.01
+"""Errors below it are told in the unit that fits them [um]."""
 
 
 def um_and_percent(um: float | None, percent: float | None) -> str:
     """Return `0.123 um, 0.22 %`, or a dash where there was nothing to score."""
-    return "–" if um is None or percent is None else f"{um:.3f} um, {percent:.2f} %"
+    if um is None or percent is None:
+        return "–"
+    return f"{um:.3f} um, {percent:.2f} %" if um >= SMALL_UM else f"{readable(um, 'um', 3)}, {percent:.2f} %"
 
 
 def error_text(errors: Mapping[str, Any], figure: str) -> str:
@@ -38,8 +45,11 @@ def print_summary(summary: Mapping[str, Any], tuning: str | None, folder: Path) 
         paper = summary["paper"].get(f"{name}_mean")
         rows.append([name.replace("_", "-"), mean, largest, "–" if paper is None else f"{paper:g} %"])
     print_table(
-        f"{summary['scenario']}: {summary['verdict']}", ["", "mean abs", "max abs", "paper, mean"], rows
+        f"{summary['scenario']}: {verdict_in_words(summary)}",
+        ["", "mean abs", "max abs", "paper, mean"],
+        rows,
     )
+    _print_steps(summary.get("step_response"))
     _print_levels(summary.get("levels", []))
     for check in summary["checks"]:
         if check["met"] is None:
@@ -79,6 +89,24 @@ def _print_timing(summary: Mapping[str, Any]) -> None:
                 print(f"{request['name']}: not applied, {request['note']}")
 
 
+def _print_steps(steps: Mapping[str, Any] | None) -> None:
+    """Print settling time, overshoot and settled error of the steps of a run."""
+    if not steps:
+        return
+    settling, overshoot, error = steps["settling_ms"], steps["overshoot_percent"], steps["settled_error"]
+    unit, count = error["unit"], steps["steps"]
+    rows = [
+        ["overshoot, of the step", *(f"{overshoot[which]:.2g} %" for which in ("median", "max"))],
+        ["settled error", *(readable(error[which], unit, 3) for which in ("median", "max"))],
+    ]
+    if settling is not None:
+        times = (readable(1e-3 * settling[which], "s", 3) for which in ("median", "max"))
+        rows.insert(0, [f"settling, to {steps['band_percent']:g} % of the step", *times])
+    print_table(f"{count} step{'s' if count != 1 else ''}", ["", "median", "largest"], rows)
+    if steps["settled"] < count:
+        print(f"not settled by the end of the hold: {count - steps['settled']} of {count}")
+
+
 def _print_levels(levels: Sequence[Mapping[str, float | None]]) -> None:
     """Print a row for each settled level, columns as the summary names them."""
     if levels:
@@ -99,7 +127,7 @@ def print_scenarios(summaries: Sequence[Mapping[str, Any]]) -> None:
             error_text(sensing, "max_abs"),
             "–" if theirs is None else f"{theirs:g} %",
             " / ".join(number(summary["timing"]["round_trip_us"][p]) for p in ("p50", "p99")),
-            summary["verdict"],
+            verdict_in_words(summary),
         ])  # fmt: skip
     headers = [
         "scenario", "tracking mean", "self-sensing mean", "self-sensing max", "paper", "exchange us", "verdict",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rtctl.output.progress import print_table
+from rtctl.output.tables import print_table
 
 
 def print_sweep(summary: Mapping[str, Any], folder: Path) -> None:

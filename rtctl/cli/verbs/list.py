@@ -14,7 +14,7 @@ def run(args: argparse.Namespace) -> int:
     """Print the list, or one JSON object with a list for each sort. Raises InputError for an unknown sort."""
     from rtctl.api.parts import HEADERS, list_parts, rows
     from rtctl.cli.options import print_json
-    from rtctl.output.progress import print_table
+    from rtctl.output.tables import print_table
 
     found = list_parts(args.sort)
     if args.json:

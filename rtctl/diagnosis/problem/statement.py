@@ -8,6 +8,7 @@ from typing import Protocol
 
 from rtctl.border.mechanisms import Mechanism, plain_unit
 from rtctl.border.simulation import Simulation
+from rtctl.output.readable_units import readable
 
 
 class Quantity(Protocol):
@@ -35,7 +36,7 @@ def state_mechanism(mechanism: Mechanism, quantities: Mapping[str, Quantity]) ->
     template = mechanism.sentence({name: quantity.value for name, quantity in quantities.items()})
     names = {name for _, name, _, _ in string.Formatter().parse(template) if name}
     filled = {
-        name: f"{quantities[name].value:.4g} {plain_unit(quantities[name].unit)}".strip()
+        name: readable(quantities[name].value, plain_unit(quantities[name].unit))
         if name in quantities
         else "?"
         for name in names

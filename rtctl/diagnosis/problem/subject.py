@@ -17,6 +17,7 @@ from rtctl.identification.fit_record import FitRecord
 from rtctl.identification.scales import estimate_scales
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
 from rtctl.measured.dataset import Dataset, Record
+from rtctl.models.derived.quantity import Derived
 
 Signals = Mapping[str, FloatArray]
 Reader = Callable[[Signals], dict[str, FloatArray]]
@@ -235,6 +236,11 @@ class Subject:
     the fits find that state."""
     describe_response: Callable[[Simulation], str] = lambda simulation: ""
     """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
+    derive: Callable[[Any, Mapping[str, Mapping[str, Estimate]], Mapping[str, str]], Sequence[Derived]] = (
+        lambda model, estimates, units: ()
+    )
+    """Return what follows from a model and the estimates of its parameters, by mechanism ("": the nominal model) and
+    name, in the terms of those who use the device; signals in `units`."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]

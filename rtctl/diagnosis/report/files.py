@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from rtctl.diagnosis.experiment_design.next_experiment import NextExperiment
-from rtctl.diagnosis.report.html_report import report_page
+from rtctl.diagnosis.report.page.html_report import report_page
 from rtctl.diagnosis.result import EXTENDED_MODEL, Diagnosis
 from rtctl.evaluation.metrics import write_json
 from rtctl.measured.dataset import Dataset
@@ -58,7 +58,7 @@ def provenance_of(diagnosis: Diagnosis, dataset: Dataset, model: Path, command: 
         "model_sha256": _sha256(model),
         "verdict": diagnosis.verdict,
         "fitted_records": [record.name for record in diagnosis.problem.records],
-        "test_records": [record.name for record in diagnosis.tests],
+        "test_records": list(dict.fromkeys(record.name for record in diagnosis.tests)),
         "command": command,
         "version": __version__,
     }

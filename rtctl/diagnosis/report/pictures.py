@@ -16,13 +16,14 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.identification.fit_record import FitRecord
-from rtctl.plots.diagnosis import BeforeAfter, plane_figure, spectrum_figure, stretch_figure
+from rtctl.plots.diagnosis import plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
     coordinates_figure,
     isolability_figure,
     shape_figure,
 )
+from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
 from rtctl.plots.elements.style import house_style
 
 
@@ -78,7 +79,10 @@ def before_after(diagnosis: Diagnosis) -> list[BeforeAfter]:
 def _before_after(diagnosis: Diagnosis, output: str) -> list[BeforeAfter]:
     before, after = diagnosis.fits.before.hypothesis.simulation, diagnosis.fits.after.hypothesis.simulation
     records = [one for one in diagnosis.tests or diagnosis.problem.records if output in one.measured]
-    made = [_one(record, before, after, diagnosis, output) for record in records]
+    pieces: dict[str, list[BeforeAfter]] = {}
+    for record in records:  # of a record that was cut, several have its name
+        pieces.setdefault(record.name, []).append(_one(record, before, after, diagnosis, output))
+    made = [join_pieces(one) for one in pieces.values()]
     return sorted(made, key=lambda one: -float(np.mean(one.errors[0] ** 2)))
 
 
@@ -93,7 +97,7 @@ def _one(
     scored = slice(record.first, None)
     return BeforeAfter(
         record=record.name, output=output, unit=diagnosis.units[output], rate=diagnosis.problem.scales.rate,
-        time_s=record.period_s * np.arange(record.samples, dtype=np.float64)[scored],
+        time_s=record.period_s * (record.begin + np.arange(record.samples, dtype=np.float64))[scored],
         measured=record.measured[output][scored],
         before=old.outputs[output][0][scored], after=after_it[scored], velocity=velocity[scored],
     )  # fmt: skip
@@ -102,8 +106,7 @@ def _one(
 def _of_the_motion(diagnosis: Diagnosis) -> list[Picture]:
     records, extended = before_after(diagnosis), bool(diagnosis.causes)
     shown = records[0]
-    period_s = float(shown.time_s[1] - shown.time_s[0])
-    frequency, density = noise_density(diagnosis, period_s)
+    frequency, density = noise_density(diagnosis, shown.period_s)
     return [
         Picture(
             "stretch", stretch_figure(shown, diagnosis.noise_rms, extended=extended), "measured and simulated"

@@ -22,7 +22,7 @@ NO_GAIN = (
     "with these causes the error of the {} on the test records is {:.3g} times as large as without: they help another "
     "reading or the fitted records only; do not use the extended model before that is understood"
 )
-FAILED_TEST = 'of {} residual tests, "{}" fails most clearly (p = {:.2g})'
+FAILED_TEST = 'of {} residual tests, "{}" fails most clearly (p {})'
 
 
 def remark(
@@ -57,7 +57,9 @@ def remark(
     finished = not (stopped or search.out_of_time)
     if finished and not search.chosen.p_value > significance_level(problem, false_claim_rate):
         sharpest = min(search.chosen.tests, key=lambda one: one.p_value)
-        notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, sharpest.p_value))
+        least = problem.thresholds.report.min_p_shown
+        p = f"= {sharpest.p_value:.2g}" if sharpest.p_value >= least else f"< {least:.0e}"
+        notes.append(FAILED_TEST.format(len(search.chosen.tests), sharpest.name, p))
     return notes
 
 

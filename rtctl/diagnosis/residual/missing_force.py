@@ -76,7 +76,8 @@ def estimate_missing_force(
         [coordinate(*_motion(hypothesis, problem, k)) for k in range(len(problem.records))]
     )
     low, high = np.quantile(visited, thresholds.force_range)
-    knots = np.linspace(low, high, thresholds.force_knots)
+    dense = thresholds.force_knot_power if name == "velocity_sign" else 1.0
+    knots = _place_knots(low, high, thresholds.force_knots, dense)
     rows = [
         RecordRows(residual=line.residual, shared=line.shared, local=line.local,
              directions=_hat_sensitivities(hypothesis, problem, k, coordinate, knots),
@@ -92,6 +93,17 @@ def estimate_missing_force(
     force = scale * keep @ solution.weights
     error = scale * np.sqrt(np.maximum(np.diag(keep @ solution.covariance @ keep.T), 0.0))
     return MissingForce(label, _unit_of(label, units), knots, force, error, f"{z}/s^2", solution.share)
+
+
+def _place_knots(low: float, high: float, count: int, power: float) -> FloatArray:
+    """Return knots from `low` to `high`: evenly for a power of 1, densest about 0 for a larger one.
+
+    A force that jumps where the motion turns would be a slope between even knots.
+    """
+    if power == 1.0 or not low < 0.0 < high:
+        return np.linspace(low, high, count)
+    at = np.linspace(-1.0, 1.0, count)
+    return np.asarray(np.where(at < 0.0, -low, high) * np.sign(at) * np.abs(at) ** power)
 
 
 def _unit_of(label: str, units: Mapping[str, str]) -> str:
@@ -132,7 +144,8 @@ def _line_remover(knots: FloatArray, visited: FloatArray) -> FloatArray:
 
     A nominal parameter follows that line.
     """
-    weight = np.histogram(visited, np.append(knots - 0.5 * np.diff(knots)[0], np.inf))[0] + 1.0
+    between = 0.5 * (knots[1:] + knots[:-1])
+    weight = np.histogram(visited, np.concatenate(([-np.inf], between, [np.inf])))[0] + 1.0
     weighted = knots * weight
     remover: FloatArray = np.eye(len(knots)) - np.outer(knots, weighted) / float(knots @ weighted)
     return remover

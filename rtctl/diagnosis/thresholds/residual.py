@@ -75,6 +75,9 @@ class ResidualThresholds:
     """Share of the residual beyond the noise that must live along a coordinate for it to be reported."""
     force_knots: int = 13
     """Knots of the missing force along its coordinate."""
+    force_knot_power: float = 2.0
+    """Power by which the knots of a force of the velocity's sign crowd about rest: of 13, the innermost lie at 3 % of
+    the top speed, so that the jump of dry friction looks like one."""
     force_range: tuple[float, float] = (0.002, 0.998)
     """Quantiles of the visited values of the coordinate between which the knots lie."""
     force_step: float = 1e-4

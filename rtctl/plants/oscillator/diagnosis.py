@@ -27,6 +27,7 @@ from rtctl.diagnosis.problem.subject import (
     Records,
     Subject,
 )
+from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 from rtctl.plants.oscillator.response import describe_response
 
@@ -223,6 +224,7 @@ OSCILLATOR = Subject(
     output_offsets={},
     offset_mechanism="sensor.offset",
     describe_response=describe_response,
+    derive=lambda model, estimates, units: derive_oscillator(estimates, units),
     levels={"displacement": Levels("step", "level")},
     read_model=read_oscillator_model,
     relative_errors=_relative_errors,

@@ -45,6 +45,7 @@ from rtctl.identification.vo2.coarse_loops import (
 from rtctl.identification.vo2.identify import compute_quality
 from rtctl.identification.vo2.staircase import estimate_static_noise
 from rtctl.measured.dataset import Dataset
+from rtctl.models.derived.vo2 import derive_vo2
 from rtctl.models.vo2 import NOMINAL_TIME_CONSTANT_S, Vo2Model, read_model, write_model
 from rtctl.plants.vo2.initial_temperature import find_initial_temperature
 from rtctl.plants.vo2.log_resistance import LOG_RESISTANCE, LogReading, floor_of, log_above
@@ -382,6 +383,7 @@ VO2 = Subject(
     coarse_part_figure=draw_coarse_loops,
     find_initial_state=find_initial_temperature,
     rehearse=rehearse_sensing,
+    derive=derive_vo2,
     read_model=read_model,
     relative_errors=lambda model: {},
     extended_model=extended_model,

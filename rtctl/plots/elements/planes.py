@@ -15,8 +15,13 @@ from matplotlib.axes import Axes
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import DeviceProfile
 from rtctl.plots.elements.channels import Shown, scale_axis, shown
-from rtctl.plots.elements.decimation import extremes, visited
+from rtctl.plots.elements.decimation import path_points, visited
 from rtctl.plots.elements.style import BLACK, BLUE, VERMILION
+
+JUMP = 0.2
+"""Share of a plane's width or height from which a move between two samples is a jump."""
+MOST_JUMPS = 60
+"""Jumps up to which the path is drawn as a line; with more, samples are drawn as dots."""
 
 
 class _Curve(NamedTuple):
@@ -30,7 +35,7 @@ class _Curve(NamedTuple):
 def draw_planes(
     rows: Sequence[Axes], column: Mapping[str, FloatArray], window: slice | None, profile: DeviceProfile
 ) -> None:
-    """Fill three axes from `column`: all samples as dots, or a `window` as lines."""
+    """Fill three axes from `column`, all samples or a `window`: as a path, or as dots where it jumps about."""
     command = shown(profile.commands[-1], column[profile.commands[-1].name])
     readings = [shown(channel, column[channel.name]) for channel in profile.sensed]
     output = shown(profile.reference, column[profile.reference.name])
@@ -46,23 +51,31 @@ def draw_planes(
 
 
 def _draw_plane(axes: Axes, across: Shown, up: Shown, curves: Sequence[_Curve], window: slice | None) -> None:
+    part = slice(None) if window is None else window
     for curve in curves:
-        if window is None:
-            _draw_dots(axes, across.values, curve.values, curve.color, 2.6 * curve.width)
-        else:
-            _draw_loops(axes, across.values[window], curve.values[window], curve.color, curve.width)
+        x, y = across.values[part], curve.values[part]
+        if not np.isfinite(y).any():
+            continue
+        if count_jumps(x, y) <= MOST_JUMPS:
+            kept = path_points(x, y)
+            axes.plot(x[kept], y[kept], linewidth=curve.width, color=curve.color)
+        else:  # lines from jump to jump would be a scribble
+            kept = visited(x, y)
+            axes.plot(
+                x[kept], y[kept], ".", markersize=2.6 * curve.width, markeredgewidth=0.0, color=curve.color
+            )
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
     scale_axis(axes, "x", across)
     scale_axis(axes, "y", up)
 
 
-def _draw_dots(axes: Axes, x: FloatArray, y: FloatArray, color: str, size: float) -> None:
-    kept = visited(x, y)
-    axes.plot(x[kept], y[kept], ".", markersize=size, markeredgewidth=0.0, color=color)
-
-
-def _draw_loops(axes: Axes, x: FloatArray, y: FloatArray, color: str, width: float) -> None:
-    if np.isfinite(y).any():
-        kept = extremes(y)
-        axes.plot(x[kept], y[kept], linewidth=width, color=color)
+def count_jumps(x: FloatArray, y: FloatArray) -> int:
+    """Return how often a path (n,) moves by more than `JUMP` of its width or height from one sample to the next."""
+    far = np.zeros(max(len(x) - 1, 0), dtype=bool)
+    for values in (x, y):
+        finite = values[np.isfinite(values)]
+        width = float(np.ptp(finite)) if len(finite) else 0.0
+        with np.errstate(invalid="ignore"):
+            far |= np.abs(np.diff(values)) > JUMP * width if width > 0.0 else False
+    return int(np.count_nonzero(far))

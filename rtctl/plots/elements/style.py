@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -95,16 +94,6 @@ def save_png(figure: Figure, path: Path) -> None:
     """Draw into the PNG file `path`, whole or not at all."""
     with house_style(), replacing(path) as partial:
         figure.savefig(partial, format="png", dpi=DOTS_PER_INCH)
-
-
-def kilo(ohm_axis: Axes, which: str = "y") -> None:
-    """Make a logarithmic resistance axis in kohm whose ticks read 10, 20, 50, 100 and not powers of ten."""
-    axis = ohm_axis.yaxis if which == "y" else ohm_axis.xaxis
-    if which == "y":
-        ohm_axis.set_yscale("log")
-    else:
-        ohm_axis.set_xscale("log")
-    few_decades(axis)
 
 
 def few_decades(axis: Axis) -> None:

@@ -19,14 +19,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the verb. Returns 0: the run has taken it and applies it at its next step."""
-    from rtctl.api.recordings import change
+    from rtctl.api.recordings import change_in_words
     from rtctl.cli.options import print_json
     from rtctl.output.progress import say
+    from rtctl.output.readable_units import readable
 
-    asked, _, written = args.change.partition("=")
-    name, value = change(args.run, asked, written)
+    taken = change_in_words(args.run, args.change)
     if args.json:
-        print_json({"name": name, "value": value})
-    else:
-        say(f"{args.change}: applied at the next step, see {args.run / 'events.jsonl'}", quiet=args.quiet)
+        print_json(taken._asdict())
+        return 0
+
+    def told(value: float | None) -> str:
+        return "not known" if value is None else "the plan" if value != value else readable(value, taken.unit)
+
+    remark = f"; {taken.remark}" if taken.remark else ""
+    say(
+        f"{taken.name}: {told(taken.before)} -> {told(taken.value)} from the next step on{remark}",
+        quiet=args.quiet,
+    )
     return 0

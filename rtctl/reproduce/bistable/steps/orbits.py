@@ -158,6 +158,9 @@ def _draw(run: Run, found: dict[str, Swept]) -> None:
             axis.set_title(name)
             axis.set_xlabel("excitation frequency [Hz]")
             axis.set_ylabel("share of the starts")
-        axes[0].legend(fontsize=7, loc="lower left", frameon=True)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure = axes[0].get_figure()
+        if figure is not None:
+            figure.legend(handles, labels, fontsize=8, loc="outside lower center", ncols=4)
 
-    draw(run.pictures / "classes.png", (9.0, 3.6), (1, 2), fill)
+    draw(run.pictures / "classes.png", (9.0, 3.9), (1, 2), fill)

@@ -107,7 +107,6 @@ def _figure_7_8(run: Run, found: Collected) -> list[Row]:
         }
         curves = [(name, one.displacement, one.velocity) for name, one in same.items() if one is not None]
         portrait(axes[0], [("record", z[:600], v[:600]), *curves], f"{at:g} Hz, from both wells")
-        axes[0].legend(fontsize=7)
         t = (found.phase[through] / (2.0 * np.pi * at) + np.arange(len(z)) / 1000.0) % (1.0 / at)
         order = np.argsort(t)
         axes[1].plot(1000.0 * t[order], z[order], ".", color=BLACK, markersize=2.0)

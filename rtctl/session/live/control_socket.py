@@ -1,7 +1,9 @@
 """Changes of a running loop from outside: a datagram socket `DIR/control.sock`, one change a datagram.
 
 A helper thread waits on the socket, so the loop never does. A change is JSON, {"name": "setpoint", "value": 30.0}; the
-answer, if the sender's socket has a name, is "ok" or what is wrong. The loop notes what it does among the run's events.
+answer, if the sender's socket has a name, is "ok" or what is wrong. With "report": true an "ok" is followed by a line
+of JSON: {"before": the parameter's value, "remark": what to know of the change}. The loop notes what it does among the
+run's events.
 """
 
 from __future__ import annotations
@@ -15,11 +17,14 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from rtctl.border.errors import InputError, RunError, nearest
+from rtctl.border.mechanisms import plain_unit
 from rtctl.border.quantities import parse_quantity
-from rtctl.loop.live_parameters import SETPOINT, Change, ParameterChannel
+from rtctl.loop.live_parameters import SETPOINT, Change, ParameterChannel, units_of_parameters
 from rtctl.recording.layout import read_header
+from rtctl.recording.tail import Tail
 from rtctl.scenario.schema import checked_scenario
 from rtctl.session.run_folder import SIGNALS, scenario_tables
 
@@ -71,7 +76,7 @@ def read_change(folder: Path, text: str) -> Change:
         raise InputError(f"{text}: expected NAME=VALUE, such as setpoint=30")
     if name == SETPOINT and written == PLAN:
         return Change(name, math.nan)
-    units = _units_of_parameters(folder)
+    units = parameter_units(folder)
     if name not in units:
         raise InputError(f'"{name}" cannot be changed while the loop runs{nearest(name, units)}')
     try:
@@ -86,8 +91,21 @@ def read_change(folder: Path, text: str) -> Change:
     return Change(name, value)
 
 
-def send(folder: Path, name: str, value: float) -> None:
-    """Ask the run in `folder` for a change.
+class Taken(NamedTuple):
+    """A change that a run has taken."""
+
+    name: str
+    before: float | None
+    """Value before it, in `unit`; None: not known. NaN of the set-point of the plan."""
+    value: float
+    """New value in `unit`; NaN: the set-point of the plan again."""
+    unit: str
+    remark: str
+    """What to know of it, such as the margins that new gains leave."""
+
+
+def send(folder: Path, name: str, value: float) -> Taken:
+    """Ask the run in `folder` for a change; return what it was from and to.
 
     Args:
         folder: the folder into which the run records.
@@ -98,7 +116,8 @@ def send(folder: Path, name: str, value: float) -> None:
         InputError: no run is under way in `folder`, or it refuses the change.
         RunError: the run does not answer in time.
     """
-    path = folder / NAME
+    path, unit = folder / NAME, plain_unit(parameter_units(folder).get(name, ""))
+    before = _setpoint_in_force(folder) if name == SETPOINT else None
     with (
         tempfile.TemporaryDirectory(prefix="rtctl-") as place,
         socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as client,
@@ -106,29 +125,40 @@ def send(folder: Path, name: str, value: float) -> None:
         client.bind(str(Path(place) / "answer"))
         client.settimeout(ANSWER_WITHIN_S)
         try:
-            client.sendto(json.dumps({"name": name, "value": value}).encode(), _shorter(path))
+            client.sendto(json.dumps({"name": name, "value": value, "report": True}).encode(), _shorter(path))
         except OSError:
             raise InputError(f"{folder}: no run is under way here (no answer at {NAME})") from None
         try:
             answer = client.recv(LARGEST_DATAGRAM).decode()
         except TimeoutError:
             raise RunError(f"{folder}: the run has not answered within {ANSWER_WITHIN_S:g} s") from None
-    if answer != "ok":
+    said, _, report = answer.partition("\n")
+    if said != "ok":
         raise InputError(answer)
+    known = json.loads(report) if report else {}
+    return Taken(name, known.get("before", before), value, unit, str(known.get("remark", "")))
 
 
-def _units_of_parameters(folder: Path) -> dict[str, str]:
+def _setpoint_in_force(folder: Path) -> float | None:
+    """Return the set-point of the newest sample of a run; None before the first one."""
+    try:
+        tail = Tail(folder / SIGNALS)
+    except (OSError, InputError):
+        return None
+    try:
+        rows = tail.new_rows()["setpoint"]
+        return float(rows[-1]) if len(rows) else None
+    finally:
+        tail.close()
+
+
+def parameter_units(folder: Path) -> dict[str, str]:
     """Return the unit of each parameter that the run in `folder` can change. Raises InputError."""
     path = folder / SIGNALS
     if not path.is_file():
         raise InputError(f"{folder}: no run is under way here ({SIGNALS} is missing)")
     scenario = checked_scenario(scenario_tables(read_header(path).metadata, path), str(path))
-    output, command = scenario.profile.reference.unit, scenario.profile.commands[0].unit
-    return {
-        SETPOINT: output,
-        "controller.kp": f"({command})/({output})",
-        "controller.ki": f"({command})/(({output})*s)",
-    }
+    return units_of_parameters(scenario.profile)
 
 
 def _listen(server: socket.socket, changes: ParameterChannel) -> None:
@@ -150,14 +180,15 @@ def _offer(datagram: bytes, changes: ParameterChannel) -> str:
     """Offer one change; return "ok", or what is wrong with it."""
     try:
         content = json.loads(datagram)
-        name, value = str(content["name"]), float(content["value"])
-    except (ValueError, KeyError, TypeError):
+        name, value, report = str(content["name"]), float(content["value"]), bool(content.get("report"))
+    except (ValueError, KeyError, TypeError, AttributeError):
         return 'a change is {"name": ..., "value": ...}'
+    known = {"before": before} if (before := changes.parameters().get(name)) is not None else {}
     try:
-        changes.offer(name, value)
+        remark = changes.offer(name, value)
     except InputError as error:
         return str(error)
-    return "ok"
+    return f"ok\n{json.dumps(known | {'remark': remark})}" if report else "ok"
 
 
 def _shorter(path: Path) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -15,36 +14,14 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.measured.dataset import Dataset
 from rtctl.measured.summary import RECORD_HEADERS, SIGNAL_HEADERS, record_rows, signal_rows, summarise
-from rtctl.output.html_page import significant, table
+from rtctl.output.html_page import table
+from rtctl.output.readable_units import printed_unit, readable_unit, significant
 
 PARTS = "its initial part alone: then the candidates, or the model without them, take different courses"
 
 
 def _limits(diagnosis: Diagnosis) -> ReportThresholds:
     return diagnosis.problem.thresholds.report
-
-
-def describe_verdict(diagnosis: Diagnosis) -> str:
-    """Return the verdict in one sentence."""
-    names = " and ".join(escape(cause.id) for cause in diagnosis.causes)
-    clear = diagnosis.where and diagnosis.where[0].share >= _limits(diagnosis).min_headline_share
-    place = f": it lives along {escape(diagnosis.where[0].coordinate.replace('_', ' '))}" if clear else ""
-    rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
-    undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
-    them = "it" if len(diagnosis.causes) == 1 else "them"
-    rest = escape(diagnosis.problem.rest)
-    texts = {
-        "adequate": f"Nothing is wrong: the residual of the model is {rest}.",
-        "explained": f"Explained by {names}{undecided}: with {them}, the residual is {rest}.",
-        "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
-        "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
-    }
-    if diagnosis.undecided:
-        texts["unexplained"] = (
-            f"Undecided: something is wrong{place}, and the search ended before it was through; nothing explains it "
-            "so far."
-        )
-    return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
 
 
 def describe_place(diagnosis: Diagnosis) -> str:
@@ -57,44 +34,14 @@ def describe_place(diagnosis: Diagnosis) -> str:
     return f"<p>Mostly along {first}" + (f"; then {', '.join(others[:3])}" if others else "") + ".</p>"
 
 
-def tabulate_causes(diagnosis: Diagnosis) -> str:
-    """Return a table of the causes: parameters, probability, share of the error, and what could replace them."""
-    if not diagnosis.causes:
-        return ""
-    rows = []
-    for cause in diagnosis.causes:
-        values = "<br>".join(_estimate(name, one) for name, one in cause.parameters.items())
-        others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
-        probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
-        rows.append(
-            [f"<b>{escape(cause.id)}</b><br>{escape(cause.statement)}", probability, values,
-             f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
-        )  # fmt: skip
-    headers = [
-        "cause",
-        "probability",
-        "parameters, 95 % interval",
-        "removes",
-        "would explain it as well",
-    ]
-    return f"<h2>The cause{'s' if len(rows) > 1 else ''}</h2>" + table(headers, rows, numbers=(1,))
-
-
-def _share(share: float) -> str:
-    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
-
-
-def _estimate(name: str, one: Estimate) -> str:
-    value, low, high = significant(one.value, one.low, one.high)
-    return f"{escape(name)} = {value} {format_unit(one.unit)} <span class=dim>[{low}, {high}]</span>"
-
-
-def format_unit(unit: str) -> str:
-    """Return `mm/(s^2*V)` as `mm/(s²*V)`, as HTML; an empty string for a number without a unit."""
-    bare = plain_unit(unit)
-    for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^5", "⁵")):
-        bare = bare.replace(power, sign)
-    return escape(re.sub(r"\bum\b", "µm", bare))
+def estimate_text(name: str, one: Estimate) -> str:
+    """Return `name = value unit [low, high]` as HTML, in a unit that fits; the name may be empty."""
+    bare = plain_unit(one.unit)
+    scaled = readable_unit(max(abs(one.value), 0.5 * (one.high - one.low)), bare)
+    value, low, high = significant(scaled.of(one.value), scaled.of(one.low), scaled.of(one.high))
+    interval = f" <span class=dim>[{low}, {high}]</span>" if one.high > one.low else ""
+    told = f"{escape(name)} = " if name else ""
+    return f"{told}{value} {escape(printed_unit(scaled.unit))}{interval}"
 
 
 def tabulate_candidates(diagnosis: Diagnosis) -> str:
@@ -139,8 +86,8 @@ def _p(value: float) -> str:
     return f"{value:.2g}" if value >= least else f"&lt; {least:.0e}"
 
 
-def describe_proposal(diagnosis: Diagnosis) -> str:
-    """Return the next experiment, and a table of the other inputs, best first."""
+def tabulate_menu(diagnosis: Diagnosis) -> str:
+    """Return a table of the inputs among which the next experiment was chosen, best first."""
     proposed = diagnosis.next_experiment
     if proposed is None:
         return ""
@@ -148,12 +95,52 @@ def describe_proposal(diagnosis: Diagnosis) -> str:
         [escape(one.input.statement) + ("" if one.whole else f" ({PARTS})"), f"{one.separation:.3g}"]
         for one in proposed.menu[: _limits(diagnosis).max_table_rows]
     ]
-    plays = "" if proposed.in_vain else "<code>rtctl acquire next-experiment.toml --out DIR</code> plays it. "
     return (
-        f"<h2>The next experiment</h2><p>{escape(proposed.statement)}</p>"
-        f"<p>{plays}Of the inputs that the plant can take:</p>"
+        "<h3>Inputs for the next experiment</h3><p>Of the inputs that the plant can take, best first:</p>"
         + table(["input", "least separation by one record, standard errors"], rows, numbers=(1,))
     )
+
+
+def tabulate_derived(diagnosis: Diagnosis) -> str:
+    """Return a table of what follows from the parameters in the terms of those who use the device."""
+    rows = [
+        [escape(name), escape(printed_unit(text))]
+        for name, text in (one.in_words() for one in diagnosis.derived)
+    ]
+    if not rows:
+        return ""
+    whose = "the extended model" if diagnosis.causes else "the re-fitted model"
+    return (
+        f"<h3>In other terms, of {whose}</h3>"
+        + table(["quantity", "value"], rows)
+        + '<p class="small dim">Intervals as if the parameters were independent of one another.</p>'
+    )
+
+
+def describe_work(diagnosis: Diagnosis) -> str:
+    """Return in a few sentences how the answer came about."""
+    fitted, tests = len(diagnosis.problem.records), len({one.name for one in diagnosis.tests})
+    tried = sum(len(size) for size in diagnosis.search.rankings)
+    said = [
+        f"The nominal model was fitted again to {counted(fitted, 'record')}, so that a wrong value is not taken for a "
+        "missing effect."
+    ]
+    if tried:
+        said.append(
+            f"Then {counted(tried, 'set')} of causes of the catalogue, each fitted together with all nominal "
+            "parameters, were compared. A cause is named only if nothing else is left in the residual."
+        )
+    said.append(
+        f"All gains are on {counted(tests, 'test record')}, which no fit saw."
+        if tests
+        else "No record is a test: the figures are of the records that were fitted."
+    )
+    return f"<p>{' '.join(said)}</p>"
+
+
+def counted(number: int, what: str) -> str:
+    """Return `3 records`, or `1 record`."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def tabulate_parameters(diagnosis: Diagnosis) -> str:
@@ -164,12 +151,12 @@ def tabulate_parameters(diagnosis: Diagnosis) -> str:
     given = {one.name: one for one in diagnosis.before.parameters}
     rows = []
     for name, one in nominal.items():
-        file = f"{given[name].value:.6g} {format_unit(given[name].unit)}"
-        row = [escape(name), file, _estimate("", one).removeprefix(" = ")]
-        rows.append([*row, _estimate("", extended[name]).removeprefix(" = ")] if name in extended else row)
+        file = f"{given[name].value:.6g} {escape(printed_unit(plain_unit(given[name].unit)))}"
+        row = [escape(name), file, estimate_text("", one)]
+        rows.append([*row, estimate_text("", extended[name])] if name in extended else row)
     last = ["with one value mended, 95 %" if off else "with the causes, 95 %"] if extended else []
     headers = ["parameter", "model file", "re-fitted, 95 %", *last]
-    return "<h2>The model's parameters</h2>" + table(headers, rows)
+    return table(headers, rows)
 
 
 def tabulate_data(dataset: Dataset) -> str:
@@ -180,7 +167,7 @@ def tabulate_data(dataset: Dataset) -> str:
     first = SIGNAL_HEADERS.index("first")
     return (
         "<details><summary>What was read: "
-        f"{len(signals)} signals, {len(records)} record{'s' if len(records) != 1 else ''}</summary>"
+        f"{counted(len(signals), 'signal')}, {counted(len(records), 'record')}</summary>"
         + table(SIGNAL_HEADERS, signals, numbers=range(first, len(SIGNAL_HEADERS)))
         + table(RECORD_HEADERS, records, numbers=range(RECORD_HEADERS.index("rows"), len(RECORD_HEADERS) - 1))
         + "</details>"
@@ -200,4 +187,4 @@ def tabulate_provenance(provenance: Mapping[str, Any]) -> str:
         else:
             text = escape(", ".join(map(str, value)) if isinstance(value, list) else str(value))
         rows.append([escape(name.replace("_", " ")), f"<code>{text}</code>" if name == "command" else text])
-    return "<h2>Provenance</h2>" + table(["", ""], rows)
+    return "<h3>Provenance</h3>" + table(["", ""], rows)

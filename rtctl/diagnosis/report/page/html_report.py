@@ -1,4 +1,4 @@
-"""`report.html`: a diagnosis as for a design review, on one self-contained page."""
+"""`report.html`: a diagnosis for a design review, on one page: summary, evidence, model, method. It prints on A4."""
 
 from __future__ import annotations
 
@@ -6,22 +6,29 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from rtctl.diagnosis.report.sections import (
+from rtctl.diagnosis.report.page.sections import (
     describe_place,
-    describe_proposal,
-    describe_verdict,
-    format_unit,
+    describe_work,
     tabulate_candidates,
-    tabulate_causes,
     tabulate_data,
+    tabulate_derived,
+    tabulate_menu,
     tabulate_parameters,
     tabulate_provenance,
     tabulate_tests,
 )
+from rtctl.diagnosis.report.page.summary import (
+    describe_causes,
+    describe_notes,
+    describe_verdict,
+    describe_what_to_do,
+    tabulate_causes,
+    tabulate_gain,
+)
 from rtctl.diagnosis.result import Diagnosis
 from rtctl.extras import can_draw
 from rtctl.measured.dataset import Dataset
-from rtctl.output.html_page import figure, page, tile
+from rtctl.output.html_page import figure, page
 
 if TYPE_CHECKING:
     from rtctl.diagnosis.report.pictures import Picture
@@ -59,27 +66,22 @@ def report_page(diagnosis: Diagnosis, dataset: Dataset, provenance: Mapping[str,
 
     parts = [
         f'<p class="dim small">rtctl diagnose · {escape(dataset.name)} · model {escape(str(provenance["model"]))}</p>',
-        f'<h1>{describe_verdict(diagnosis)}</h1>',
-        *(f'<p class="lead">{escape(cause.statement)}</p>' for cause in diagnosis.causes),
-        *(f'<div class="note">{escape(warning)}</div>' for warning in _notes(diagnosis)),
-        _tiles(diagnosis),
-        tabulate_causes(diagnosis),
-        "<h2>Measured against simulated</h2>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
-        "<h2>Where the error lives</h2>", describe_place(diagnosis), drawn("where"),
-        drawn("shape"), drawn("loops"),
-        "<h2>What was tried</h2>", tabulate_candidates(diagnosis), drawn("candidates"), tabulate_tests(diagnosis),
-        "<h2>What these data can tell apart</h2>", drawn("isolability"),
-        describe_proposal(diagnosis),
-        tabulate_parameters(diagnosis),
-        tabulate_data(dataset),
+        f"<h1>{describe_verdict(diagnosis)}</h1>",
+        '<section class="summary">', describe_causes(diagnosis), tabulate_gain(diagnosis), tabulate_causes(diagnosis),
+        describe_what_to_do(diagnosis), describe_notes(diagnosis), "</section>",
+        '<h2 class="part">Evidence</h2>',
+        "<h3>Measured against simulated</h3>", drawn("stretch"), drawn("others"), drawn("spectrum"), drawn("plane"),
+        "<h3>Where the error lives</h3>", describe_place(diagnosis), drawn("where"), drawn("shape"), drawn("loops"),
+        "<h3>Whether anything is left</h3>", tabulate_tests(diagnosis),
+        '<h2 class="part">The model</h2>', tabulate_parameters(diagnosis), tabulate_derived(diagnosis),
+        '<h2 class="part">Method</h2>', describe_work(diagnosis),
+        "<h3>What was tried</h3>", tabulate_candidates(diagnosis), drawn("candidates"),
+        *((f"<h3>What these data can tell apart</h3>{apart}",) if (apart := drawn("isolability")) else ()),
+        tabulate_menu(diagnosis),
+        "<h3>What was read</h3>", tabulate_data(dataset),
         tabulate_provenance(provenance),
     ]  # fmt: skip
     return page(f"Diagnosis of {dataset.name}", [part for part in parts if part])
-
-
-def _notes(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return the warnings, and why causes that are named give no extended model."""
-    return diagnosis.warnings + ((diagnosis.withheld,) if diagnosis.causes and diagnosis.withheld else ())
 
 
 def _drawn_pictures(diagnosis: Diagnosis) -> list[Picture]:
@@ -105,9 +107,9 @@ def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str
     )
     output = diagnosis.problem.subject.output
     passes = (
-        "passes all residual tests below"
+        "passes all residual tests above"
         if diagnosis.search.passes
-        else "fails some of the residual tests below"
+        else "fails some of the residual tests above"
     )
     blue = (
         f"Blue: the causes that are claimed, or what explains as much; the set {passes}."
@@ -118,49 +120,3 @@ def _numbered_figure(diagnosis: Diagnosis, picture: Picture, number: int) -> str
         whose=whose, shape=shape, start=start, output=output, blue=blue
     )
     return figure(picture.data_uri(), picture.alternative, caption, number)
-
-
-def _tiles(diagnosis: Diagnosis) -> str:
-    gain = diagnosis.gain
-    made = []
-    if gain is not None:
-        made = [
-            tile(
-                f"{gain.before:.3g} {format_unit(gain.unit)}",
-                "RMS error of today's model on test records, re-fitted",
-            )
-        ]
-        if diagnosis.causes:
-            made += [
-                tile(f"{gain.after:.3g} {format_unit(gain.unit)}", "with the extended model"),
-                tile(
-                    f"{gain.ratio:.3g}×",
-                    f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}",
-                ),
-            ]
-    if diagnosis.loop is not None:
-        loop = diagnosis.loop
-        text = f"{loop.before:.3g} → {loop.after:.3g} {format_unit(loop.unit)}"
-        made.append(tile(text, f"in the loop, without and with the causes: {escape(loop.scenario)}"))
-    made.append(
-        tile(
-            f"{diagnosis.noise_rms:.3g} {format_unit(diagnosis.units[diagnosis.problem.subject.output])}",
-            "noise of the reading, as estimated"
-            + (
-                " with what is not explained"
-                if diagnosis.verdict in ("unexplained", "partly_explained")
-                else ""
-            ),
-        )
-    )
-    if diagnosis.causes:
-        first = diagnosis.causes[0]
-        others = f"; {escape(', '.join(first.indistinguishable_from))} would explain it as well"
-        made.append(
-            tile(
-                f"{first.share_removed:.0%}" if first.probability is None else f"{first.probability:.1%}",
-                f"{'of the error removed by' if first.probability is None else 'probability of'} "
-                f"{escape(first.id)}{others if first.indistinguishable_from else ''}",
-            )
-        )
-    return '<div class="tiles">' + "".join(made) + "</div>"

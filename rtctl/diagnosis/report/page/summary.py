@@ -1,0 +1,158 @@
+"""The first page of a report: the verdict, each cause with its size, what it is worth, and what to do."""
+
+from __future__ import annotations
+
+from html import escape
+
+from rtctl.diagnosis.report.page.sections import estimate_text
+from rtctl.diagnosis.result import EXTENDED_MODEL, Cause, Diagnosis
+from rtctl.models.derived.quantity import Derived
+from rtctl.output.html_page import table, tile
+from rtctl.output.readable_units import printed_unit, readable_unit
+
+
+def describe_verdict(diagnosis: Diagnosis) -> str:
+    """Return the verdict in one sentence."""
+    names = " and ".join(escape(cause.id) for cause in diagnosis.causes)
+    least = diagnosis.problem.thresholds.report.min_headline_share
+    clear = diagnosis.where and diagnosis.where[0].share >= least
+    place = f": it lives along {escape(diagnosis.where[0].coordinate.replace('_', ' '))}" if clear else ""
+    rivals = [one for cause in diagnosis.causes for one in cause.indistinguishable_from]
+    undecided = f", or {escape(', '.join(rivals))} in its place: these data do not decide" if rivals else ""
+    them = "it" if len(diagnosis.causes) == 1 else "them"
+    rest = escape(diagnosis.problem.rest)
+    texts = {
+        "adequate": f"Nothing is wrong: the residual of the model is {rest}.",
+        "explained": f"Explained by {names}{undecided}: with {them}, the residual is {rest}.",
+        "partly_explained": f"Partly explained by {names}{undecided}; something else is left.",
+        "unexplained": f"Something is wrong that nothing in the catalogue explains{place}.",
+    }
+    if diagnosis.undecided:
+        texts["unexplained"] = (
+            f"Undecided: something is wrong{place}, and the search ended before it was through; nothing explains it "
+            "so far."
+        )
+    return f'<span class="{diagnosis.verdict}">{texts[diagnosis.verdict]}</span>'
+
+
+def describe_causes(diagnosis: Diagnosis) -> str:
+    """Return each cause in a sentence, with its size in the terms of those who use the device."""
+    said = []
+    for cause in diagnosis.causes:
+        others = "".join(
+            f' <span class="dim">{escape(name)}: {escape(printed_unit(text))}.</span>'
+            for name, text in (one.in_words() for one in quantities_of(cause, diagnosis.derived))
+        )
+        said.append(f'<p class="lead">{escape(cause.statement)}{others}</p>')
+    return "".join(said)
+
+
+def quantities_of(cause: Cause, derived: tuple[Derived, ...]) -> list[Derived]:
+    """Return the derived quantities that speak of a cause: they have its id in their name."""
+    return [one for one in derived if cause.id in one.name.replace(",", " ").split()]
+
+
+def tabulate_gain(diagnosis: Diagnosis) -> str:
+    """Return tiles of what the answer is worth: error on test records and in the loop, before and after, and noise."""
+    tiles = [*_gain_tiles(diagnosis), *_loop_tiles(diagnosis)]
+    with_rest = diagnosis.verdict in ("unexplained", "partly_explained")
+    unit = diagnosis.units[diagnosis.problem.subject.output]
+    tiles.append(
+        tile(
+            _size(diagnosis.noise_rms, unit),
+            "noise of the reading, as estimated" + (" with what is not explained" if with_rest else ""),
+        )
+    )
+    return '<div class="tiles">' + "".join(tiles) + "</div>"
+
+
+def _gain_tiles(diagnosis: Diagnosis) -> list[str]:
+    gain = diagnosis.gain
+    if gain is None:
+        return []
+    output = gain.output.replace("_", " ")
+    before = tile(
+        _size(gain.before, gain.unit), f"RMS error of the {output} on test records: today's model, re-fitted"
+    )
+    if not diagnosis.causes:
+        return [before]
+    return [
+        before,
+        tile(_size(gain.after, gain.unit), "the same with the causes"),
+        tile(
+            f"{gain.ratio:.3g}×", f"less error; 95 % between {gain.ratio_low:.3g} and {gain.ratio_high:.3g}"
+        ),
+    ]
+
+
+def _loop_tiles(diagnosis: Diagnosis) -> list[str]:
+    loop = diagnosis.loop
+    if loop is None:
+        return []
+    scaled = readable_unit(max(loop.before, loop.after), loop.unit)
+    numbers = f"{scaled.of(loop.before):.3g} → {scaled.of(loop.after):.3g} {printed_unit(scaled.unit)}"
+    return [tile(numbers, f"in the loop, without and with the causes: {escape(loop.scenario)}")]
+
+
+def _size(value: float, unit: str) -> str:
+    if unit.startswith("ln("):  # a difference of logarithms is a relative error
+        return f"{100.0 * value:.3g} %"
+    scaled = readable_unit(value, unit)
+    return f"{scaled.of(value):.3g} {escape(printed_unit(scaled.unit))}"
+
+
+def tabulate_causes(diagnosis: Diagnosis) -> str:
+    """Return a table of the causes: size, probability, share of the error, and what could replace them."""
+    if not diagnosis.causes:
+        return ""
+    rows = []
+    for cause in diagnosis.causes:
+        values = "<br>".join(estimate_text(name, one) for name, one in cause.parameters.items())
+        others = ", ".join(cause.indistinguishable_from) or "nothing in the catalogue"
+        probability = "–" if cause.probability is None else f"{cause.probability:.1%}"
+        rows.append(
+            [f"<b>{escape(cause.id)}</b>", values, probability,
+             f"{_share(cause.share_removed)} of the error above the noise", escape(others)]
+        )  # fmt: skip
+    headers = ["cause", "parameters, 95 % interval", "probability", "removes", "would explain it as well"]
+    return table(headers, rows, numbers=(2,))
+
+
+def _share(share: float) -> str:
+    return f"{share:.0%}" if share >= 0.01 else f"{share:.1%}"
+
+
+def describe_what_to_do(diagnosis: Diagnosis) -> str:
+    """Return what follows from the answer: a model to use or why there is none, an experiment that decides, or both."""
+    steps = []
+    if diagnosis.causes and not diagnosis.withheld:
+        steps.append(
+            f"Use <code>{EXTENDED_MODEL}</code> in place of today's model; look at the test records below first."
+        )
+    if diagnosis.causes and diagnosis.withheld:
+        steps.append(escape(_sentence(diagnosis.withheld)))
+    if diagnosis.next_experiment is not None:
+        proposed = diagnosis.next_experiment
+        plays = (
+            "" if proposed.in_vain else " <code>rtctl acquire next-experiment.toml --out DIR</code> plays it."
+        )
+        steps.append(escape(proposed.statement) + plays)
+    if not steps and diagnosis.verdict == "adequate":
+        steps.append("Nothing: the model describes these records as well as any could.")
+    if not steps:
+        return ""
+    return "<h3>What to do</h3><ul>" + "".join(f"<li>{one}</li>" for one in steps) + "</ul>"
+
+
+def describe_notes(diagnosis: Diagnosis) -> str:
+    """Return what a reader must know beside the verdict."""
+    if not diagnosis.warnings:
+        return ""
+    notes = "".join(f'<div class="note">{escape(_sentence(one))}</div>' for one in diagnosis.warnings)
+    return f"<h3>What to know</h3>{notes}"
+
+
+def _sentence(text: str) -> str:
+    """Return a remark with a capital letter at its beginning and a full stop at its end."""
+    ended = text if text.endswith((".", "?", "!")) else f"{text}."
+    return ended[:1].upper() + ended[1:]

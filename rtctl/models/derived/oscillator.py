@@ -1,0 +1,184 @@
+"""An oscillator in the terms of a vibration engineer: natural frequency, damping ratio, Q, forces as drives.
+
+    f0 = sqrt(k) / 2 pi,  zeta = c / (2 sqrt k),  Q = 1 / (2 zeta)           one rest position, k > 0
+    f(z_w) = 0,  f_w = sqrt f'(z_w) / 2 pi,  F = max |f(0 ... z_w)|          in wells, k < 0
+    T = 1 / c                                                                a body without a spring
+
+with f the restoring force and F the least steady force that leaves no rest position in the well. A force per mass a
+that is told with a mechanism is the drive a / g, g the drive's gain; a constant drive u moves the rest position by
+g u / k.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from rtctl.border.mechanisms import plain_unit
+from rtctl.border.model_file import ModelFile, Value
+from rtctl.border.quantities import convert
+from rtctl.models.derived.quantity import Derived, Estimated, derive
+from rtctl.models.derived.wells import barrier_of, stiffness_at, well_of
+
+Estimates = Mapping[str, Mapping[str, Estimated]]
+"""Estimates by mechanism ("": the nominal model) and name."""
+TERMS = (
+    ("", "stiffness", 1), ("stiffness.quadratic", "coefficient", 2), ("", "stiffness_cubic", 3),
+    ("stiffness.cubic", "coefficient", 3), ("stiffness.quintic", "coefficient", 5),
+)  # fmt: skip
+"""Terms of the restoring force: mechanism, parameter, power of the displacement."""
+ALTERING = {
+    "stiffness.gravity",
+    "stiffness.clearance",
+    "stiffness.viscoelastic",
+    "stop.one_sided",
+    "stop.two_sided",
+}
+"""Mechanisms with which small motions do not follow from the stiffness alone."""
+REST = ("drive.offset", "offset")
+"""Mechanism and parameter of a constant drive."""
+
+
+def derive_oscillator(estimates: Estimates, units: Mapping[str, str]) -> tuple[Derived, ...]:
+    """Return what follows from fitted parameters.
+
+    Args:
+        estimates: The nominal parameters damping, stiffness, stiffness_cubic, drive_gain, and those of mechanisms.
+        units: Unit of each signal of the data.
+    """
+    return (*_of_the_motion(estimates, units), *_of_forces(estimates, units))
+
+
+def derive_from_file(model: ModelFile, units: Mapping[str, str]) -> tuple[Derived, ...]:
+    """Return what follows from the parameters of a model file, whose intervals are 95 % ones."""
+    tables = {"": model.model.parameters} | {one.id: one.parameters for one in model.model.mechanisms}
+    estimates = {
+        mechanism: {name: _estimated(value) for name, value in values.items()}
+        for mechanism, values in tables.items()
+    }
+    return derive_oscillator(estimates, units)
+
+
+def _estimated(value: Value) -> Derived:
+    low = value.value if value.low is None else value.low
+    high = value.value if value.high is None else value.high
+    return Derived("", value.value, low, high, value.unit)
+
+
+def _of_the_motion(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
+    nominal = estimates.get("", {})
+    stiffness, damping, gain = (nominal.get(name) for name in ("stiffness", "damping", "drive_gain"))
+    z = units.get("displacement", "")
+    if ALTERING & set(estimates):
+        return []
+    if stiffness is None or stiffness.value == 0.0:
+        return derive("time constant of the speed", "s", lambda c: 1.0 / c, damping)
+    if stiffness.value < 0.0:
+        return _of_wells(estimates, z, units.get("drive", ""))
+    found = [
+        *derive("natural frequency", "Hz", lambda k: math.sqrt(k) / (2.0 * math.pi), stiffness),
+        *_of_damping("", damping, math.sqrt, stiffness),
+    ]
+    if z and "drive" in units and gain is not None:
+        per_drive = plain_unit(f"{z}/({units['drive']})")
+        of = _in(f"({gain.unit})/({stiffness.unit})", per_drive, lambda g, k: g / k)
+        found += derive("static deflection per drive", per_drive, of, gain, stiffness)
+    return found
+
+
+def _of_damping(
+    where: str, damping: Estimated | None, rate: Callable[..., float], *parameters: Estimated
+) -> list[Derived]:
+    """Return damping ratio and Q of small motions of angular frequency `rate(*parameters)`."""
+    if damping is None or not damping.value > 0.0:
+        return []
+    of = (damping, *parameters)
+    return [
+        *derive(f"damping ratio{where}", "%", lambda c, *values: 50.0 * c / rate(*values), *of),
+        *derive(f"quality factor Q{where}", "1", lambda c, *values: rate(*values) / c, *of),
+    ]
+
+
+def _of_wells(estimates: Estimates, z: str, drive: str) -> list[Derived]:
+    """Return place, frequency and depth of the wells in which a bistable oscillator rests."""
+    terms = [
+        (power, estimates[where][name]) for where, name, power in TERMS if name in estimates.get(where, {})
+    ]
+    if not z:
+        return []
+    factors = [convert(1.0, one.unit, f"1/(({z})**{power - 1}*s**2)") for power, one in terms]
+    parameters = [one for _, one in terms]
+
+    def force(values: Sequence[float]) -> dict[int, float]:
+        found: dict[int, float] = {}
+        for (power, _), factor, value in zip(terms, factors, values, strict=True):
+            found[power] = found.get(power, 0.0) + factor * value
+        return found
+
+    sides = {1.0: " in a well"}
+    if any(power % 2 == 0 for power, _ in terms):
+        sides = {1.0: " in the upper well", -1.0: " in the lower well"}
+    return [
+        one
+        for side, where in sides.items()
+        for one in _of_one_well(estimates.get("", {}), force, parameters, (z, drive), (side, where))
+    ]
+
+
+def _of_one_well(
+    nominal: Mapping[str, Estimated],
+    force: Callable[[Sequence[float]], dict[int, float]],
+    parameters: Sequence[Estimated],
+    units: tuple[str, str],
+    where: tuple[float, str],
+) -> list[Derived]:
+    """Return the figures of a well: `units` of displacement and drive, `where` its side and its name."""
+    (z, drive), (side, name) = units, where
+
+    def place(*values: float) -> float:
+        return well_of(force(values), side)
+
+    def rate(*values: float) -> float:
+        return math.sqrt(stiffness_at(force(values), place(*values)))
+
+    found = [
+        *derive(f"displacement{name}", z, place, *parameters),
+        *derive(f"natural frequency{name}", "Hz", lambda *v: rate(*v) / (2.0 * math.pi), *parameters),
+        *_of_damping(name, nominal.get("damping"), rate, *parameters),
+    ]
+    gain = nominal.get("drive_gain")
+    if gain is not None and drive:
+        of = _in(f"({z})/s**2/({gain.unit})", drive, lambda g, *v: barrier_of(force(v), place(*v)) / abs(g))
+        found += derive(f"steady drive that leaves rest{name}", drive, of, gain, *parameters)
+    return found
+
+
+def _of_forces(estimates: Estimates, units: Mapping[str, str]) -> list[Derived]:
+    """Return every force per mass of a mechanism as a drive, and a constant drive as a displacement."""
+    nominal, drive = estimates.get("", {}), units.get("drive", "")
+    gain, stiffness = nominal.get("drive_gain"), nominal.get("stiffness")
+    found: list[Derived] = []
+    for mechanism, parameters in estimates.items():
+        for name, one in parameters.items():
+            if mechanism and drive and gain is not None and _is_force(one.unit):
+                of = _in(f"({one.unit})/({gain.unit})", drive, lambda a, g: a / abs(g))
+                found += derive(f"{mechanism}, {name} as a drive", drive, of, one, gain)
+    offset = estimates.get(REST[0], {}).get(REST[1])
+    z = units.get("displacement", "")
+    if z and offset is not None and gain is not None and stiffness is not None and stiffness.value > 0.0:
+        unit = f"({gain.unit})*({offset.unit})/({stiffness.unit})"
+        of = _in(unit, z, lambda g, u, k: g * u / k)
+        found += derive("rest position moved by drive.offset", z, of, gain, offset, stiffness)
+    return found
+
+
+def _is_force(unit: str) -> bool:
+    """Return whether `unit` is that of a force per mass: of a length or an angle over a time squared."""
+    bare = plain_unit(unit).replace(" ", "")
+    return bare.endswith(("/s^2", "/s**2")) and not bare.startswith(("1/", "("))
+
+
+def _in(unit: str, to: str, of: Callable[..., float]) -> Callable[..., float]:
+    """Return `of`, whose results are in `unit`, with results in `to`."""
+    factor = convert(1.0, unit, to)
+    return lambda *values: factor * of(*values)

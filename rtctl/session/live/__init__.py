@@ -1,0 +1,1 @@
+"""A run while it lasts: how it goes, and changes from outside."""

@@ -1,0 +1,112 @@
+"""Natural frequency, damping, wells and forces follow from parameters by the formulas of the textbook, in any units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from rtctl.models.derived.oscillator import derive_oscillator
+from rtctl.models.derived.quantity import Derived, derive
+
+
+class One(NamedTuple):
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+def estimate(value: float, unit: str, half: float = 0.0) -> One:
+    return One(value, value - half, value + half, unit)
+
+
+def by_name(estimates: Mapping[str, Mapping[str, One]], units: Mapping[str, str]) -> dict[str, Derived]:
+    return {one.name: one for one in derive_oscillator(estimates, units)}
+
+
+RESONATOR = {
+    "damping": estimate(4.0, "1/s", 0.4),
+    "stiffness": estimate((2.0 * math.pi * 15.0) ** 2, "1/s^2"),
+    "drive_gain": estimate(300.0, "mm/(s^2*V)"),
+}
+
+
+def test_a_resonator_has_its_textbook_figures() -> None:
+    found = by_name({"": RESONATOR}, {"drive": "V", "displacement": "mm"})
+    assert found["natural frequency"].value == pytest.approx(15.0)
+    ratio = 4.0 / (2.0 * 2.0 * math.pi * 15.0)
+    assert (found["damping ratio"].value, found["damping ratio"].unit) == (pytest.approx(100.0 * ratio), "%")
+    assert found["damping ratio"].high == pytest.approx(110.0 * ratio)
+    assert found["quality factor Q"].value == pytest.approx(0.5 / ratio)
+    assert found["static deflection per drive"].value == pytest.approx(300.0 / (2.0 * math.pi * 15.0) ** 2)
+
+
+def test_a_friction_is_a_drive_whatever_the_units_of_the_parameters() -> None:
+    friction = {"friction.coulomb": {"level": estimate(0.45, "m/s^2", 0.01)}}
+    found = by_name({"": RESONATOR, **friction}, {"drive": "mV", "displacement": "um"})
+    one = found["friction.coulomb, level as a drive"]
+    assert (one.value, one.unit) == (pytest.approx(1500.0), "mV")
+    assert one.high - one.value == pytest.approx(1500.0 * 0.01 / 0.45)
+
+
+def test_a_constant_drive_moves_the_rest_position() -> None:
+    offset = {"drive.offset": {"offset": estimate(2.0, "V")}}
+    found = by_name({"": RESONATOR, **offset}, {"drive": "V", "displacement": "um"})
+    assert found["rest position moved by drive.offset"].value == pytest.approx(
+        6e5 / (2.0 * math.pi * 15.0) ** 2
+    )
+
+
+def test_two_wells_are_where_the_force_vanishes_and_leave_at_its_maximum() -> None:
+    k, k3, gain = -395.0, 6700.0, 34.0
+    beam = {
+        "damping": estimate(1.6, "1/s"), "stiffness": estimate(k, "1/s^2"),
+        "stiffness_cubic": estimate(k3, "1/(mm^2*s^2)"), "drive_gain": estimate(gain, "mm/(s^2*N)"),
+    }  # fmt: skip
+    found = by_name({"": beam}, {"drive": "N", "displacement": "mm"})
+    well = found["displacement in a well"].value
+    assert k * well + k3 * well**3 == pytest.approx(0.0, abs=1e-9)
+    rate = math.sqrt(k + 3.0 * k3 * well**2)
+    assert found["natural frequency in a well"].value == pytest.approx(rate / (2.0 * math.pi))
+    assert found["quality factor Q in a well"].value == pytest.approx(rate / 1.6)
+    z = np.linspace(0.0, well, 100_001)
+    assert found["steady drive that leaves rest in a well"].value == pytest.approx(
+        np.max(-(k * z + k3 * z**3)) / gain
+    )
+
+
+def test_a_fifth_order_term_and_an_even_one_move_the_wells_and_their_frequencies() -> None:
+    k, k2, k3, k5 = -395.0, 60.0, 6700.0, 4000.0
+    beam = {"stiffness": estimate(k, "1/s^2"), "stiffness_cubic": estimate(k3, "1/(mm^2*s^2)")}
+    more = {
+        "stiffness.quadratic": {"coefficient": estimate(k2, "1/(mm*s^2)")},
+        "stiffness.quintic": {"coefficient": estimate(k5, "1/(mm^4*s^2)")},
+    }
+    found = by_name({"": beam, **more}, {"drive": "N", "displacement": "um"})
+    for side, name in ((1.0, "upper"), (-1.0, "lower")):
+        z = 1e-3 * found[f"displacement in the {name} well"].value
+        assert side * z > 0.0
+        assert k * z + k2 * z**2 + k3 * z**3 + k5 * z**5 == pytest.approx(0.0, abs=1e-6)
+        rate = math.sqrt(k + 2.0 * k2 * z + 3.0 * k3 * z**2 + 5.0 * k5 * z**4)
+        assert found[f"natural frequency in the {name} well"].value == pytest.approx(rate / (2.0 * math.pi))
+
+
+def test_a_spring_that_the_stiffness_alone_does_not_tell_has_no_natural_frequency() -> None:
+    pendulum = {"stiffness.gravity": {"coefficient": estimate(9.0, "1/s^2")}}
+    assert by_name({"": RESONATOR, **pendulum}, {"drive": "V", "displacement": "mm"}) == {}
+
+
+def test_a_body_without_a_spring_has_a_time_constant_only() -> None:
+    found = by_name({"": {"damping": estimate(2.0, "1/s")}}, {"drive": "V", "displacement": "mm"})
+    assert {name: one.value for name, one in found.items()} == {"time constant of the speed": 0.5}
+
+
+def test_an_interval_is_that_of_the_linearised_function() -> None:
+    (product,) = derive("p", "1", lambda a, b: a * b**2, estimate(3.0, "1", 0.03), estimate(2.0, "1", 0.1))
+    assert product.high - product.value == pytest.approx(math.hypot(4.0 * 0.03, 12.0 * 0.1))
+    assert derive("p", "1", lambda a: 1.0 / a, estimate(0.0, "1")) == []
+    assert derive("p", "1", lambda a: a, None) == []
