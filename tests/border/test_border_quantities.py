@@ -55,6 +55,21 @@ def test_anything_else_is_refused_in_words(raw: object, words: str) -> None:
         parse_quantity(raw, "s")
 
 
+@pytest.mark.parametrize(
+    "raw",
+    ["1 9**9**9 s", "1 s*((9)**9)**9", "1 10**10**8 s", {"value": 1.0, "unit": "9^9^9 s"}, "1 s" + 40 * "*s/s"],
+)
+def test_no_unit_is_worked_out_for_ever(raw: object) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
+        parse_quantity(raw, "s")
+
+
+@pytest.mark.parametrize("raw", ["1 √s", "1 s!", "1 s÷1", "1 ms$", "1 s,"])
+def test_a_character_that_means_nothing_in_a_unit_is_not_passed_over(raw: str) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
+        parse_quantity(raw, "s")
+
+
 @given(st.text(max_size=12))
 @example("s**")
 @example("(")
