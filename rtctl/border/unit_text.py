@@ -41,8 +41,12 @@ def parsed_unit(unit: str) -> pint.Unit:
     """Return the unit; "" is a plain number. Raises ValueError in words, with the nearest unit that people use."""
     check_unit_text(unit)
     try:
-        return unit_registry().parse_units(unit)
-    except pint.UndefinedUnitError:
+        parsed = unit_registry().parse_units(unit)
+        _ = parsed.dimensionality  # of a product with a logarithm there is none
+        return parsed
+    except pint.UndefinedUnitError as error:
+        if "delta_" in str(error) and "delta_" not in unit:
+            raise ValueError(f'unit "{unit}" is a product with a logarithm, and has no meaning') from None
         raise ValueError(f'unknown unit "{unit}"{nearest(unit, _COMMON)}') from None
     except Exception as error:  # pint lets tokenizer, assertion and type errors through
         raise ValueError(f'unit "{unit}" cannot be read: {error}; write it like "mm/s^2"') from None

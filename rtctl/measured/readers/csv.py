@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
@@ -32,6 +33,8 @@ def read(path: Path) -> Table:
     columns = {name: k for k, name in enumerate(form.names) if name}
 
     def load(name: str, first: int, end: int) -> Column:
+        if first >= end:
+            return np.empty(0)
         place = lines.places[bisect_right(lines.places, first + form.head, key=lambda line: line.number) - 1]
         skipped = first + form.head - place.number
         attempts = [(pa.float64(), form.decimal)]
