@@ -49,7 +49,8 @@ def check_unit_text(unit: str) -> None:
 
 def convert(value: float, unit: str, to: str) -> float:
     """Return `value unit` in `to`. Raises ValueError in words for an unknown or incompatible unit."""
-    check_unit_text(unit)
+    for text in (unit, to):  # a file may give both
+        check_unit_text(text)
     registry = unit_registry()
     try:
         return float(registry.Quantity(value, unit).to(to).magnitude)

@@ -57,7 +57,13 @@ def test_anything_else_is_refused_in_words(raw: object, words: str) -> None:
 
 @pytest.mark.parametrize(
     "raw",
-    ["1 9**9**9 s", "1 s*((9)**9)**9", "1 10**10**8 s", {"value": 1.0, "unit": "9^9^9 s"}, "1 s" + 40 * "*s/s"],
+    [
+        "1 9**9**9 s",
+        "1 s*((9)**9)**9",
+        "1 10**10**8 s",
+        {"value": 1.0, "unit": "9^9^9 s"},
+        "1 s" + 40 * "*s/s",
+    ],
 )
 def test_no_unit_is_worked_out_for_ever(raw: object) -> None:
     with pytest.raises(ValueError, match="cannot be read"):

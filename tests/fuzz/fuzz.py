@@ -22,7 +22,9 @@ KINDS = ("crash", "hang", "traceback", "files")
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="default: all")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=1000, help="inputs of each target")
@@ -39,7 +41,9 @@ def main() -> int:
     if args.case is not None:
         return _one_case(chosen, args.seed, args.case)
     outcomes = []
-    print(f"{'target':<24} {'inputs':>8} {'refused':>8} " + " ".join(f"{kind:>9}" for kind in KINDS), flush=True)
+    print(
+        f"{'target':<24} {'inputs':>8} {'refused':>8} " + " ".join(f"{kind:>9}" for kind in KINDS), flush=True
+    )
     for name, target in chosen.items():
         cases = range(args.first, args.first + args.count)
         outcomes.append(run(name, target, args.seed, cases, args.seconds))
@@ -49,7 +53,9 @@ def main() -> int:
                 file.writelines(json.dumps({"target": name, **one}) + "\n" for one in outcomes[-1].found)
     for one in outcomes:
         for found in {str(found["text"])[-200:]: found for found in reversed(one.found)}.values():
-            print(f"\n{one.target} --seed {args.seed} --case {found['case']}: {found['kind']}\n{found['text']}")
+            print(
+                f"\n{one.target} --seed {args.seed} --case {found['case']}: {found['kind']}\n{found['text']}"
+            )
     total = sum(one.inputs for one in outcomes)
     print(f"\n{total} inputs, {sum(len(one.found) for one in outcomes)} findings")
     return int(any(one.found for one in outcomes))
@@ -57,7 +63,9 @@ def main() -> int:
 
 def _line(one: Outcome) -> str:
     counts = one.counts()
-    return f"{one.target:<24} {one.inputs:>8} {one.refused:>8} " + " ".join(f"{counts[kind]:>9}" for kind in KINDS)
+    return f"{one.target:<24} {one.inputs:>8} {one.refused:>8} " + " ".join(
+        f"{counts[kind]:>9}" for kind in KINDS
+    )
 
 
 def _one_case(chosen: dict[str, Target], seed: int, case: int) -> int:

@@ -44,9 +44,7 @@ def files(folder: Path) -> dict[str, list[bytes]]:
         ".csv.gz": [gzip.compress(texts()[0].encode(), mtime=0)],
         ".npz": [_written(folder / "a.npz", lambda path: np.savez(path, t=T, u=U, x=X, fs=1000.0)),
                  _written(folder / "b.npz", lambda path: np.savez_compressed(path, u=U, x=X))],
-        ".uff": [_written(folder / "a.uff", lambda path: write_uff(path, [
-            uff58(U, id1="drive", unit="V", binary=binary), uff58(X, id1="x tip", unit="mm", binary=binary)]))
-            for binary in (False, True)],
+        ".uff": [_written(folder / "a.uff", _uff(binary)) for binary in (False, True)],
         ".tdms": [_written(folder / "a.tdms", _tdms)],
     }  # fmt: skip
     table = _arrow_table()
@@ -84,9 +82,19 @@ def _written(path: Path, write: Callable[[Path], None]) -> bytes:
     return content
 
 
+def _uff(binary: bool) -> Callable[[Path], None]:
+    functions = [
+        uff58(U, id1="drive", unit="V", binary=binary),
+        uff58(X, id1="x tip", unit="mm", binary=binary),
+    ]
+    return lambda path: write_uff(path, functions)
+
+
 def _tdms(path: Path) -> None:
     properties = {"wf_increment": 1e-3, "unit_string": "V", "NI_Scaling_Status": "unscaled"}
-    write_tdms(path, {"u": U, "x": (1e4 * X).astype(np.int16)}, {"u": properties, "x": properties}, segments=2)
+    write_tdms(
+        path, {"u": U, "x": (1e4 * X).astype(np.int16)}, {"u": properties, "x": properties}, segments=2
+    )
     path.with_name(path.name + "_index").unlink(missing_ok=True)
 
 

@@ -81,7 +81,16 @@ def rewritten(rng: random.Random, text: str) -> str:
     return text
 
 
-_SWAPS = ((",", ";"), (".", ","), (",", "\t"), ("\n", "\r\n"), ("\n", "\r"), (",", " "), ("-", "\u2212"), ("0", ""))
+_SWAPS = (
+    (",", ";"),
+    (".", ","),
+    (",", "\t"),
+    ("\n", "\r\n"),
+    ("\n", "\r"),
+    (",", " "),
+    ("-", "\u2212"),
+    ("0", ""),
+)
 
 
 def retabled(rng: random.Random, tables: Any) -> Any:

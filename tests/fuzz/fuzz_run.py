@@ -6,6 +6,7 @@ Case k of a target and a seed is always the same. What is counted: tracebacks (a
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import mmap
 import os
@@ -23,7 +24,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fuzz_targets import Target
+from fuzz_targets import Case, Target
+
+__all__ = ["Case", "Outcome", "run"]
 
 MEMORY_BYTES = 2 << 30
 """Memory of a case, beyond what the program takes to start."""
@@ -105,6 +108,7 @@ def _work(
     limit = _virtual_bytes() + MEMORY_BYTES
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    faulthandler.disable()  # a crash is told by the process that watches
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # what libraries say of damaged files
     allowed, strange = folder / "case", list[str]()
     _forbid_files(allowed, strange)
@@ -131,7 +135,9 @@ def _one(name: str, target: Target, seed: int, k: int, folder: Path) -> tuple[st
     try:
         target.case(random.Random(f"{seed}/{name}/{k}"), folder)
     except target.messages as error:
-        return ("refused", "") if str(error).strip() else ("traceback", f"{type(error).__name__} without words")
+        return (
+            ("refused", "") if str(error).strip() else ("traceback", f"{type(error).__name__} without words")
+        )
     except Exception:
         return "traceback", traceback.format_exc(limit=-6)
     return "", ""

@@ -138,8 +138,7 @@ repeat = "A"
 conditions = { frequency_hz = 10.25 }
 """
 _DATA = "t,u,x\n" + "".join(
-    f"{t:.4f},{u:.5g},{x:.5g}\n"
-    for t, u, x in zip(fuzz_files.T, fuzz_files.U, fuzz_files.X, strict=True)
+    f"{t:.4f},{u:.5g},{x:.5g}\n" for t, u, x in zip(fuzz_files.T, fuzz_files.U, fuzz_files.X, strict=True)
 )
 
 
@@ -269,7 +268,26 @@ def _column_name(rng: random.Random, folder: Path) -> None:
     from rtctl.measured.proposal.naming.column_units import read_column
     from rtctl.measured.proposal.survey import Column
 
-    names = ("x", "tip", "Weg", "_", " ", "/", "mm", "in", "acc", "(", ")", "[", "]", "t", "Zeit", ":", "#", "°")
+    names = (
+        "x",
+        "tip",
+        "Weg",
+        "_",
+        " ",
+        "/",
+        "mm",
+        "in",
+        "acc",
+        "(",
+        ")",
+        "[",
+        "]",
+        "t",
+        "Zeit",
+        ":",
+        "#",
+        "°",
+    )
     name = any_text(rng, names)
     read_column(Column(name=name, raw=fuzz_files.X, values=fuzz_files.X))
 
@@ -293,7 +311,9 @@ def _serial_frame(rng: random.Random) -> bytes:
 
     size = rng.choice((0, 4, 8, 19, struct.calcsize("<HHIIf") + 4 * len(VO2.sensed), rng.randrange(200)))
     payload = bytes(size) if rng.random() < 0.3 else rng.randbytes(size)
-    return frame(rng.choice((0x01, 0x81, 0x82, 0x83, 0x84, 0xFF, rng.randrange(256))), rng.randrange(1 << 16), payload)
+    return frame(
+        rng.choice((0x01, 0x81, 0x82, 0x83, 0x84, 0xFF, rng.randrange(256))), rng.randrange(1 << 16), payload
+    )
 
 
 def _serial(rng: random.Random, folder: Path) -> None:
@@ -312,7 +332,9 @@ def _serial(rng: random.Random, folder: Path) -> None:
         layout.levels(message.payload)
         measured = layout.measurement(message.payload)
         if measured is not None and not np.isnan([*measured.sensed, measured.reference]).any():
-            assert layout.reading(measured) == message.payload, "a reading does not pack to what it was read from"
+            assert layout.reading(measured) == message.payload, (
+                "a reading does not pack to what it was read from"
+            )
         again = FrameReader().feed(frame(message.type, message.tag, message.payload))
         assert again == [message], "a frame does not come back"
 
@@ -363,4 +385,6 @@ def _modbus_tcp(rng: random.Random, folder: Path) -> None:
     data = _wire_bytes(rng, lambda one: to_tcp(one.randrange(1 << 16), 1, _modbus_reply(one)))
     reply = from_tcp(data)
     if reply is not None:
-        assert to_tcp(reply.transaction, reply.unit, reply.pdu) == data[: reply.used], "a reply does not come back"
+        assert to_tcp(reply.transaction, reply.unit, reply.pdu) == data[: reply.used], (
+            "a reply does not come back"
+        )

@@ -16,7 +16,7 @@ from measured_files import uff58, write_tdms, write_uff
 from scipy.io import savemat
 
 from rtctl.measured.columns.conversion import TableCache
-from rtctl.measured.readers import READERS, open_table, suffix_of
+from rtctl.measured.readers import READERS, mat, open_table, suffix_of
 
 A, B = np.round(np.linspace(-1.0, 1.0, 50) ** 3, 9), np.arange(50)  # nine digits: text files keep twelve
 
@@ -147,7 +147,7 @@ def test_hdf5_without_h5py_says_what_to_install(tmp_path: Path, monkeypatch: pyt
     path.write_bytes(b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n")
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(ValueError, match=r"needs h5py: pip install .rtctl.readers.., or save as Parquet"):
-        open_table(path)
+        mat.read(path)
 
 
 def csv(folder: Path, text: str | bytes) -> Path:

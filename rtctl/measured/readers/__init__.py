@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
+from rtctl.measured.readers import limited
 from rtctl.measured.readers.table import Header, Table
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
@@ -30,6 +31,9 @@ READERS = {
 }
 NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
 """Optional dependency of a reader by suffix; h5py is asked for where a file turns out to be HDF5."""
+
+LIMITED = frozenset({"mat", "h5"})
+"""Readers whose libraries crash on damaged files, or never end with them: they run in a process of their own."""
 
 
 def suffix_of(path: Path) -> str:
@@ -62,6 +66,8 @@ def open_table(path: Path) -> Table:
             require(NEEDS[suffix], f"reading {suffix}")
         except InputError as missing:
             raise ValueError(str(missing)) from None
-    module = importlib.import_module(f"{__name__}.{READERS[suffix]}")
-    table: Table = module.read(path)
+    module = f"{__name__}.{READERS[suffix]}"
+    if READERS[suffix] in LIMITED:
+        return limited.read(module, path)
+    table: Table = importlib.import_module(module).read(path)
     return table
