@@ -28,6 +28,8 @@ _TWO_MEANINGS = {
     "degrees": ("degree", "degC"),
     "deg": ("degree", "degC"),
     "°": ("degree", "degC"),
+    "mil": ("thou", "mil"),
+    "mils": ("thou", "mil"),
 }
 _FULL_NAMES = re.compile(
     r"((?:micro|milli|centi|nano|kilo|mega)?"

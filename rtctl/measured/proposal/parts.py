@@ -52,10 +52,11 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         )
     if kept == [(0, survey.rows)]:
         return kept, ""
+    empty = np.flatnonzero(~whole)
     lost = survey.rows - sum(end - first for first, end in kept)
     reasons = [
         text
-        for text, there in (("gaps in time", len(breaks)), ("rows without numbers", not whole.all()))
+        for text, there in (("gaps in time", len(breaks)), (f"rows without numbers, first row {empty[0] if len(empty) else 0}", len(empty)))
         if there
     ]
     return (

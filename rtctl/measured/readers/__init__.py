@@ -8,6 +8,7 @@ from pathlib import Path
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
 from rtctl.measured.readers import limited
+from rtctl.measured.readers.signatures import contradiction
 from rtctl.measured.readers.table import Header, Table
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
@@ -18,6 +19,8 @@ READERS = {
     ".txt": "csv",
     ".dat": "csv",
     ".tsv": "csv",
+    ".asc": "csv",
+    ".lvm": "csv",
     ".parquet": "parquet",
     ".arrow": "arrow",
     ".feather": "arrow",
@@ -61,6 +64,8 @@ def open_table(path: Path) -> Table:
         raise ValueError(f"cannot be read: {error.strerror}") from None
     if size == 0:
         raise ValueError("the file is empty (0 bytes)")
+    if READERS[suffix] == "csv" and (why := contradiction(path, suffix)):
+        raise ValueError(why)
     if suffix in NEEDS:
         try:
             require(NEEDS[suffix], f"reading {suffix}")

@@ -27,6 +27,9 @@ def read(path: Path) -> Table:
     if lines.only_blanks and form.separator != "\t":
         text = text.without_blank_lines()
         lines = index_lines(text, form.head)
+    elif lines.only_blanks:  # a line of tabs is a row of empty cells, above the numbers too
+        form = form._replace(head=text.lines_until(form.head))
+        lines = index_lines(text, form.head)
     ending = find_ending(text, form, max(lines.written - form.head, 0))
     rows = max(lines.written - form.head - ending.rows, 0)
     end_byte = text.size() - ending.cut_bytes

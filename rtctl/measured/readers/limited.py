@@ -24,13 +24,17 @@ import numpy as np
 from rtctl.measured.readers.table import Column, Header, Table, length
 
 CHILD = "rtctl.measured.readers.limited_child"
-CPU_S, CPU_BYTES_PER_S = 5.0, 1e7
+CPU_S, CPU_BYTES_PER_S = 4.0, 1e7
 """Processor time of a request: so much, and one second more for so many bytes of the file and of the numbers."""
 
 
 DONE, REFUSED, FAILED = range(3)
 """Kinds of answers: a result, the words of a ValueError, the traceback of a fault in our own code."""
 NO_MEMORY = "needs more memory than there is, or is damaged; take a part of it, or save it again"
+
+
+class ReaderEndedError(ValueError):
+    """The child ended while it read."""
 
 
 class Opening(NamedTuple):
@@ -58,13 +62,19 @@ def read(module: str, path: Path) -> Table:
     """Return the columns of a file by the reader `module`, which runs in the child. Raises ValueError in words."""
     path = Path(os.path.abspath(path))
     file_bytes = path.stat().st_size
+    ended: list[str] = []
     opened: Opening = _CHILD.answer(Request(module, path, _cpu_s(file_bytes)))
 
     def load(name: str, first: int, end: int) -> Column:
+        if ended:  # once is enough: each further column would take as long, and end alike
+            raise ValueError(ended[0])
         rows = end - first if opened.piecewise else length(opened.columns[name].shape)
-        return np.asarray(
-            _CHILD.answer(Request(module, path, _cpu_s(file_bytes + 8 * rows), name, first, end))
-        )
+        request = Request(module, path, _cpu_s(file_bytes + 8 * rows), name, first, end)
+        try:
+            return np.asarray(_CHILD.answer(request))
+        except ReaderEndedError as error:
+            ended.append(str(error))
+            raise
 
     return Table(columns=opened.columns, load=load, piecewise=opened.piecewise, remarks=opened.remarks)
 
@@ -94,7 +104,7 @@ class _Child:
             except (EOFError, BrokenPipeError, pickle.UnpicklingError):
                 status = process.wait()
                 self.end()
-                raise ValueError(_ended(status)) from None
+                raise ReaderEndedError(_ended(status)) from None
             except BaseException:  # Ctrl-C between question and answer: the next one must not get this answer
                 self.end()
                 raise

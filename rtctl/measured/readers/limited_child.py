@@ -35,6 +35,7 @@ def main() -> None:
 
 
 def _answer(request: Request, tables: dict[tuple[str, Path], Table]) -> tuple[int, Any]:
+    importlib.import_module(request.module)  # which may take long on a slow disk
     _limit_time(request.cpu_s)
     try:
         return DONE, _answered(request, tables)
