@@ -32,6 +32,8 @@ class Right(NamedTuple):
     """Rows that the records must have together."""
     within: float = 2e-4
     """Largest error, as a share of a signal's largest value."""
+    lost: np.ndarray | None = None
+    """Rows of the truth that the file has; None: all."""
     units: Mapping[str, str] = UNITS
     """Units of the truth where a file cannot have those above."""
 

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
-from rtctl.measured.columns.time_axis import LONGEST_GAP
+from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.time_base import read_time
@@ -69,7 +68,7 @@ def _gaps(survey: Survey, time: TimeGuess) -> list[int]:
     """Return the rows after which the time jumps over more than resampling bridges."""
     if time.column is None:
         return []
-    steps: FloatArray = np.diff(read_time(survey.columns[time.column], time.unit).time_s)
+    steps = rising(read_time(survey.columns[time.column], time.unit).time_s, time.column, 0)
     usual = float(np.median(steps))
     return [int(row) + 1 for row in np.flatnonzero(steps > LONGEST_GAP * usual)]
 
