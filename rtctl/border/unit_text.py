@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import pint
@@ -50,6 +51,12 @@ def parsed_unit(unit: str) -> pint.Unit:
         raise ValueError(f'unknown unit "{unit}"{nearest(unit, _COMMON)}') from None
     except Exception as error:  # pint lets tokenizer, assertion and type errors through
         raise ValueError(f'unit "{unit}" cannot be read: {error}; write it like "mm/s^2"') from None
+
+
+@cache
+def common_units() -> frozenset[pint.Unit]:
+    """Return the units that people use for signals."""
+    return frozenset(parsed_unit(one) for one in _COMMON)
 
 
 def parse_base_quantity(raw: Any) -> float:

@@ -24,10 +24,12 @@ column = "x"
 file = "FILE"
 sample_rate_hz = 1000.0
 """
-COUNTED = MANIFEST.replace('column = "x"', f'column = "x"\nscale = {X.std() / 1000.0!r}\noffset = {-2.048 * X.std()!r}')
+COUNTED = MANIFEST.replace(
+    'column = "x"', f'column = "x"\nscale = {float(X.std()) / 1000.0!r}\noffset = {-2.048 * float(X.std())!r}'
+)
 
 
-def rows(u: np.ndarray = U, x: np.ndarray = X, head: str = HEAD, form: str = "{:.9g}"):  # noqa: ANN201
+def rows(u: np.ndarray = U, x: np.ndarray = X, head: str = HEAD, form: str = "{:.9g}"):
     return text(head + table(T, u, x, form=form))
 
 
@@ -57,10 +59,10 @@ SITUATIONS = (
     Situation("no row", text(HEAD), refused("r.csv", "two columns of numbers")),
     Situation("an empty file", text(""), refused("r.csv", "empty")),
     Situation("blank lines alone", text("\n\n\n"), refused("r.csv")),
-    Situation("half of the rows are missing", rows(x=np.where(K % 2 == 0, X, np.nan)), refused("r.csv", "parts", "manifest")),
+    Situation("half of the rows are missing", rows(x=np.where(K % 2 == 0, X, np.nan)), refused("r.csv", "no two rows", "x [mm]", "correct")),
     Situation("a sensor that falls out in the middle", rows(x=np.where((K > 200) & (K < 260), np.nan, X)), Right(remark="59 rows left out", fewest=541)),
     Situation("a sensor that starts later", rows(x=np.where(K < 50, np.nan, X)), Right(remark="50 rows left out", fewest=550)),
-    Situation("counts without a scale", rows(x=COUNTS, head="t [s],u [V],x [counts]\n"), refused("r.csv", "x [counts]", "unit", "--output")),
+    Situation("counts without a scale", rows(x=COUNTS, head="t [s],u [V],x [ADU]\n"), refused("r.csv", "x [ADU]", "unit", "--output")),
     Situation("counts with a scale in the manifest", rows(x=COUNTS, head="t,u,x\n"), Right(within=2e-3), said(COUNTED)),
     Situation("counts with a scale of zero", rows(x=COUNTS, head="t,u,x\n"), refused("dataset.toml", "signals.displacement.scale", "nothing"), said(MANIFEST, 'column = "x"', 'column = "x"\nscale = 0.0') | {"file": "manifest"}),
     Situation("a manifest in mm of a file in um", rows(x=1e3 * X, head="t,u [V],x [um]\n"), refused("r.csv", '"um"', '"mm"', "correct one"), said(MANIFEST.replace('"u"', '"u [V]"').replace('"x"', '"x [um]"'))),
@@ -84,7 +86,7 @@ SITUATIONS = (
     Situation("two drives", text("t [s],force [N],voltage [V],x [mm]\n" + table(T, V, U, X)), refused("r.csv", "several columns may be the drive", "--input")),
     Situation("two displacements", text("t [s],u [V],x1 [mm],x2 [mm]\n" + table(T, U, X, X)), refused("r.csv", "x1 [mm]", "--output")),
     Situation("the drive repeated as the response", text("t [s],u [V],x [mm]\n" + table(T, U, U)), RIGHT, {"skip": ""}),
-    Situation("a spectrum", text("f [Hz],H [mm/V]\n" + table(K.astype(float), X)), refused("r.csv", "one signal")),
+    Situation("a spectrum", text("f [Hz],H [mm/V]\n" + table(K.astype(float), X)), refused("r.csv", "spectrum", "time signals")),
     Situation("a column with its own scale in words", text("t [s],u [V] x10,x [mm]\n" + table(T, U / 10.0, X)), refused("r.csv", "u [V] x10", "--input")),
 )  # fmt: skip
 SITUATIONS = tuple(one for one in SITUATIONS if "skip" not in one.said)

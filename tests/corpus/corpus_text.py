@@ -94,7 +94,16 @@ NO_READING = tuple(
                  "TRUE")
 )  # fmt: skip
 
-TEK_OLD_HEAD = ["Record Length,600", "Sample Interval,1.0e-03", "Trigger Point,300", "", "", "", "Source,CH1", "Vertical Units,V"]
+TEK_OLD_HEAD = [
+    "Record Length,600",
+    "Sample Interval,1.0e-03",
+    "Trigger Point,300",
+    "",
+    "",
+    "",
+    "Source,CH1",
+    "Vertical Units,V",
+]
 LVM = (
     "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tNo\n"
     "X_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/11/21\nTime\t10:00:00,000\n***End_of_Header***\t\n\t\nChannels\t2\t\t\n"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 from corpus_case import RIGHT, ROWS, Right, Situation, T, U, X, refused, table, text
@@ -16,13 +16,21 @@ T_MS = {"time": "t:ms"}
 HALF = Right(fewest=ROWS - 1)
 
 
-def stamped(stamps: list[str] | np.ndarray, head: str = "time,u [V],x [mm]\n", separator: str = ",", name: str = "r.csv"):  # noqa: ANN201
+def stamped(
+    stamps: list[str] | np.ndarray,
+    head: str = "time,u [V],x [mm]\n",
+    separator: str = ",",
+    name: str = "r.csv",
+):
     return text(head + table(stamps, U, X, separator=separator), name)
 
 
 def dates(form: str, start: datetime = START, digits: int = 3) -> list[str]:
     stamps = [start + timedelta(milliseconds=int(k)) for k in K]
-    return [one.strftime(form).replace("@", f"{one.microsecond // 10 ** (6 - digits):0{digits}d}") for one in stamps]
+    return [
+        one.strftime(form).replace("@", f"{one.microsecond // 10 ** (6 - digits):0{digits}d}")
+        for one in stamps
+    ]
 
 
 def over_midnight() -> list[str]:
@@ -31,8 +39,11 @@ def over_midnight() -> list[str]:
 
 def across_autumn(zoned: bool) -> list[str]:
     """The night in which clocks are set back: 02:59:59 CEST, then 02:00:00 CET."""
-    instants = [datetime(2026, 10, 25, 0, 59, 59, 700_000, tzinfo=timezone.utc) + timedelta(milliseconds=int(k)) for k in K]
-    turn = datetime(2026, 10, 25, 1, 0, 0, tzinfo=timezone.utc)
+    instants = [
+        datetime(2026, 10, 25, 0, 59, 59, 700_000, tzinfo=UTC) + timedelta(milliseconds=int(k))
+        for k in K
+    ]
+    turn = datetime(2026, 10, 25, 1, 0, 0, tzinfo=UTC)
     local = [one.astimezone(CEST if one < turn else CET) for one in instants]
     return [one.isoformat(timespec="milliseconds")[: None if zoned else 23] for one in local]
 
@@ -41,7 +52,7 @@ def cut(stamps: np.ndarray, *rows: int) -> np.ndarray:
     return np.delete(stamps, rows)
 
 
-def columns(t: np.ndarray, keep: np.ndarray | None = None, head: str = HEAD, form: str = "{:.9g}"):  # noqa: ANN201
+def columns(t: np.ndarray, keep: np.ndarray | None = None, head: str = HEAD, form: str = "{:.9g}"):
     kept = K if keep is None else keep
     return text(head + table([form.format(one) for one in np.asarray(t)[kept]], U[kept], X[kept]))
 

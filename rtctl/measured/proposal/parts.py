@@ -42,6 +42,11 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
     parts = [part for run in runs for part in _cut(run, breaks)]
     if not parts:
         raise ValueError(f"no row has numbers in all of {', '.join(columns)}")
+    if max(end - first for first, end in parts) < 2:
+        raise ValueError(
+            f"has no two rows after each other with numbers in all of {', '.join(columns)}; give the one that is "
+            "measured at fewer instants a file of its own, or correct the file"
+        )
     longest = max(end - first for first, end in parts)
     kept = [one for one in parts if one[1] - one[0] >= max(LEAST_PART * longest, 2)]
     if len(kept) > MOST_PARTS:
@@ -55,7 +60,10 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
     lost = survey.rows - sum(end - first for first, end in kept)
     reasons = [
         text
-        for text, there in (("gaps in time", len(breaks)), (f"rows without numbers, first row {empty[0] if len(empty) else 0}", len(empty)))
+        for text, there in (
+            ("gaps in time", len(breaks)),
+            (f"rows without numbers, first row {empty[0] if len(empty) else 0}", len(empty)),
+        )
         if there
     ]
     return (

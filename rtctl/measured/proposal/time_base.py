@@ -82,7 +82,7 @@ def _time_column(survey: Survey) -> tuple[Column, str] | None:
     best = max((vote for vote, _ in voted), default=0.0)
     if best >= WEAK:
         return next(one for vote, one in voted if vote == best), "it increases, and its name says so"
-    first = next(iter(survey.columns))
+    first = next((name for name, one in survey.columns.items() if one.raw is not None), "")
     if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
         return survey.columns[first], "it is the first column, and increases in equal steps"
     return None

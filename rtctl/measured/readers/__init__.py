@@ -8,6 +8,7 @@ from pathlib import Path
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
 from rtctl.measured.readers import limited
+from rtctl.measured.readers.matrices import with_matrix_columns
 from rtctl.measured.readers.signatures import contradiction
 from rtctl.measured.readers.table import Header, Table
 
@@ -72,7 +73,9 @@ def open_table(path: Path) -> Table:
         except InputError as missing:
             raise ValueError(str(missing)) from None
     module = f"{__name__}.{READERS[suffix]}"
+    table: Table
     if READERS[suffix] in LIMITED:
-        return limited.read(module, path)
-    table: Table = importlib.import_module(module).read(path)
-    return table
+        table = limited.read(module, path)
+    else:
+        table = importlib.import_module(module).read(path)
+    return with_matrix_columns(table, matlab=suffix == ".mat")

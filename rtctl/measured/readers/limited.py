@@ -16,12 +16,13 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
+from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.measured.readers.table import Column, Header, Table, length
+from rtctl.measured.readers.table import Column, Header, Table
 
 CHILD = "rtctl.measured.readers.limited_child"
 CPU_S, CPU_BYTES_PER_S = 4.0, 1e7
@@ -68,8 +69,8 @@ def read(module: str, path: Path) -> Table:
     def load(name: str, first: int, end: int) -> Column:
         if ended:  # once is enough: each further column would take as long, and end alike
             raise ValueError(ended[0])
-        rows = end - first if opened.piecewise else length(opened.columns[name].shape)
-        request = Request(module, path, _cpu_s(file_bytes + 8 * rows), name, first, end)
+        numbers = end - first if opened.piecewise else prod(opened.columns[name].shape)
+        request = Request(module, path, _cpu_s(file_bytes + 8 * numbers), name, first, end)
         try:
             return np.asarray(_CHILD.answer(request))
         except ReaderEndedError as error:

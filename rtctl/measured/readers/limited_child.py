@@ -30,7 +30,11 @@ def main() -> None:
         except EOFError:
             return
         answer = _answer(request, tables)
-        pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
+        try:
+            content = pickle.dumps(answer, protocol=pickle.HIGHEST_PROTOCOL)
+        except Exception:  # objects of a library that are no data
+            content = pickle.dumps((FAILED, traceback.format_exc()))
+        answers.write(content)
         answers.flush()
 
 

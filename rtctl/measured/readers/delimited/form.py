@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rtctl.measured.stated_unit import is_no_unit, readable
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable
 
 OPENING_LINES = 300
 NAMELESS = "column_"
@@ -57,7 +57,7 @@ class _Layout(NamedTuple):
     def has_units(self, row: list[str]) -> bool:
         """Return whether a row has units, and no number, above the columns of numbers."""
         cells = [row[k] for k in self.numeric if k < len(row)]
-        return not self.has_numbers(row) and _count_units(cells) > 0 and _are_units(cells)
+        return not self.has_numbers(row) and _common_units(cells) > 0 and _are_units(cells)
 
 
 def find_form(lines: Sequence[str]) -> Form:
@@ -162,13 +162,14 @@ def _names_and_units(block: list[list[str]], layout: _Layout) -> tuple[list[str]
     if len(block) < 2:
         return block[-1], []
     above, below = block[-2], block[-1]
-    if _are_units(above) and _count_units(above) > _count_units(below):
+    if all(readable(_bare(cell)) for cell in above) and _common_units(above) > _common_units(below):
         return below, above
     return (above, below) if _are_units(below) or layout.has_units(below) else (below, [])
 
 
-def _count_units(row: list[str]) -> int:
-    return sum(readable(_bare(cell)) for cell in row if cell and not is_no_unit(_bare(cell)))
+def _common_units(row: list[str]) -> int:
+    """Return how many cells are units that people use: those that a letter names by chance (a: a year) are not."""
+    return sum(is_common(_bare(cell)) for cell in row if cell)
 
 
 def _are_units(row: list[str]) -> bool:

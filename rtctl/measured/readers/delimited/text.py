@@ -24,7 +24,9 @@ _GZIP = b"\x1f\x8b"
 _WIDE_MARKS = {
     codecs.BOM_UTF32_LE: "utf-32-le",
     codecs.BOM_UTF32_BE: "utf-32-be",
-    codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
 
 
 class Line(NamedTuple):
@@ -137,7 +139,9 @@ def open_text(path: Path) -> Text:
     try:
         return Text(path, raw.decode(wide).removeprefix("\ufeff").encode())
     except UnicodeDecodeError:
-        raise ValueError(f"is cut off or damaged: it begins as {wide.upper()} and does not go on so") from None
+        raise ValueError(
+            f"is cut off or damaged: it begins as {wide.upper()} and does not go on so"
+        ) from None
 
 
 def index_lines(text: Text, head: int = 0) -> Lines:
