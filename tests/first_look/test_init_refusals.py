@@ -191,8 +191,8 @@ def test_the_columns_of_a_matrix_of_all_signals_are_offered(
 ) -> None:
     savemat(tmp_path / "r.mat", {"data": np.column_stack([M.t, M.u, M.x])})
     said = refusal(capsys, tmp_path / "r.mat")
-    assert 'several columns may be the drive: "data(:,2)", "data(:,3)": say --input' in said
-    assert "time = data(:,1)" in said
+    assert "taken so far: drive = data(:,2), time = data(:,1)" in said
+    assert "--output 'displacement=data(:,3):UNIT' --input 'data(:,2):UNIT'" in said
 
 
 def test_time_that_goes_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
