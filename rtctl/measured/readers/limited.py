@@ -25,7 +25,7 @@ import numpy as np
 from rtctl.measured.readers.table import Column, Header, Table
 
 CHILD = "rtctl.measured.readers.limited_child"
-CPU_S, CPU_BYTES_PER_S = 4.0, 1e7
+CPU_S, CPU_BYTES_PER_S = 3.0, 1e7
 """Processor time of a request: so much, and one second more for so many bytes of the file and of the numbers."""
 
 
