@@ -16,12 +16,14 @@ from contextlib import suppress
 from typing import Any
 
 import numba
-from numba.core.caching import IndexDataCacheFile
+from numba.core import caching
+
+_Files: Any = caching.IndexDataCacheFile
 
 _DIGEST_BYTES = 32
 
 
-class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
+class CacheFile(_Files):  # type: ignore[misc]
     """Files of one kernel's cache; an index of numba's own has another stamp, and is not believed."""
 
     def __init__(self, made: Any, stamp: str) -> None:
@@ -76,7 +78,7 @@ def jit(function: Callable[..., Any], **options: Any) -> Any:
 
 def stamp(compiled: Any, text: str) -> None:
     """Give the cache of a compiled function, if it has one, a stamp of all that is compiled into it."""
-    cache = getattr(compiled, "_cache", None)
+    cache: Any = getattr(compiled, "_cache", None)
     if not hasattr(cache, "_cache_file"):  # NUMBA_DISABLE_JIT=1, or no place
         return
     digest = hashlib.sha256(text.encode()).hexdigest()  # of one length, since other stamps contain it

@@ -15,8 +15,8 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable, Iterator
-from functools import lru_cache
 from enum import Enum
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -109,7 +109,7 @@ def _parts(function: Callable[..., Any]) -> Iterator[str]:
 
     All of it, not only the names in `function`: it may reach them through a kernel further down its file.
     """
-    for name, value in function.__globals__.items():
+    for value in function.__globals__.values():
         if isinstance(value, numba.core.dispatcher.Dispatcher):
             yield kernel_cache.stamp_of(value) or _file_stamp(value.py_func.__module__)
         elif isinstance(value, type) and issubclass(value, tuple | Enum):

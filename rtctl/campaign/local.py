@@ -54,7 +54,7 @@ def on_this_machine(plan: Plan, numbers: Sequence[int], workers: int) -> Iterato
 
 
 def _depend_on_the_parent() -> None:
-    """Leave Ctrl-C to the parent, and end with it: a worker waits for its next part for ever if the parent was killed."""
+    """Leave Ctrl-C to the parent, and end with it: if it was killed, a worker waits for its next part for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     if parent is not None:

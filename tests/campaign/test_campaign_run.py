@@ -49,7 +49,18 @@ def in_session(session: int) -> list[int]:
 
 def test_worker_processes_end_with_a_campaign_that_is_killed(tmp_path: Path) -> None:
     file, out = campaign(tmp_path, SMALL.replace("part = 16", "part = 1")), tmp_path / "out"
-    command = [sys.executable, "-m", "rtctl", "sweep", str(file), "--out", str(out), "--workers", "2", "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "rtctl",
+        "sweep",
+        str(file),
+        "--out",
+        str(out),
+        "--workers",
+        "2",
+        "--quiet",
+    ]
     with subprocess.Popen(command, start_new_session=True) as running:
         while not list(out.glob("parts/*.parquet")) and running.poll() is None:
             time.sleep(0.002)

@@ -1,4 +1,4 @@
-"""What a terminal, a pipe, a disk or a name does to a command ends in one message or in none, and never in a traceback."""
+"""What a terminal, a pipe, a disk or a name does to a command ends in one message at most, never in a traceback."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TABLE = "t [s],u [V],x [mm]\n" + "".join(f"{k / 1000},{(k * 7) % 11},{(k * 5) % 
 
 def shell(command: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
     """Run a line of the shell in which `rtctl` is this program."""
-    start = f"rtctl() {{ {shlex.quote(sys.executable)} -m rtctl \"$@\"; }}; {command}"
+    start = f'rtctl() {{ {shlex.quote(sys.executable)} -m rtctl "$@"; }}; {command}'
     return subprocess.run(["bash", "-c", start], cwd=folder, capture_output=True, env=os.environ)
 
 

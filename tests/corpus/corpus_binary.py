@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -265,4 +266,13 @@ COLUMNAR = (
     Situation("UFF of frequency", uff(abscissa=18), refused("r.uff", "function of frequency")),
     Situation("UFF cut off", made("r.uff", lambda path: (uff()(path.parent), path.write_bytes(path.read_bytes()[:-7]))), refused("r.uff", "cut off")),
 )  # fmt: skip
-SITUATIONS = tuple(one for one in (*HDF5, *MATLAB, *COLUMNAR) if "skip" not in one.said)
+SIMULATED_MDF = b"MDF     4.10    rtctl   " + bytes(400)
+OTHERS = (
+    Situation("MDF without its package, or damaged", made("r.mf4", lambda path: path.write_bytes(SIMULATED_MDF)), refused("r.mf4", "measurement data file" if find_spec("asammdf") else "pip install 'rtctl[mdf]'")),
+    Situation("MDF named .dat", made("r.dat", lambda path: path.write_bytes(SIMULATED_MDF)), refused("r.dat", "rename it to .mf4")),
+    Situation("HDF5 named .dat", made("r.dat", lambda path: path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(99))), refused("r.dat", "HDF5", "rename it to .h5")),
+    Situation("TDMS named .txt", made("r.txt", lambda path: path.write_bytes(b"TDSm" + bytes(99))), refused("r.txt", "TDMS", "rename it")),
+    Situation("a file of an unknown kind", made("r.bin", lambda path: path.write_bytes(bytes(99))), refused("r.bin", "no reader for the suffix", "convert")),
+    Situation("a folder", made("r", lambda path: path.mkdir()), refused("r", "is a folder", "name its data files")),
+)  # fmt: skip
+SITUATIONS = (*HDF5, *MATLAB, *COLUMNAR, *OTHERS)

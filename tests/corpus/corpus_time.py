@@ -40,8 +40,7 @@ def over_midnight() -> list[str]:
 def across_autumn(zoned: bool) -> list[str]:
     """The night in which clocks are set back: 02:59:59 CEST, then 02:00:00 CET."""
     instants = [
-        datetime(2026, 10, 25, 0, 59, 59, 700_000, tzinfo=UTC) + timedelta(milliseconds=int(k))
-        for k in K
+        datetime(2026, 10, 25, 0, 59, 59, 700_000, tzinfo=UTC) + timedelta(milliseconds=int(k)) for k in K
     ]
     turn = datetime(2026, 10, 25, 1, 0, 0, tzinfo=UTC)
     local = [one.astimezone(CEST if one < turn else CET) for one in instants]

@@ -78,6 +78,10 @@ WRITERS: dict[str, Callable[[Path], object]] = {
 }
 
 
+MDF = {".mf4", ".mdf"}
+"""Suffixes of an extra that the tests do not need: tests of their own."""
+
+
 def column(path: Path, name: str, unit: str = "V") -> np.ndarray:
     return TableCache().column(path, name, unit)
 
@@ -119,10 +123,10 @@ def test_a_file_that_was_cut_off_is_told(tmp_path: Path, name: str, share: float
 
 
 def test_every_reader_of_the_registry_is_tried_above() -> None:
-    assert {suffix_of(Path(name)) for name in WRITERS} == set(READERS)
+    assert {suffix_of(Path(name)) for name in WRITERS} == set(READERS) - MDF
 
 
-@pytest.mark.parametrize("suffix", sorted(READERS))
+@pytest.mark.parametrize("suffix", sorted(set(READERS) - MDF))
 def test_a_file_that_is_not_what_its_suffix_says(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"liar{suffix}"
     path.write_bytes(b"%PDF-1.7\n\x00\xff\xfe,\n\x01\x02")

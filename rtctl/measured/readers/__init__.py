@@ -30,13 +30,15 @@ READERS = {
     ".h5": "h5",
     ".hdf5": "h5",
     ".tdms": "tdms",
+    ".mf4": "mdf",
+    ".mdf": "mdf",
     ".uff": "uff58",
     ".unv": "uff58",
 }
-NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
+NEEDS = {".mf4": "asammdf", ".mdf": "asammdf", ".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
 """Optional dependency of a reader by suffix; h5py is asked for where a file turns out to be HDF5."""
 
-LIMITED = frozenset({"mat", "h5"})
+LIMITED = frozenset({"mat", "h5", "mdf"})
 """Readers whose libraries crash on damaged files, or never end with them: they run in a process of their own."""
 
 
