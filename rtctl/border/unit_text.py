@@ -34,6 +34,8 @@ _COMMON = (
     *("ohm", "kohm", "Mohm", "T", "mT", "A/m", "rad", "deg", "degC", "K", "Hz", "Pa", "dimensionless"),
 )
 
+LARGEST_POWER = 20.0
+"""Power of a unit, beyond which its factor is no number of floating point."""
 SI = "SI"
 """Unit of a quantity that is in SI base units, whichever they are."""
 
@@ -44,13 +46,16 @@ def parsed_unit(unit: str) -> pint.Unit:
     try:
         parsed = unit_registry().parse_units(unit)
         _ = parsed.dimensionality  # of a product with a logarithm there is none
-        return parsed
+        largest = max((abs(power) for power in parsed._units.values()), default=0.0)
     except pint.UndefinedUnitError as error:
         if "delta_" in str(error) and "delta_" not in unit:
             raise ValueError(f'unit "{unit}" is a product with a logarithm, and has no meaning') from None
         raise ValueError(f'unknown unit "{unit}"{nearest(unit, _COMMON)}') from None
     except Exception as error:  # pint lets tokenizer, assertion and type errors through
         raise ValueError(f'unit "{unit}" cannot be read: {error}; write it like "mm/s^2"') from None
+    if not largest <= LARGEST_POWER:
+        raise ValueError(f'unit "{unit}" cannot be read: a power of {largest:g}; write it like "mm/s^2"')
+    return parsed
 
 
 @cache

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, Quantity, check, parse_quantity, read_toml
+from rtctl.border.unit_text import parse_base_quantity
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,12 @@ def test_anything_else_is_refused_in_words(raw: object, words: str) -> None:
 def test_no_unit_is_worked_out_for_ever(raw: object) -> None:
     with pytest.raises(ValueError, match="cannot be read"):
         parse_quantity(raw, "s")
+
+
+@pytest.mark.parametrize("raw", ["1 V^29.9e37", "2.5 ohm^2²²", "1 deg^999", "1 s^-21"])
+def test_a_power_beyond_all_numbers_is_refused_in_words(raw: str) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
+        parse_base_quantity(raw)
 
 
 @pytest.mark.parametrize("raw", ["1 √s", "1 s!", "1 s÷1", "1 ms$", "1 s,"])
