@@ -46,7 +46,7 @@ def parsed_unit(unit: str) -> pint.Unit:
     try:
         parsed = unit_registry().parse_units(unit)
         _ = parsed.dimensionality  # of a product with a logarithm there is none
-        largest = max((abs(power) for power in parsed._units.values()), default=0.0)
+        largest = max((abs(float(power)) for power in dict[str, Any](parsed._units).values()), default=0.0)
     except pint.UndefinedUnitError as error:
         if "delta_" in str(error) and "delta_" not in unit:
             raise ValueError(f'unit "{unit}" is a product with a logarithm, and has no meaning') from None
