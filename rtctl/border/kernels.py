@@ -26,8 +26,8 @@ from numba.core import cgutils
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
-from rtctl.border import kernel_cache
 from rtctl.border.arrays import FloatArray
+from rtctl.border.machine_code import cache as kernel_cache
 
 P = ParamSpec("P")
 T = TypeVar("T")

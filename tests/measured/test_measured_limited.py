@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.measured.readers import limited
+from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Table
 
 
@@ -69,7 +69,7 @@ _SCRIPT = """
 import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from rtctl.measured.readers import limited
+from rtctl.measured.readers.limits import limited
 good = limited.read("reader_that_fails", Path(sys.argv[1]))
 process = os.fork()
 if process == 0:

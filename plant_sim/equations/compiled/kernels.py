@@ -22,9 +22,9 @@ from plant_sim.equations.compiled.implicit import derive_source, extrapolate
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.system import System
 from plant_sim.oscillator.equation.binding import CONTRACT
-from rtctl.border import kernel_cache
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import first_class
+from rtctl.border.machine_code import cache as kernel_cache
 
 FUNCTIONS = (
     "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "fabs",

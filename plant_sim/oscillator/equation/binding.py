@@ -18,8 +18,8 @@ from typing import Any
 
 import numba
 
-from rtctl.border import kernel_cache
 from rtctl.border.kernels import constants
+from rtctl.border.machine_code import cache as kernel_cache
 
 CONTRACT = {"contract"}
 """The only freedom of the compiler: a*b + c as one rounded operation, as a C compiler takes by default."""

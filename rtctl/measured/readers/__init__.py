@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
-from rtctl.measured.readers import limited
-from rtctl.measured.readers.matrices import with_matrix_columns
-from rtctl.measured.readers.signatures import contradiction
+from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Header, Table
+from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
+from rtctl.measured.readers.whole_file.signatures import contradiction
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
 

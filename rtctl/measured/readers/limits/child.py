@@ -13,7 +13,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from rtctl.measured.readers.limited import DONE, FAILED, NO_MEMORY, REFUSED, Opening, Request
+from rtctl.measured.readers.limits.limited import DONE, FAILED, NO_MEMORY, REFUSED, Opening, Request
 from rtctl.measured.readers.table import Table
 
 _LONGEST_S = 1e7

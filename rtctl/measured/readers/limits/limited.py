@@ -1,7 +1,7 @@
 """Files read in a process of its own with limits: what crashes a library, or never ends in it, ends in one message.
 
 The HDF5 library and SciPy's reader of MATLAB 5 are compiled code that believes a file: damaged ones end in a
-segmentation fault or an endless loop. One child process (`limited_child`) serves all such files of a process: it gets
+segmentation fault or an endless loop. One child process (`child`) serves all such files of a process: it gets
 memory up to what is free when it starts, and processor time by the size of what is read. It ends with its parent,
 whose end closes its input.
 """
@@ -24,7 +24,7 @@ import numpy as np
 
 from rtctl.measured.readers.table import Column, Header, Table
 
-CHILD = "rtctl.measured.readers.limited_child"
+CHILD = "rtctl.measured.readers.limits.child"
 CPU_S, CPU_BYTES_PER_S = 3.0, 1e7
 """Processor time of a request: so much, and one second more for so many bytes of the file and of the numbers."""
 
