@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: run test setup lint types contracts unit slow docs coverage minimal thresholds blind figures benchmarks clean
+.PHONY: run test setup lint types contracts unit slow fuzz docs coverage minimal thresholds blind figures benchmarks clean
 
 run: $(STAMP)
 	$(BIN)/rtctl demo --out out/demo
@@ -35,6 +35,12 @@ unit: $(STAMP)
 # Further cases of kinds that the suite has already: minutes of diagnoses, also of the Silverbox. Weekly in the workflow.
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
+
+# Random inputs for every reader, TOML file and codec, in processes with limits (about ten minutes).
+SEED  ?= 1
+COUNT ?= 2000
+fuzz: $(STAMP)
+	$(BIN)/python tests/fuzz/fuzz.py --seed $(SEED) --count $(COUNT)
 
 # The documentation as a site in out/site; a broken link or an undocumented argument is an error.
 docs: $(STAMP)

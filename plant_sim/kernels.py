@@ -1,8 +1,7 @@
 """Compiled kernels and the records they read: one typed place where numba is met.
 
 A kernel takes its parameters as a one-element structured array (a field a quantity), because a call with
-few array arguments costs a fifth of one that unpacks a NamedTuple. The cache on disk watches the file of a
-kernel, not those of the kernels it calls: after editing one of those, delete `__pycache__`.
+few array arguments costs a fifth of one that unpacks a NamedTuple.
 """
 
 from __future__ import annotations
@@ -15,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from rtctl.border.kernels import compiled_with
+
 KernelT = TypeVar("KernelT", bound=Callable[..., Any])
 
 Record = Any
@@ -23,7 +24,7 @@ Record = Any
 
 def compiled(function: KernelT) -> KernelT:
     """Return `function`, compiled by numba on its first call, cached on disk, with IEEE arithmetic as written."""
-    return cast(KernelT, numba.njit(cache=True, fastmath=False)(function))
+    return cast(KernelT, compiled_with(function, fastmath=False))
 
 
 def direct(function: KernelT, *examples: Any) -> KernelT:

@@ -25,6 +25,7 @@ EXTRAS = {
     "nptdms": Extra("npTDMS", "readers"),
     "pyuff": Extra("pyuff", "readers"),
     "h5py": Extra("h5py", "readers"),
+    "asammdf": Extra("asammdf", "mdf"),
     "matplotlib": Extra("matplotlib", "plots"),
     "distributed": Extra("distributed", "cluster"),
 }

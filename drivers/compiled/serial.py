@@ -204,7 +204,10 @@ def exchange_serial(
             inbox[k] = inbox[begin + k]
         end -= begin
         if end > _LONGEST or INBOX_BYTES - end < _LONGEST:  # no frame is so long: a babbling line
-            end = 1
+            inbox[0], end = (
+                0xFF,
+                1,
+            )  # a code that needs more bytes than a frame has, so that the rest is damaged
             line[DAMAGED] += 1
         line[ARRIVED] = end
         if ended >= 0:

@@ -135,7 +135,7 @@ class _Reading:
         return {}
 
     def scope(self, terms: Mapping[str, Tree]) -> dict[str, Unit]:
-        """Return the unit of each name."""
+        """Return the unit of each name. Raises InputError where one is no unit."""
         scope = {TIME: unit_registry().second, **dict.fromkeys(CONSTANTS, unit_registry().dimensionless)}
         for name, where in self._places:
             unit = getattr(getattr(self._model, where.partition(".")[0])[name], "unit", None)
@@ -143,6 +143,7 @@ class _Reading:
                 with self._under(f"{where}.unit"):
                     factor_of(unit)
                     scope[name] = parsed_unit(unit)
+        self.raise_all()  # a name without a unit would say nothing of the terms that it stands in
         for name, tree in terms.items():
             declared = scope.get(name)
             with self._under(f'terms.{name} = "{self._model.terms[name].value}"'):

@@ -38,7 +38,7 @@ LOGARITHMIC, BRUGGEMAN = int(Mixing.LOGARITHMIC), int(Mixing.BRUGGEMAN)
 
 def _mixing(raw: Any) -> Mixing:
     names = {law.name.lower(): law for law in Mixing}
-    if raw not in names:
+    if not isinstance(raw, str) or raw not in names:
         raise ValueError(f"unknown mixing law {raw!r}{nearest(str(raw), names)}")
     return names[raw]
 

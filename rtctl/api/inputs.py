@@ -9,7 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, check_utf8
 
 if TYPE_CHECKING:
     from rtctl.border.records import Driver
@@ -27,6 +27,7 @@ def path_of(name: str, value: Any) -> Path:
         raise InputError(
             f"{name} must be a path (a text or pathlib.Path), got {type(value).__name__} {value!r:.60}"
         )
+    check_utf8(value)
     return Path(os.fspath(value))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from enum import StrEnum
+from os import PathLike
 
 
 class RtctlError(Exception):
@@ -55,6 +56,19 @@ class DriverError(RunError):
     def __init__(self, fault: Fault, message: str) -> None:
         super().__init__(message)
         self.fault = fault
+
+
+def check_utf8(path: object) -> None:
+    """Raise InputError for the name of a file or folder that is no UTF-8: no manifest, Parquet file or report holds it.
+
+    Python has such bytes as surrogates (PEP 383).
+    """
+    text = str(path) if isinstance(path, str | PathLike) else ""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        shown = text.encode("utf-8", "backslashreplace").decode()
+        raise InputError(f"{shown}: the name is not UTF-8; rename it, or choose another") from None
 
 
 def nearest(word: str, known: Iterable[str], *, listed: bool = False) -> str:

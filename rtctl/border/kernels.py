@@ -6,9 +6,8 @@ float64 arrays and NamedTuples of them. It is compiled into its callers: left to
 call counts references on every array of a NamedTuple, which made the observer three times as slow.
 
 numba keys its cache on the file of the kernel alone: edit a kernel in another file and callers that have
-compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels
-and NamedTuples in the kernel's module, and of this file. Import both by name, above the kernels; constants
-from other modules are not followed.
+compiled it into themselves keep the old one. So the stamp of each cache is extended by those of all kernels,
+NamedTuples and constants in the kernel's module, and of this file. Import them by name, above the kernels.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Callable, Iterator
+from enum import Enum
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -27,6 +27,7 @@ from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.machine_code import cache as kernel_cache
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -43,15 +44,16 @@ def background_kernel(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T]:
-    compiled: Any = numba.njit(
-        cache=True, fastmath=False, error_model="numpy", forceinline=True, nogil=nogil
-    )(function)
-    if not hasattr(compiled, "_cache"):  # NUMBA_DISABLE_JIT=1, to step through a kernel in a debugger
-        return function
+    return compiled_with(function, fastmath=False, error_model="numpy", forceinline=True, nogil=nogil)
+
+
+def compiled_with(function: Callable[P, T], **options: Any) -> Callable[P, T]:
+    """Compile `function` at its first call with options of `numba.njit`; its cache depends on all that it contains."""
+    compiled = kernel_cache.jit(function, **options)
     # numba has no public way to say "this cache also depends on"; a test holds that this one works.
-    stamps = "|".join([_stamp(compiled), *sorted({_file_stamp(__name__), *_parts(function)})])
-    digest = hashlib.sha256(stamps.encode()).hexdigest()  # of one length, since other stamps contain it
-    compiled._cache._cache_file._source_stamp = digest
+    own = kernel_cache.stamp_of(compiled)
+    if own is not None:
+        kernel_cache.stamp(compiled, "|".join([own, *sorted({_file_stamp(__name__), *_parts(function)})]))
     result: Callable[P, T] = compiled
     return result
 
@@ -94,8 +96,10 @@ def first_class(kernel: Callable[..., int], *examples: Any) -> Any:
         locals={},
         options={"nogil": True, "error_model": "numpy", "fastmath": False},
     )
-    found.enable_caching()
-    found._cache._cache_file._source_stamp = dispatcher._cache._cache_file._source_stamp
+    own = kernel_cache.stamp_of(dispatcher)
+    if own is not None:  # else there is no place for a cache
+        found.enable_caching()
+        kernel_cache.stamp(found, own)
     found.compile()
     return found
 
@@ -107,14 +111,26 @@ def _parts(function: Callable[..., Any]) -> Iterator[str]:
     """
     for value in function.__globals__.values():
         if isinstance(value, numba.core.dispatcher.Dispatcher):
-            yield _stamp(value)
-        elif isinstance(value, type) and issubclass(value, tuple):
+            yield kernel_cache.stamp_of(value) or _file_stamp(value.py_func.__module__)
+        elif isinstance(value, type) and issubclass(value, tuple | Enum):
             yield _file_stamp(value.__module__)
+    yield from constants(function)
 
 
-def _stamp(compiled: Any) -> str:
-    stamp: Any = compiled._cache._cache_file._source_stamp
-    return stamp.hex() if isinstance(stamp, bytes) else str(stamp)
+def constants(function: Callable[..., Any]) -> Iterator[str]:
+    """Return names and values of the numbers, texts and arrays that numba compiles into `function`."""
+    for name, value in function.__globals__.items():
+        if isinstance(value, np.ndarray):
+            yield f"{name} {value.dtype} {hashlib.sha256(value.tobytes()).hexdigest()}"
+        elif not name.startswith("__") and _is_constant(value):
+            yield f"{name} = {value!r}"
+
+
+def _is_constant(value: Any) -> bool:
+    """Return whether numba would compile a global into a kernel as a number or a text."""
+    if isinstance(value, tuple):
+        return all(_is_constant(one) for one in value)
+    return isinstance(value, int | float | complex | str | np.generic | np.dtype)
 
 
 @lru_cache

@@ -17,6 +17,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from rtctl.border.errors import InputError, nearest
 
+LONGEST_UNIT = 80
+"""Characters of a unit; longer texts are none."""
+_NO_UNIT = re.compile(r"[^\w\s*/^().+\-%°·×²³¹⁰-⁹⁻]")
+"""Characters that pint passes over without a word: it reads `m÷s` as m s."""
+_TOWER = re.compile(r"(\*\*|\^)[\s(+-]*[\d.]+[\s)]*(\*\*|\^)|\d{5}|(\*\*|\^)[\s(+-]*\d{3}|\d[eE][+-]?\d{3}")
+"""Powers of powers and large numbers, which would be worked out for ever."""
 QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*)$")
 """A number and its unit, in one text."""
 
@@ -35,8 +41,16 @@ def unit_registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
+def check_unit_text(unit: str) -> None:
+    """Raise ValueError for a text that pint would work out for ever, or read as another unit than it says."""
+    if len(unit) > LONGEST_UNIT or _NO_UNIT.search(unit) or _TOWER.search(unit):
+        raise ValueError(f'unit "{unit[:LONGEST_UNIT]}" cannot be read; write it like "mm/s^2"')
+
+
 def convert(value: float, unit: str, to: str) -> float:
     """Return `value unit` in `to`. Raises ValueError in words for an unknown or incompatible unit."""
+    for text in (unit, to):  # a file may give both
+        check_unit_text(text)
     registry = unit_registry()
     try:
         return float(registry.Quantity(value, unit).to(to).magnitude)
@@ -57,6 +71,7 @@ def is_angle(unit: str) -> bool:
 
     Raises ValueError for an unknown unit.
     """
+    check_unit_text(unit)
     try:
         return str(unit_registry().get_root_units(unit)[1]) == "radian"
     except pint.UndefinedUnitError as error:

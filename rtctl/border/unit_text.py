@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
+from functools import cache
 from typing import Any
 
 import pint
 
 from rtctl.border.errors import nearest
-from rtctl.border.quantities import QUANTITY, unit_registry
+from rtctl.border.quantities import QUANTITY, check_unit_text, unit_registry
 
 _COMMON = (
     *(
@@ -34,24 +34,34 @@ _COMMON = (
     *("ohm", "kohm", "Mohm", "T", "mT", "A/m", "rad", "deg", "degC", "K", "Hz", "Pa", "dimensionless"),
 )
 
+LARGEST_POWER = 20.0
+"""Power of a unit, beyond which its factor is no number of floating point."""
 SI = "SI"
 """Unit of a quantity that is in SI base units, whichever they are."""
-LONGEST = 80
-"""Characters of a unit; longer texts are none."""
-_TOWER = re.compile(r"(\*\*|\^)[\s(+-]*[\d.]+[\s)]*(\*\*|\^)|\d{5}|(\*\*|\^)[\s(+-]*\d{3}")
-"""Powers of powers and large numbers, which would be worked out for ever."""
 
 
 def parsed_unit(unit: str) -> pint.Unit:
     """Return the unit; "" is a plain number. Raises ValueError in words, with the nearest unit that people use."""
-    if len(unit) > LONGEST or "√" in unit or _TOWER.search(unit):  # pint passes over the root
-        raise ValueError(f'unit "{unit[:LONGEST]}" cannot be read; write it like "mm/s^2"')
+    check_unit_text(unit)
     try:
-        return unit_registry().parse_units(unit)
-    except pint.UndefinedUnitError:
+        parsed = unit_registry().parse_units(unit)
+        _ = parsed.dimensionality  # of a product with a logarithm there is none
+        largest = max((abs(float(power)) for power in dict[str, Any](parsed._units).values()), default=0.0)
+    except pint.UndefinedUnitError as error:
+        if "delta_" in str(error) and "delta_" not in unit:
+            raise ValueError(f'unit "{unit}" is a product with a logarithm, and has no meaning') from None
         raise ValueError(f'unknown unit "{unit}"{nearest(unit, _COMMON)}') from None
     except Exception as error:  # pint lets tokenizer, assertion and type errors through
         raise ValueError(f'unit "{unit}" cannot be read: {error}; write it like "mm/s^2"') from None
+    if not largest <= LARGEST_POWER:
+        raise ValueError(f'unit "{unit}" cannot be read: a power of {largest:g}; write it like "mm/s^2"')
+    return parsed
+
+
+@cache
+def common_units() -> frozenset[pint.Unit]:
+    """Return the units that people use for signals."""
+    return frozenset(parsed_unit(one) for one in _COMMON)
 
 
 def parse_base_quantity(raw: Any) -> float:

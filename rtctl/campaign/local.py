@@ -7,7 +7,8 @@ import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 
 from rtctl.border.errors import RunError
 from rtctl.campaign.part import compute_part
@@ -32,7 +33,7 @@ def on_this_machine(plan: Plan, numbers: Sequence[int], workers: int) -> Iterato
     context = get_context("forkserver")
     context.set_forkserver_preload(["rtctl.campaign.part"])
     queue = iter(numbers)
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_leave_interrupts_to_the_parent)
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_depend_on_the_parent)
     pending: dict[Future[bytes], int] = {}
     try:
         while True:
@@ -52,5 +53,14 @@ def on_this_machine(plan: Plan, numbers: Sequence[int], workers: int) -> Iterato
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _depend_on_the_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it: if it was killed, a worker waits for its next part for ever."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(sentinel: int) -> None:
+    connection.wait([sentinel])
+    os._exit(1)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from types import ModuleType
 from typing import NamedTuple
 
-from rtctl.border.errors import RtctlError
+from rtctl.border.errors import RtctlError, check_utf8
 from rtctl.cli.examples import VerbHelp, epilog_of
 from rtctl.registry import load_plugin
 from rtctl.version import __version__
@@ -85,8 +86,10 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line. Exit 0: done. 1: it ran and failed. 2: bad input, one message, no traceback."""
+    _replace_closed_streams()
     args = build_parser().parse_args(argv)
     try:
+        _check_names(args)
         for plugin in args.plugins:
             load_plugin(plugin)
         return int(_module(args.verb).run(args))
@@ -102,6 +105,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (OSError, MemoryError) as error:  # a full disk, a duration of years
         print(f"rtctl {args.verb}: {error}", file=sys.stderr)
         return 1
+
+
+def _replace_closed_streams() -> None:
+    """Write to nowhere where standard output or error was closed before the start: Python then has none."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - until the end
+
+
+def _check_names(args: argparse.Namespace) -> None:
+    """Raise InputError for the name of a file or folder that is no UTF-8, which no manifest or report can hold."""
+    for value in vars(args).values():
+        for one in value if isinstance(value, list | tuple) else [value]:
+            check_utf8(one)
 
 
 def _module(verb: str) -> ModuleType:

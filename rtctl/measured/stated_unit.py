@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 
+from rtctl.border.unit_text import common_units, parsed_unit
 from rtctl.measured.units import same_unit
 
 _NOTHING = frozenset(
@@ -28,6 +29,8 @@ _TWO_MEANINGS = {
     "degrees": ("degree", "degC"),
     "deg": ("degree", "degC"),
     "°": ("degree", "degC"),
+    "mil": ("thou", "mil"),
+    "mils": ("thou", "mil"),
 }
 _FULL_NAMES = re.compile(
     r"((?:micro|milli|centi|nano|kilo|mega)?"
@@ -64,6 +67,11 @@ def readable(stated: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def is_common(stated: str) -> bool:
+    """Return whether a stated text is one of the units that people use for signals."""
+    return readable(stated) and any(parsed_unit(one) in common_units() for one in meanings(stated))
 
 
 def normalised(stated: str) -> str:

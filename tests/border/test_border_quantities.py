@@ -14,6 +14,7 @@ from pydantic import Field
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import Checked, Quantity, check, parse_quantity, read_toml
+from rtctl.border.unit_text import parse_base_quantity
 
 
 @pytest.mark.parametrize(
@@ -52,6 +53,33 @@ def test_quantities_are_converted(raw: object, unit: str, value: float) -> None:
 )
 def test_anything_else_is_refused_in_words(raw: object, words: str) -> None:
     with pytest.raises(ValueError, match=re.escape(words)):
+        parse_quantity(raw, "s")
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        "1 9**9**9 s",
+        "1 s*((9)**9)**9",
+        "1 10**10**8 s",
+        {"value": 1.0, "unit": "9^9^9 s"},
+        "1 s" + 40 * "*s/s",
+    ],
+)
+def test_no_unit_is_worked_out_for_ever(raw: object) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
+        parse_quantity(raw, "s")
+
+
+@pytest.mark.parametrize("raw", ["1 V^29.9e37", "2.5 ohm^2²²", "1 deg^999", "1 s^-21"])
+def test_a_power_beyond_all_numbers_is_refused_in_words(raw: str) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
+        parse_base_quantity(raw)
+
+
+@pytest.mark.parametrize("raw", ["1 √s", "1 s!", "1 s÷1", "1 ms$", "1 s,"])
+def test_a_character_that_means_nothing_in_a_unit_is_not_passed_over(raw: str) -> None:
+    with pytest.raises(ValueError, match="cannot be read"):
         parse_quantity(raw, "s")
 
 

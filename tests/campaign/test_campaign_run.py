@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow.dataset as ds
@@ -34,6 +35,41 @@ def test_one_process_and_two_give_the_same_bytes_and_a_table_with_units(tmp_path
     assert set(table.column("kind").to_pylist()) >= {"intrawell", "interwell", "chaotic"}
     summary = json.loads((tmp_path / "1" / "summary.json").read_text())
     assert sum(summary["kind"].values()) == summary["trajectories"] == 84
+
+
+def in_session(session: int) -> list[int]:
+    """Processes that a command has started, itself among them."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # ended meanwhile
+            state, _, _, own = stat.read_text().rpartition(")")[2].split()[:4]
+            found += [int(stat.parent.name)] if int(own) == session and state != "Z" else []
+    return found
+
+
+def test_worker_processes_end_with_a_campaign_that_is_killed(tmp_path: Path) -> None:
+    file, out = campaign(tmp_path, SMALL.replace("part = 16", "part = 1")), tmp_path / "out"
+    command = [
+        sys.executable,
+        "-m",
+        "rtctl",
+        "sweep",
+        str(file),
+        "--out",
+        str(out),
+        "--workers",
+        "2",
+        "--quiet",
+    ]
+    with subprocess.Popen(command, start_new_session=True) as running:
+        while not list(out.glob("parts/*.parquet")) and running.poll() is None:
+            time.sleep(0.002)
+        assert len(in_session(running.pid)) >= 4, "the command, its fork server and two workers"
+        running.send_signal(signal.SIGKILL)
+    end = time.monotonic() + 20.0
+    while left := in_session(running.pid):
+        assert time.monotonic() < end, f"{len(left)} processes outlive the command"
+        time.sleep(0.02)
 
 
 def test_a_campaign_that_was_killed_goes_on_where_it_was(tmp_path: Path) -> None:

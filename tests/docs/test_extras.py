@@ -16,7 +16,7 @@ from rtctl.measured.readers import NEEDS, open_table
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, pkgutil, sys
-for name in ("matplotlib", "PIL", "h5py", "nptdms", "pyuff", "distributed", "control"):
+for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control"):
     sys.modules[name] = None
 failed = []
 def walk(name):
@@ -54,9 +54,9 @@ def test_a_reader_without_its_package_names_the_extra(
     path = tmp_path / f"r{suffix}"
     path.write_bytes(b"0")
     monkeypatch.setitem(sys.modules, NEEDS[suffix], None)
-    package = EXTRAS[NEEDS[suffix]].distribution
+    package, extra = EXTRAS[NEEDS[suffix]]
     with pytest.raises(
-        ValueError, match=rf"^reading {suffix} needs {package}: pip install 'rtctl\[readers\]'$"
+        ValueError, match=rf"^reading {suffix} needs {package}: pip install 'rtctl\[{extra}\]'$"
     ):
         open_table(path)
 

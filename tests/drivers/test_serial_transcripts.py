@@ -136,6 +136,16 @@ def test_a_babbling_line_fills_no_memory() -> None:
     assert reader.feed(frame(2, 7)) == [Message(2, 7, b"")]
 
 
+def test_the_end_of_a_babble_is_no_frame_with_its_beginning() -> None:
+    whole = frame(0x81, 7, b"abcd")[1:-1]
+    babble = whole[:1] + b"\x01" * 400
+    reader = FrameReader()
+    assert reader.feed(b"\0" + babble) == []
+    assert reader.feed(whole[1:] + b"\0") == []
+    assert reader.feed(frame(0x81, 8)) == [Message(0x81, 8, b"")]
+    assert FrameReader().feed(b"\0" + babble + whole[1:] + b"\0") == []
+
+
 def test_reading_keeps_what_is_no_number() -> None:
     layout = Layout(VO2)
     back = layout.measurement(layout.reading(Measurement((math.nan,), math.nan, 2**32 - 1, 5, 65535, 9)))

@@ -186,12 +186,13 @@ def test_what_is_there_is_not_overwritten_without_force(
     assert rtctl.read_dataset(tmp_path / "dataset.toml").name == "r"
 
 
-def test_a_matrix_of_all_signals_is_told_how_to_be_saved(
+def test_the_columns_of_a_matrix_of_all_signals_are_offered(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     savemat(tmp_path / "r.mat", {"data": np.column_stack([M.t, M.u, M.x])})
     said = refusal(capsys, tmp_path / "r.mat")
-    assert "u = data(:,1); x = data(:,2)" in said
+    assert "taken so far: drive = data(:,2), time = data(:,1)" in said
+    assert "--output 'displacement=data(:,3):UNIT' --input 'data(:,2):UNIT'" in said
 
 
 def test_time_that_goes_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

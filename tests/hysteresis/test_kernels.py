@@ -21,12 +21,14 @@ class Pair(NamedTuple):
     first: float
     second: float
 """
+STEP = "STEP = 1.0\n"
 INNER = """
+from step import STEP
 from rtctl.border.kernels import kernel
 
 @kernel
 def inner(x: float) -> float:
-    return x + 1.0
+    return x + STEP
 """
 OUTER = """
 from inner import inner
@@ -53,22 +55,53 @@ if __name__ == "__main__":
 """
 
 
-def run_outer(folder: Path) -> list[str]:
+def run(folder: Path) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
     environment = {**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
     environment.pop("NUMBA_CACHE_DIR", None)
     command = [sys.executable, str(folder / "outer.py")]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    return done.stdout.split("\n")[:2]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+
+
+def run_outer(folder: Path) -> list[str]:
+    return run(folder).stdout.split("\n")[:2]
+
+
+def write_modules(folder: Path) -> None:
+    for name, text in {"outer": OUTER, "inner": INNER, "pair": PAIR, "step": STEP}.items():
+        (folder / f"{name}.py").write_text(text)
+
+
+def test_a_damaged_cache_is_compiled_anew_and_renewed(tmp_path):
+    write_modules(tmp_path)
+    assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
+    for index in (tmp_path / "__pycache__").glob("*.nbi"):
+        index.write_bytes(index.read_bytes()[:50])
+    assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
+    for code in (tmp_path / "__pycache__").glob("*.nbc"):
+        code.write_bytes(code.read_bytes()[:-9] + bytes(9))
+    assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
+    assert run_outer(tmp_path) == ["2.0 5.0", "1 1"]
+
+
+def test_without_a_place_for_the_cache_everything_works_and_is_said(tmp_path):
+    write_modules(tmp_path)
+    (tmp_path / "sitecustomize.py").write_text(
+        "import numba.core.caching as c\n"
+        "c.CacheImpl._locator_classes = []\n"  # as where neither the package's folder nor the home can be written
+    )
+    done = run(tmp_path)
+    assert done.stdout.split("\n")[:2] == ["2.0 5.0", "0 0"]
+    assert done.stderr.count("set NUMBA_CACHE_DIR") == 1
 
 
 def test_a_cached_kernel_is_compiled_anew_when_what_it_contains_changes(tmp_path):
-    (tmp_path / "outer.py").write_text(OUTER)
-    (tmp_path / "inner.py").write_text(INNER)
-    (tmp_path / "pair.py").write_text(PAIR)
+    write_modules(tmp_path)
     assert run_outer(tmp_path) == ["2.0 5.0", "0 0"]
     assert run_outer(tmp_path) == ["2.0 5.0", "1 1"]
-    (tmp_path / "inner.py").write_text(INNER.replace("x + 1.0", "x + 2.0"))
+    (tmp_path / "step.py").write_text(STEP.replace("1.0", "3.0"))
+    assert run_outer(tmp_path) == ["4.0 5.0", "0 0"], "a constant of another file"
+    (tmp_path / "inner.py").write_text(INNER.replace("x + STEP", "x + 2.0"))
     assert run_outer(tmp_path) == ["3.0 5.0", "0 0"]
     swapped = PAIR.replace("first: float\n    second: float", "second: float\n    first: float")
     (tmp_path / "pair.py").write_text(swapped)

@@ -71,7 +71,7 @@ def test_what_is_known_is_listed_once(oscillator: Write) -> None:
         ((RATE, RATE + "\nignore_first = 200"), "ignore_first = 200 leaves nothing of 200 samples"),
         (('"r00.csv"', '"r0.csv"'), 'no such file'),
         (('"r00.csv"', '"r0.csv"'), 'did you mean "r00.csv"?'),
-        (('"r00.csv"', '"r00.xlsx"'), '".xlsx"; known: .arrow, .csv, .csv.gz, .dat, .feather, .h5, .hdf5, .mat'),
+        (('"r00.csv"', '"r00.xlsx"'), '".xlsx"; known: .arrow, .asc, .csv, .csv.gz, .dat, .feather, .h5, .hdf5'),
         (('"x_tip"', '"x_tpi"'), 'no column "x_tpi"; did you mean "x_tip"?'),
         ((RATE, 'time = "t"'), 'no column "t"'),
         ((RATE, RATE + "\ninitial = { dispalcement = 1.0 }"), 'unknown key "initial.dispalcement"'),

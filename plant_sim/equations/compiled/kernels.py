@@ -24,6 +24,7 @@ from plant_sim.equations.system import System
 from plant_sim.oscillator.equation.binding import CONTRACT
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import first_class
+from rtctl.border.machine_code import cache as kernel_cache
 
 FUNCTIONS = (
     "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "fabs",
@@ -110,9 +111,8 @@ def _cached(source: str, name: str, whole: str, laws: dict[str, Any]) -> Any:
     function.__code__ = function.__code__.replace(co_filename=__file__, co_name=unique, co_qualname=unique)
     function.__module__, function.__name__, function.__qualname__ = __name__, unique, unique
     function.__globals__.update(laws)
-    compiled: Any = numba.njit(cache=True, error_model="numpy", fastmath=CONTRACT, nogil=True)(function)
-    if hasattr(compiled, "_cache"):  # not under NUMBA_DISABLE_JIT=1
-        compiled._cache._cache_file._source_stamp = digest
+    compiled = kernel_cache.jit(function, error_model="numpy", fastmath=CONTRACT, nogil=True)
+    kernel_cache.stamp(compiled, digest)
     return compiled
 
 

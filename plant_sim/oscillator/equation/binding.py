@@ -18,6 +18,9 @@ from typing import Any
 
 import numba
 
+from rtctl.border.kernels import constants
+from rtctl.border.machine_code import cache as kernel_cache
+
 CONTRACT = {"contract"}
 """The only freedom of the compiler: a*b + c as one rounded operation, as a C compiler takes by default."""
 
@@ -42,11 +45,8 @@ def bind(template: Callable[..., Any], *, inline: bool = False, **laws: Any) -> 
     copy = FunctionType(code, {**template.__globals__, **laws}, name, template.__defaults__)
     copy.__module__ = template.__module__
     copy.__qualname__ = name
-    compiled: Any = numba.njit(
-        cache=True, error_model="numpy", fastmath=CONTRACT, nogil=True, forceinline=inline
-    )(copy)
-    if hasattr(compiled, "_cache"):  # not under NUMBA_DISABLE_JIT=1
-        compiled._cache._cache_file._source_stamp = _stamp([template, *laws.values()])
+    compiled = kernel_cache.jit(copy, error_model="numpy", fastmath=CONTRACT, nogil=True, forceinline=inline)
+    kernel_cache.stamp(compiled, _stamp([template, *laws.values()]))
     return compiled
 
 
@@ -62,6 +62,7 @@ def _stamp(functions: list[Any]) -> str:
     """Return a stamp of the sources of a compiled kernel: the functions' modules and those of what they call."""
     seen: set[int] = set()
     files: set[str] = set()
+    values: set[str] = set()
     pending = [getattr(function, "py_func", function) for function in functions]
     while pending:
         function = pending.pop()
@@ -69,10 +70,11 @@ def _stamp(functions: list[Any]) -> str:
             continue  # a bound constant: its value is in the name
         seen.add(id(function))  # not its file: copies of one template differ in what they were bound to
         files.add(inspect.getsourcefile(function) or "")
+        values |= set(constants(function))  # those of other files, too
         pending += [
             value.py_func
             for value in function.__globals__.values()
             if isinstance(value, numba.core.dispatcher.Dispatcher)
         ]
     contents = sorted(hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files if file)
-    return hashlib.sha256("|".join(contents).encode()).hexdigest()
+    return hashlib.sha256("|".join([*contents, *sorted(values)]).encode()).hexdigest()

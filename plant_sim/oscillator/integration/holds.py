@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import compiled_with
 
 KernelT = TypeVar("KernelT", bound=Callable[..., Any])
 HOLDS = ("linear", "zero", "band-limited")
@@ -24,7 +24,7 @@ _PADDING = 128
 
 def compiled(function: KernelT) -> KernelT:
     """Return `function` as a kernel during which other threads run."""
-    return cast(KernelT, numba.njit(cache=True, nogil=True)(function))
+    return cast(KernelT, compiled_with(function, nogil=True))
 
 
 def nodes(samples: FloatArray, hold: str, substeps: int, delay: float = 0.0) -> FloatArray:

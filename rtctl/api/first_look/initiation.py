@@ -170,7 +170,7 @@ def write_proposal(proposal: Proposal, folder: Path, *, plot: bool = True) -> In
     try:
         with replacing(path) as partial:
             partial.write_text(manifest_text(proposal, folder), encoding="utf-8")
-            dataset = _read(partial, path)
+            dataset = _read(partial, path, proposal)
     except InputError:
         if made and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
@@ -186,11 +186,13 @@ def _short(source: str) -> str:
     return source.replace("its name has ", "name: ").replace("the file states ", "file: ")
 
 
-def _read(partial: Path, path: Path) -> Dataset:
+def _read(partial: Path, path: Path, proposal: Proposal) -> Dataset:
     try:
         return replace(read_dataset(partial), path=path)
     except InputError as error:
-        lines = str(error).replace(str(partial), "what the files gave")
+        names = list(dict.fromkeys(str(one.file) for one in proposal.records))
+        source = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
+        lines = str(error).replace(str(partial), source)
         raise InputError(
             f"{lines}\nno manifest is written; correct the files, or say more by options"
         ) from None

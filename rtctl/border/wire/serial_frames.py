@@ -28,6 +28,8 @@ _SETTINGS = struct.Struct("<BBHI")
 _IDENTITY = struct.Struct("<BBB16s")
 _READING = "<HHIIf"
 _CODE = [bytes((length + 1,)) for length in range(255)]
+_ENDLESS = b"\xff"
+"""A code of COBS that needs more bytes than a frame has: whatever follows, it is damaged."""
 _LONGEST = MAX_BODY + _CRC.size + 1
 
 
@@ -122,12 +124,14 @@ class FrameReader:
         whole = (self._rest + data).split(b"\0")
         self._rest = whole.pop()
         if len(self._rest) > _LONGEST:  # no frame is so long: a babbling line must not fill the memory
-            self._rest = self._rest[:1]  # what is left of it fails its check
+            self._rest = (
+                _ENDLESS  # not its first byte: with what follows, that may be a frame which never was
+            )
             self.damaged += 1
         messages = []
         for stuffed in whole:
             if stuffed:
-                message = unframe(stuffed)
+                message = unframe(stuffed) if len(stuffed) <= _LONGEST else None
                 if message is None:
                     self.damaged += 1
                 else:

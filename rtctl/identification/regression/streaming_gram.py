@@ -17,10 +17,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.kernels import compiled_with
 from rtctl.identification.regression.mean_filter import NEIGHBOURS
 from rtctl.identification.regression.weak_form import BUMPS_PER_HALF_WIDTH, sample_bump
 
@@ -32,7 +32,7 @@ _BLOCK = 512
 
 def _compiled(function: KernelT) -> KernelT:
     """Compile with `fastmath`: sums over a block may be taken in any order, which allows eight at a time."""
-    made = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)(function)
+    made = compiled_with(function, nogil=True, error_model="numpy", fastmath=True)
     return cast(KernelT, made)
 
 

@@ -187,7 +187,9 @@ def _about_text(flat: NDArray[Any], name: str, first_row: int) -> str:
     bad = np.asarray([row for row, value in enumerate(flat) if not _is_number(value)], dtype=np.intp)
     if not len(bad):
         return f'column "{name}" holds numbers as text; store them as numbers'
-    value = str(flat[bad[0]])[:40]
+    value = "".join(
+        one if one.isprintable() else one.encode("unicode_escape").decode() for one in str(flat[bad[0]])[:40]
+    )
     return f'column "{name}" holds text, numbers are needed: "{value}", in {rows_text(bad + first_row)}'
 
 

@@ -24,7 +24,7 @@ def uniform_period(time_s: FloatArray, name: str, first_row: int, resolution_s: 
 
     Stamps that are rounded to `resolution_s` are uniform if they lie within that of a straight line.
     """
-    intervals = _rising(time_s, name, first_row)
+    intervals = rising(time_s, name, first_row)
     mean = float((time_s[-1] - time_s[0]) / len(intervals))
     if resolution_s < COARSEST_STAMP * mean and _is_line(time_s, mean, resolution_s):
         return mean
@@ -66,7 +66,7 @@ def check_stated_period(
 
 def resampling_grid(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
     """Return uniform instants (m,) [s] from the first to the last, a median interval apart."""
-    intervals = _rising(time_s, name, first_row)
+    intervals = rising(time_s, name, first_row)
     usual = float(np.median(intervals))
     _check_gaps(intervals, usual, name, first_row)
     count = int(np.floor((time_s[-1] - time_s[0]) / usual * (1.0 + 1e-9))) + 1
@@ -101,8 +101,9 @@ def resampled(values: FloatArray, time_s: FloatArray, grid_s: FloatArray, *, hel
     return np.interp(grid_s, time_s, values)
 
 
-def _rising(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
-    intervals = np.diff(time_s)
+def rising(time_s: FloatArray, name: str, first_row: int) -> FloatArray:
+    """Return the intervals (n - 1,) of stamps (n,). Raises ValueError with the first row that is no later."""
+    intervals: FloatArray = np.diff(time_s)
     stuck = np.flatnonzero(intervals <= 0.0)
     if len(stuck):
         row = int(stuck[0])

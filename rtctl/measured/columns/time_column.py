@@ -21,6 +21,10 @@ _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 _LARGE, _EXACT = 1e8, 2.0**53
 """Sizes from which stamps are counted from the first one, and from which floating point does not hold integers."""
 _CLOCK = re.compile(r"\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)\s*$")
+_DATE = re.compile(
+    r"\s*(?P<left>\d{1,4})(?P<sign>[-./])(?P<middle>\d{1,2})(?P=sign)(?P<right>\d{1,4})[T ]\s*"
+    r"(?P<clock>\d{2}:\d{2}:\d{2}(?:[.,]\d+)?(?:Z|[+-]\d{2}:?\d{2})?)\s*$"
+)
 _DAY_S = 86_400.0
 _COARSEST_POWER, _FINEST_POWER = 3, -13
 
@@ -92,8 +96,15 @@ def seconds(raw: NDArray[Any], unit: TimeUnit, name: str, first_row: int) -> Tim
     if raw.dtype.kind in "iu" and size > _EXACT:
         values = (raw - raw[0]).astype(np.int64).astype(np.float64)  # differences wrap around rightly
         return _scaled(values, 1.0, unit.unit)
-    resolution = max(decimal_step(values), float(np.spacing(size)))
+    resolution = max(decimal_step(values), float(np.spacing(size)), _single_step(values, size))
     return _scaled(values if size < _LARGE else values - values[0], resolution, unit.unit)
+
+
+def _single_step(values: FloatArray, size: float) -> float:
+    """Return the step of single precision at `size`, if all `values` (n,) have no more; 0.0: they have."""
+    single = values.astype(np.float32).astype(np.float64)
+    digits = max(0.5 * decimal_step(values), float(np.spacing(size)))
+    return float(np.spacing(np.float32(size))) if np.all(np.abs(values - single) <= digits) else 0.0
 
 
 def decimal_step(values: FloatArray) -> float:
@@ -149,9 +160,34 @@ def _of_dates(dates: NDArray[Any], name: str, first_row: int) -> TimeColumn:
     return TimeColumn(np.ascontiguousarray(ticks * tick_s), tick_s * max(decimal_step(ticks), 1.0))
 
 
+def _as_iso(words: list[str]) -> list[str]:
+    """Return dates with points, slashes and decimal commas as ISO 8601 has them; texts of other forms stay.
+
+    Of 03/04/2026 nobody knows the month; where the date is the same throughout, it does not matter.
+    """
+    found = [_DATE.match(word) for word in words]
+    dates = {(one["left"], one["middle"], one["right"]) for one in found if one}
+    if not words or not all(found) or not dates:
+        return words
+    day_first = all(one and one["sign"] == "." for one in found)
+    year_first = all(len(left) == 4 for left, _, _ in dates)
+    if not (day_first or year_first or len(dates) == 1):
+        return words
+    return [_iso(one, year_first=year_first, day_first=day_first) for one in found if one]
+
+
+def _iso(found: re.Match[str], *, year_first: bool, day_first: bool) -> str:
+    left, middle, right = found["left"], found["middle"], found["right"]
+    date = f"{left}-{middle:0>2}-{right:0>2}" if year_first else f"{right}-{middle:0>2}-{left:0>2}"
+    if not (year_first or day_first):
+        date = "2000-01-01"  # any: of stamps only differences are used
+    return f"{date}T{found['clock'].replace(',', '.')}"
+
+
 def _instants_of_text(texts: NDArray[Any], name: str, first_row: int) -> NDArray[Any]:
     """Return dates (ISO 8601) as datetime64[ns], or times of day as timedelta64[ns]. Raises ValueError in words."""
     words = [str(text.decode("latin-1") if isinstance(text, bytes) else text) for text in texts.reshape(-1)]
+    words = _as_iso(words)
     clock = [_CLOCK.match(word) for word in words]
     if words and all(clock):
         of_day = np.array(

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, nearest
-from rtctl.measured.columns.time_axis import LONGEST_GAP
+from rtctl.measured.columns.time_axis import LONGEST_GAP, rising
 from rtctl.measured.proposal.proposal import RecordGuess, TimeGuess
 from rtctl.measured.proposal.survey import Survey
 from rtctl.measured.proposal.time_base import read_time
@@ -43,6 +42,11 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
     parts = [part for run in runs for part in _cut(run, breaks)]
     if not parts:
         raise ValueError(f"no row has numbers in all of {', '.join(columns)}")
+    if max(end - first for first, end in parts) < 2:
+        raise ValueError(
+            f"has no two rows after each other with numbers in all of {', '.join(columns)}; give the one that is "
+            "measured at fewer instants a file of its own, or correct the file"
+        )
     longest = max(end - first for first, end in parts)
     kept = [one for one in parts if one[1] - one[0] >= max(LEAST_PART * longest, 2)]
     if len(kept) > MOST_PARTS:
@@ -52,10 +56,14 @@ def find_parts(survey: Survey, columns: Sequence[str], time: TimeGuess) -> tuple
         )
     if kept == [(0, survey.rows)]:
         return kept, ""
+    empty = np.flatnonzero(~whole)
     lost = survey.rows - sum(end - first for first, end in kept)
     reasons = [
         text
-        for text, there in (("gaps in time", len(breaks)), ("rows without numbers", not whole.all()))
+        for text, there in (
+            ("gaps in time", len(breaks)),
+            (f"rows without numbers, first row {empty[0] if len(empty) else 0}", len(empty)),
+        )
         if there
     ]
     return (
@@ -68,7 +76,7 @@ def _gaps(survey: Survey, time: TimeGuess) -> list[int]:
     """Return the rows after which the time jumps over more than resampling bridges."""
     if time.column is None:
         return []
-    steps: FloatArray = np.diff(read_time(survey.columns[time.column], time.unit).time_s)
+    steps = rising(read_time(survey.columns[time.column], time.unit).time_s, time.column, 0)
     usual = float(np.median(steps))
     return [int(row) + 1 for row in np.flatnonzero(steps > LONGEST_GAP * usual)]
 

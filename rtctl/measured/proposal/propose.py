@@ -35,6 +35,7 @@ def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
     """Return what the files probably hold. Raises InputError where the user's word contradicts them."""
     time = find_time(surveys, answers)
     candidates, unused = find_candidates(surveys, [time.guess.column])
+    _check_two_signals(surveys[0], time.guess)
     plant, plant_why = _plant(answers, candidates)
     kind = plant_kind(plant).without_stand_ins()
     given = given_signals(answers, kind.signals, surveys[0].columns)
@@ -99,6 +100,17 @@ def _plant(answers: Answers, candidates: Mapping[str, Candidate]) -> tuple[str, 
     ):
         return "vo2", "a current and a resistance"
     return "oscillator", "a drive and a motion"
+
+
+def _check_two_signals(survey: Survey, time: TimeGuess) -> None:
+    """Raise InputError for a file that has one signal beside its time: of a drive or of a response alone."""
+    signals = [name for name in survey.numeric if name != time.column]
+    others = [one for name, one in survey.columns.items() if name not in signals and name != time.column]
+    if len(signals) == 1 and not others:
+        raise InputError(
+            f'{survey.path}: has one signal, "{signals[0]}", beside its time "{time.column}"; a drive and a '
+            "response are needed, in one file: export both channels together"
+        )
 
 
 def _check_given(given: Mapping[str, Given], survey: Survey) -> None:

@@ -28,6 +28,10 @@ AGREES = 0.005
 """Relative difference of a step and a period below which they are the same."""
 _EPOCHS = ((1e9, 1e10, "s"), (1e12, 1e13, "ms"), (1e15, 1e16, "us"), (1e18, 1e19, "ns"))
 """Sizes of instants between 2001 and 2286, counted since 1970, and their unit."""
+_DAYS = ((40_000.0, 60_000.0, "a spreadsheet"), (730_000.0, 750_000.0, "MATLAB"))
+"""Sizes of instants between 2009 and 2053, counted in days as these do."""
+_FINEST_S = 1e-5
+"""Step [s] below which a column of such a size counts days."""
 _DEFAULT_PERIODS = (1.0,)
 """Periods [s] that programs write where nobody set one."""
 
@@ -78,7 +82,7 @@ def _time_column(survey: Survey) -> tuple[Column, str] | None:
     best = max((vote for vote, _ in voted), default=0.0)
     if best >= WEAK:
         return next(one for vote, one in voted if vote == best), "it increases, and its name says so"
-    first = next(iter(survey.columns))
+    first = next((name for name, one in survey.columns.items() if one.raw is not None), "")
     if any(one.name == first and vote == 0.0 for vote, one in voted) and _is_nameless(survey, first):
         return survey.columns[first], "it is the first column, and increases in equal steps"
     return None
@@ -129,6 +133,16 @@ def _of_unknown_unit(column: Column, why: str, rate_hz: float | None) -> Time:
         if rate_hz is not None and abs(step * size * rate_hz - 1.0) < AGREES:
             told = f"{why}; a variable of the file gives {rate_hz:.6g} Hz, which makes it {unit}"
             return Time(TimeGuess(column=column.name, unit=unit, why=told))
+    for low, high, program in _DAYS:
+        if low <= float(np.nanmax(np.abs(column.values))) < high and step < _FINEST_S:
+            text = (
+                f'the time column "{column.name}" reaches {column.values[-1]:.9g} and goes on by {step:.4g}, as '
+                f"days of {program} do (in days that is {1.0 / (86_400.0 * step):.6g} Hz)"
+            )
+            return Time(
+                TimeGuess(column=column.name, unit="d", why=why),
+                opens=(Open("time_unit", text, f"--time {shlex.quote(column.name + ':d')}"),),
+            )
     guess = TimeGuess(
         column=column.name, unit="s", why=f"{why}; nobody states its unit, seconds give {1 / step:.6g} Hz"
     )

@@ -7,7 +7,10 @@ from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.extras import require
+from rtctl.measured.readers.limits import limited
 from rtctl.measured.readers.table import Header, Table
+from rtctl.measured.readers.whole_file.matrices import with_matrix_columns
+from rtctl.measured.readers.whole_file.signatures import contradiction
 
 __all__ = ["READERS", "Header", "Table", "open_table"]
 
@@ -17,6 +20,8 @@ READERS = {
     ".txt": "csv",
     ".dat": "csv",
     ".tsv": "csv",
+    ".asc": "csv",
+    ".lvm": "csv",
     ".parquet": "parquet",
     ".arrow": "arrow",
     ".feather": "arrow",
@@ -25,11 +30,16 @@ READERS = {
     ".h5": "h5",
     ".hdf5": "h5",
     ".tdms": "tdms",
+    ".mf4": "mdf",
+    ".mdf": "mdf",
     ".uff": "uff58",
     ".unv": "uff58",
 }
-NEEDS = {".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
+NEEDS = {".mf4": "asammdf", ".mdf": "asammdf", ".tdms": "nptdms", ".uff": "pyuff", ".unv": "pyuff"}
 """Optional dependency of a reader by suffix; h5py is asked for where a file turns out to be HDF5."""
+
+LIMITED = frozenset({"mat", "h5", "mdf"})
+"""Readers whose libraries crash on damaged files, or never end with them: they run in a process of their own."""
 
 
 def suffix_of(path: Path) -> str:
@@ -57,11 +67,17 @@ def open_table(path: Path) -> Table:
         raise ValueError(f"cannot be read: {error.strerror}") from None
     if size == 0:
         raise ValueError("the file is empty (0 bytes)")
+    if READERS[suffix] == "csv" and (why := contradiction(path, suffix)):
+        raise ValueError(why)
     if suffix in NEEDS:
         try:
             require(NEEDS[suffix], f"reading {suffix}")
         except InputError as missing:
             raise ValueError(str(missing)) from None
-    module = importlib.import_module(f"{__name__}.{READERS[suffix]}")
-    table: Table = module.read(path)
-    return table
+    module = f"{__name__}.{READERS[suffix]}"
+    table: Table
+    if READERS[suffix] in LIMITED:
+        table = limited.read(module, path)
+    else:
+        table = importlib.import_module(module).read(path)
+    return with_matrix_columns(table, matlab=suffix == ".mat")

@@ -18,7 +18,12 @@ _FILE_MAGIC = b"ARROW1"
 def read(path: Path) -> Table:
     """Return the columns of an Arrow file. Raises ValueError in words."""
     with path.open("rb") as file:
-        is_file = file.read(len(_FILE_MAGIC)) == _FILE_MAGIC
+        magic = file.read(len(_FILE_MAGIC))
+    if magic.startswith(b"FEA1"):
+        raise ValueError(
+            "is a Feather file of version 1, which is not read; write it as version 2 or Parquet"
+        )
+    is_file = magic == _FILE_MAGIC
     with reading("an Arrow file"), pa.memory_map(str(path)) as source:
         if is_file:
             opened = pa.ipc.open_file(source)

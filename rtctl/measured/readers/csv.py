@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
@@ -26,12 +27,17 @@ def read(path: Path) -> Table:
     if lines.only_blanks and form.separator != "\t":
         text = text.without_blank_lines()
         lines = index_lines(text, form.head)
+    elif lines.only_blanks:  # a line of tabs is a row of empty cells, above the numbers too
+        form = form._replace(head=text.lines_until(form.head))
+        lines = index_lines(text, form.head)
     ending = find_ending(text, form, max(lines.written - form.head, 0))
     rows = max(lines.written - form.head - ending.rows, 0)
     end_byte = text.size() - ending.cut_bytes
     columns = {name: k for k, name in enumerate(form.names) if name}
 
     def load(name: str, first: int, end: int) -> Column:
+        if first >= end:
+            return np.empty(0)
         place = lines.places[bisect_right(lines.places, first + form.head, key=lambda line: line.number) - 1]
         skipped = first + form.head - place.number
         attempts = [(pa.float64(), form.decimal)]

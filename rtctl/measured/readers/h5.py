@@ -26,6 +26,8 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCKS = (0, 512, 1024, 2048)  # MATLAB puts its own header in front (HDF5 specification, II.A)
 _NO_NUMBERS = frozenset({"char", "cell", "struct", "function_handle"})
 """Classes of MATLAB variables that hold no numbers."""
+MOST_ITEMS = 64
+"""Items of a MATLAB cell or array of structs whose arrays are columns."""
 _OBJECT_MARK = 0xDD000000
 """First of the numbers by which MATLAB 7.3 stands a variable for an object that it keeps elsewhere in the file."""
 
@@ -48,6 +50,7 @@ def read(path: Path, separator: str = "/") -> Table:
     headers: dict[str, Header] = {}
     paths: dict[str, str] = {}
     packings: dict[str, Packing] = {}
+    matlab = separator == "."
 
     def visit(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not name.startswith(
@@ -56,6 +59,19 @@ def read(path: Path, separator: str = "/") -> Table:
             column = name.replace("/", separator)
             paths[column] = name
             headers[column], packings[column] = _header(item, column, path.parent)
+            if matlab and _are_references(item.dtype) and item.size <= MOST_ITEMS:
+                refer(item, name, column)
+
+    def refer(item: Any, name: str, column: str) -> None:
+        """Add what MATLAB keeps by reference: the items of a cell, a field of an array of structs."""
+        cell = text_of(_attributes(item).get("MATLAB_class")) == "cell"
+        parent, _, field = column.rpartition(separator)
+        for k, reference in enumerate(np.asarray(item[()]).reshape(-1)):
+            target = item.file[reference] if reference else None
+            if isinstance(target, h5py.Dataset):
+                one = f"{column}{{{k + 1}}}" if cell else f"{parent}({k + 1}){separator}{field}"
+                paths[one] = str(target.name)
+                headers[one], packings[one] = _header(target, one, path.parent)
 
     with reading("an HDF5 file"), h5py.File(path, "r") as file:
         file.visititems(visit)
@@ -123,10 +139,17 @@ def _refusal(dataset: Any, attributes: Mapping[str, Any], name: str) -> str:
         return describe_object(kind, name)
     if kind in _NO_NUMBERS:
         return f"is a MATLAB {kind}, numbers are needed"
+    if _are_references(dataset.dtype):
+        return "refers to other arrays of the file, which are columns of their own"
     fields = dataset.dtype.names
     if fields is not None and set(fields) == {"real", "imag"}:
         return "holds complex numbers, real numbers are needed"
     return ""
+
+
+def _are_references(dtype: np.dtype[Any]) -> bool:
+    """Return whether a type of HDF5 is that of references."""
+    return dtype.hasobject and "ref" in (dtype.metadata or {})
 
 
 def _is_object_mark(dataset: Any, kind: str) -> bool:

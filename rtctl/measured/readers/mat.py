@@ -1,7 +1,12 @@
-"""MATLAB .mat: version 5 by SciPy, a variable at a time; version 7.3 is HDF5. Fields of a struct: `run.x_tip`."""
+"""MATLAB .mat: version 5 by SciPy, a variable at a time; version 7.3 is HDF5.
+
+Fields of a struct are columns, `run.x_tip`, also in an array of structs, `run.signals(2).values`, and in a cell,
+`runs{1}.x`.
+"""
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -16,28 +21,34 @@ from rtctl.measured.readers import h5
 from rtctl.measured.readers.mat_headers import Variable, describe_object, is_version_5, variables
 from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
+Steps = tuple[int | str, ...]
+"""Way from a variable to an array within: places in cells and arrays of structs, names of fields."""
+MOST_ITEMS = 64
+"""Items of a cell or an array of structs whose arrays are columns."""
+_FIRST_NAME = re.compile(r"\w+")
+
 
 def read(path: Path) -> Table:
     """Return the variables of a .mat file, and the fields of its structs, as columns. Raises ValueError in words."""
     if h5.is_hdf5(path):
         return h5.read(path, separator=".")
     headers: dict[str, Header] = {}
+    places: dict[str, Steps] = {}
     for name, shape, kind, is_object in _listed(path):
         if is_object:
             headers[name] = Header(shape=shape, refusal=describe_object(kind, name))
-        elif kind == "struct":
+        elif kind in ("struct", "cell"):
             with reading("a MATLAB file"):
-                fields = list(_fields(name, _variable(path, name)))
-            headers |= {column: _header(value, column) for column, value in fields}
+                for column, value, steps in _fields(name, _variable(path, name), ()):
+                    headers[column], places[column] = _header(value, column), steps
         else:
             headers[name] = Header(shape=shape, refusal=_refusal(kind))
 
     def load(name: str, first: int, end: int) -> Column:
         with reading("a MATLAB file"):
-            variable, *fields = name.split(".")
-            value = _variable(path, variable)
-            for field in fields:
-                value = value.flat[0][field]
+            value = _variable(path, _FIRST_NAME.match(name)[0] if name in places else name)  # type: ignore[index]
+            for step in places.get(name, ()):
+                value = value.flat[step] if isinstance(step, int) else value[step]
             return np.array(value[vector_rows(value.shape, first, end)])  # a view would keep all alive
 
     return Table(columns=headers, load=load, piecewise=False)
@@ -57,13 +68,22 @@ def _variable(path: Path, name: str) -> Any:
     return loadmat(path, variable_names=[name])[name]
 
 
-def _fields(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield dotted names and arrays below a struct; an array of structs stays one, and is refused when it is used."""
-    if isinstance(value, MatlabOpaque) or value.dtype.names is None or value.size != 1:
-        yield name, value
+def _fields(name: str, value: Any, steps: Steps) -> Iterator[tuple[str, Any, Steps]]:
+    """Yield name, array and the way to it of all that is below a struct or a cell, and arrays of these themselves."""
+    is_container = not isinstance(value, MatlabOpaque) and value.dtype.hasobject and value.size
+    if not is_container or value.size > MOST_ITEMS:
+        yield name, value, steps
         return
-    for field in value.dtype.names:
-        yield from _fields(f"{name}.{field}", value.flat[0][field])
+    names, several = value.dtype.names, value.size > 1
+    if names is None or several:
+        yield name, value, steps  # refused when it is used
+    for k in range(value.size):
+        if names is None:
+            yield from _fields(f"{name}{{{k + 1}}}", value.flat[k], (*steps, k))
+            continue
+        one = f"{name}({k + 1})" if several else name
+        for field in names:
+            yield from _fields(f"{one}.{field}", value.flat[k][field], (*steps, k, field))
 
 
 def _header(value: Any, column: str) -> Header:

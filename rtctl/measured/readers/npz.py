@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import struct
 import zipfile
+from math import prod
 from pathlib import Path
 from typing import IO, NamedTuple
 
 import numpy as np
 
-from rtctl.measured.readers.table import Column, Header, Table, reading
+from rtctl.measured.readers.table import Column, Header, Table, reading, vector_rows
 
 _LOCAL_HEADER = struct.Struct("<26xHH")  # ZIP, 4.3.7: its last two fields are the lengths of name and extra
 _UNPACK_BYTES = 1 << 20
@@ -24,6 +25,8 @@ class _Layout(NamedTuple):
     """Offset [bytes] of the first number in the unpacked member."""
     stored_at: int | None
     """Offset [bytes] of the first number in the file, if the member is not compressed."""
+    is_fortran: bool
+    """Whether the first index of a matrix runs fastest."""
 
 
 def read(path: Path) -> Table:
@@ -41,11 +44,19 @@ def read(path: Path) -> Table:
 
     def load(name: str, first: int, end: int) -> Column:
         info, layout = arrays[name]
+        shape = layout.header.shape
         with reading("an .npz file"):
-            if layout.stored_at is None:
-                return _unpacked(path, info, layout, first, end)
-            start = layout.stored_at + first * layout.dtype.itemsize
-            return _whole(np.fromfile(path, layout.dtype, count=end - first, offset=start), first, end)
+            if len(shape) > 1 and max(shape) < prod(shape):
+                whole = numbers(info, layout, 0, prod(shape))
+                whole = whole.reshape(shape, order="F" if layout.is_fortran else "C")
+                return np.ascontiguousarray(whole[vector_rows(shape, first, end)])
+            return numbers(info, layout, first, end)
+
+    def numbers(info: zipfile.ZipInfo, layout: _Layout, first: int, end: int) -> Column:
+        if layout.stored_at is None:
+            return _unpacked(path, info, layout, first, end)
+        start = layout.stored_at + first * layout.dtype.itemsize
+        return _whole(np.fromfile(path, layout.dtype, count=end - first, offset=start), first, end)
 
     return Table(
         columns={name: layout.header for name, (_, layout) in arrays.items()},
@@ -60,17 +71,16 @@ def _layout(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) ->
         parse = (
             np.lib.format.read_array_header_1_0 if version[0] == 1 else np.lib.format.read_array_header_2_0
         )
-        shape, _, dtype = parse(member)
+        shape, is_fortran, dtype = parse(member)
         offset = member.tell()
     objects = "holds Python objects, numbers are needed" if dtype.hasobject else ""
     header = Header(shape=shape, dtype=None if objects else dtype, refusal=objects)
     if info.compress_type != zipfile.ZIP_STORED:
-        return _Layout(header, dtype, offset, None)
+        return _Layout(header, dtype, offset, None, is_fortran)
     file.seek(info.header_offset)
     name_bytes, extra_bytes = _LOCAL_HEADER.unpack(file.read(_LOCAL_HEADER.size))
-    return _Layout(
-        header, dtype, offset, info.header_offset + _LOCAL_HEADER.size + name_bytes + extra_bytes + offset
-    )
+    stored_at = info.header_offset + _LOCAL_HEADER.size + name_bytes + extra_bytes + offset
+    return _Layout(header, dtype, offset, stored_at, is_fortran)
 
 
 def _unpacked(path: Path, info: zipfile.ZipInfo, layout: _Layout, first: int, end: int) -> Column:

@@ -10,7 +10,7 @@ from rtctl.border.quantities import is_angle, unit_registry
 from rtctl.measured.proposal.naming.column_names import STRONG, Name, is_weight, read_name, unit_meanings
 from rtctl.measured.proposal.survey import Column
 from rtctl.measured.stated_unit import is_no_unit
-from rtctl.measured.units import check_unit
+from rtctl.measured.units import check_unit, is_proportional
 
 UNIT_VOTE = 3.0
 """Vote of a unit for the quantity that is measured in it: above a letter's, below a word's."""
@@ -65,6 +65,8 @@ def quantity_of(unit: str) -> str:
     """Return the quantity that is measured in a readable unit; "" where none that is known here is."""
     registry = unit_registry()
     parsed = registry.parse_units(unit)
+    if not parsed.dimensionality and not is_proportional(unit):
+        return ""  # a logarithm, which stands in no product
     if is_angle(unit):
         return "displacement"
     if is_angle(str(parsed * registry.second)) and parsed.dimensionality == registry.hertz.dimensionality:

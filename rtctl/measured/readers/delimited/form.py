@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from rtctl.measured.stated_unit import is_no_unit, readable
+from rtctl.measured.stated_unit import is_common, is_no_unit, readable
 
 OPENING_LINES = 300
 NAMELESS = "column_"
@@ -22,6 +22,7 @@ BLANKS = " "
 _SEPARATORS: tuple[str, ...] = (";", "\t", ",")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*|,\d+)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?|nan", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _SEP_LINE = re.compile(r'"?sep=(.)"?\s*$', re.IGNORECASE)
 _COMMENTS = ("#", "%")
 
@@ -46,6 +47,17 @@ class _Layout(NamedTuple):
     columns: int
     first: int
     """The first line of numbers."""
+    numeric: list[int]
+    """Columns of numbers."""
+
+    def has_numbers(self, row: list[str]) -> bool:
+        """Return whether a row has a number in a column of numbers."""
+        return any(is_number(row[k]) for k in self.numeric if k < len(row))
+
+    def has_units(self, row: list[str]) -> bool:
+        """Return whether a row has units, and no number, above the columns of numbers."""
+        cells = [row[k] for k in self.numeric if k < len(row)]
+        return not self.has_numbers(row) and _common_units(cells) > 0 and _are_units(cells)
 
 
 def find_form(lines: Sequence[str]) -> Form:
@@ -85,25 +97,26 @@ def _form_by(lines: Sequence[str], start: int, separator: str) -> Form | None:
     layout = _lay_out(lines, start, separator)
     if layout is None:
         return None
-    rows, columns, first = layout
+    rows, columns, first, _ = layout
     top = first
-    while top > start and not any(is_number(cell) for cell in rows[top - 1]) and _fits(rows[top - 1], layout):
+    while top > start and not layout.has_numbers(rows[top - 1]) and _fits(rows[top - 1], layout):
         top -= 1
+    if top == first - 1 > start and len(rows[top - 1]) == columns and layout.has_units(rows[top]):
+        top -= 1  # names that are numbers, above their units
     names = _comment_names(lines, start, separator, columns) if first == start else None
     head, units = first, tuple[str, ...]()
     block = rows[top:first]
     if block:
-        has_units = len(block) > 1 and _are_units(block[-1])
-        names = block[-2] if has_units else block[-1]
-        units = tuple(_bare(cell) for cell in block[-1]) if has_units else ()
+        names, given = _names_and_units(block, layout)
+        units = tuple(_bare(cell) for cell in given)
     elif names is None and first == start and all(is_number(cell) for cell in rows[first]):
         names = [f"{NAMELESS}{k}" for k in range(1, columns + 1)]
     elif names is None:
         if first > start or all(is_number(cell) for cell in rows[first] if cell) or len(rows) < first + 2:
             return None
         head, names = first + 1, rows[first]  # numbers among the names of the columns
-    names = [*names, *[""] * (columns - len(names))]
-    decimal = "," if separator != "," and _has_decimal_comma(rows[head:]) else "."
+    names = [*names[:columns], *[""] * (columns - len(names))]
+    decimal = "," if _has_decimal_comma(rows[head:], separator) else "."
     return Form(tuple(names), units, head, separator, decimal)
 
 
@@ -119,15 +132,21 @@ def _lay_out(lines: Sequence[str], start: int, separator: str) -> _Layout | None
     for k in range(start, len(rows)):
         row = rows[k]
         held = sum(is_number(row[one]) or not row[one] for one in numeric) if len(row) == columns else 0
-        if 2 * held > len(numeric) and any(is_number(row[one]) for one in numeric):
-            while k > start and len(rows[k - 1]) == columns and any(is_number(cell) for cell in rows[k - 1]):
+        layout = _Layout(rows, columns, k, numeric)
+        above_units = k + 1 < len(rows) and len(rows[k + 1]) == columns and layout.has_units(rows[k + 1])
+        if 2 * held > len(numeric) and layout.has_numbers(row) and not above_units:
+            while k > start and len(rows[k - 1]) == columns and layout.has_numbers(rows[k - 1]):
+                if layout.has_units(rows[k]):
+                    break
                 k -= 1  # numbers among text: wrong cells, which are told with their row
-            return _Layout(rows, columns, k)
+            return layout._replace(first=k)
     return None
 
 
 def _fits(row: list[str], layout: _Layout) -> bool:
-    """Return whether a row has as many cells as the rows of numbers, whose last cells may all be empty."""
+    """Return whether a row has as many cells as the rows of numbers, whose last cells may all be empty or absent."""
+    if len(row) == layout.columns + 1:
+        return all(len(one) == layout.columns for one in layout.rows[layout.first :])
     if len(row) == layout.columns - 1:
         return all(not one[-1] for one in layout.rows[layout.first :] if len(one) == layout.columns)
     return len(row) == layout.columns
@@ -136,6 +155,21 @@ def _fits(row: list[str], layout: _Layout) -> bool:
 def _is_numeric(cells: list[str]) -> bool:
     filled = [cell for cell in cells if cell]
     return bool(filled) and 10 * sum(is_number(cell) for cell in filled) >= 9 * len(filled)
+
+
+def _names_and_units(block: list[list[str]], layout: _Layout) -> tuple[list[str], list[str]]:
+    """Return the names and the units of the last lines above the numbers, mostly in this order; no units: none."""
+    if len(block) < 2:
+        return block[-1], []
+    above, below = block[-2], block[-1]
+    if all(readable(_bare(cell)) for cell in above) and _common_units(above) > _common_units(below):
+        return below, above
+    return (above, below) if _are_units(below) or layout.has_units(below) else (below, [])
+
+
+def _common_units(row: list[str]) -> int:
+    """Return how many cells are units that people use: those that a letter names by chance (a: a year) are not."""
+    return sum(is_common(_bare(cell)) for cell in row if cell)
 
 
 def _are_units(row: list[str]) -> bool:
@@ -157,8 +191,10 @@ def _comment_names(lines: Sequence[str], start: int, separator: str, columns: in
     return names if len(names) == columns and not any(is_number(name) for name in names) else None
 
 
-def _has_decimal_comma(rows: list[list[str]]) -> bool:
-    return any(_DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
+def _has_decimal_comma(rows: list[list[str]], separator: str) -> bool:
+    """Return whether numbers have a decimal comma; between commas they stand in quotes, and might be thousands."""
+    commas = [cell for row in rows for cell in row if _DECIMAL_COMMA.fullmatch(cell)]
+    return any(not _THOUSANDS.fullmatch(cell) for cell in commas) if separator == "," else bool(commas)
 
 
 def _plain_form(lines: Sequence[str], start: int, separators: Sequence[str]) -> Form:

@@ -21,7 +21,12 @@ LARGEST_COPY = 1 << 30
 """Bytes of a copy in memory; larger files have to be plain ones."""
 _LF, _CR, _QUOTE, _BLANK, _TAB = b'\n\r" \t'
 _GZIP = b"\x1f\x8b"
-_WIDE_MARKS = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+_WIDE_MARKS = {
+    codecs.BOM_UTF32_LE: "utf-32-le",
+    codecs.BOM_UTF32_BE: "utf-32-be",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
 
 
 class Line(NamedTuple):
@@ -96,6 +101,16 @@ class Text:
             found[0] = found[0].removeprefix("\ufeff")
         return found[:lines]
 
+    def lines_until(self, head: int) -> int:
+        """Return the number of lines, those of blanks and tabs counted, up to the `head`-th that has more."""
+        written = seen = 0
+        with self.opened() as file:
+            while seen < head and (block := file.readline(BLOCK_BYTES)):
+                for part in block.splitlines():
+                    if seen < head and part:
+                        written, seen = written + 1, seen + bool(part.strip())
+        return written
+
     def size(self) -> int:
         """Return the number of bytes."""
         return self.path.stat().st_size if self.copy is None else len(self.copy)
@@ -109,7 +124,7 @@ class Text:
 
 
 def open_text(path: Path) -> Text:
-    """Return the text of a file that may be packed (gzip) or in UTF-16. Raises ValueError in words."""
+    """Return the text of a file that may be packed (gzip) or in UTF-16 or UTF-32. Raises ValueError in words."""
     with path.open("rb") as file:
         head = file.read(512)
     if head.startswith(_GZIP):
@@ -124,7 +139,9 @@ def open_text(path: Path) -> Text:
     try:
         return Text(path, raw.decode(wide).removeprefix("\ufeff").encode())
     except UnicodeDecodeError:
-        raise ValueError("is cut off or damaged: it begins as UTF-16 and does not go on so") from None
+        raise ValueError(
+            f"is cut off or damaged: it begins as {wide.upper()} and does not go on so"
+        ) from None
 
 
 def index_lines(text: Text, head: int = 0) -> Lines:
@@ -169,7 +186,7 @@ def _decoded(line: bytes) -> str:
 
 
 def _wide_encoding(head: bytes) -> str | None:
-    """Return the encoding of a text of two-byte characters, by its mark or by the zeros in it."""
+    """Return the encoding of a text of characters of two or four bytes, by its mark or by the zeros in it."""
     for mark, name in _WIDE_MARKS.items():
         if head.startswith(mark):
             return name
@@ -177,6 +194,9 @@ def _wide_encoding(head: bytes) -> str | None:
     if pairs < 2:
         return None
     low, high = head[0 : 2 * pairs : 2].count(0), head[1 : 2 * pairs : 2].count(0)
+    fourths = [head[k : 4 * (len(head) // 4) : 4].count(0) for k in range(4)]
+    if pairs >= 4 and fourths[1] == fourths[2] == len(head) // 4 and not (fourths[0] and fourths[3]):
+        return "utf-32-be" if fourths[0] else "utf-32-le"
     return "utf-16-le" if high == pairs and not low else "utf-16-be" if low == pairs and not high else None
 
 

@@ -1,0 +1,78 @@
+"""What a terminal, a pipe, a disk or a name does to a command ends in one message at most, never in a traceback."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rtctl
+from rtctl.border.errors import InputError
+from rtctl.cli import main
+
+TABLE = "t [s],u [V],x [mm]\n" + "".join(f"{k / 1000},{(k * 7) % 11},{(k * 5) % 13}\n" for k in range(300))
+
+
+def shell(command: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
+    """Run a line of the shell in which `rtctl` is this program."""
+    start = f'rtctl() {{ {shlex.quote(sys.executable)} -m rtctl "$@"; }}; {command}'
+    return subprocess.run(["bash", "-c", start], cwd=folder, capture_output=True, env=os.environ)
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("rtctl list | head -1 >/dev/null", b""),
+        ("rtctl list >&-", b""),
+        ("rtctl init r.csv --yes --no-plot --force >&- 2>&-", b""),
+        ("rtctl list > /dev/full", b"No space left on device"),
+    ],
+)
+def test_a_closed_or_full_stream_is_no_traceback(tmp_path: Path, command: str, said: bytes) -> None:
+    (tmp_path / "r.csv").write_text(TABLE)
+    done = shell(command, tmp_path)
+    assert b"Traceback" not in done.stderr
+    assert b"Exception" not in done.stderr
+    assert said in done.stderr
+
+
+def test_a_command_whose_output_is_closed_does_its_work(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text(TABLE)
+    assert shell("rtctl init r.csv --yes --no-plot >&- 2>&-", tmp_path).returncode == 0
+    assert len(rtctl.read_dataset(tmp_path / "dataset.toml").records) == 2
+
+
+def test_a_full_disk_is_one_message_with_the_file_and_leaves_no_part_of_it(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text(TABLE)
+    done = shell("trap '' XFSZ; ulimit -f 0; rtctl init r.csv --yes --no-plot --out new", tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.decode().strip() == "rtctl init: [Errno 27] File too large: 'new/dataset.toml'"
+    assert list((tmp_path / "new").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["init", "m\udce4.csv", "--yes"],
+        ["init", "r.csv", "--yes", "--out", "o\udcff"],
+        ["identify", "dataset.toml", "--out", "\udcff/model.toml"],
+    ],
+)
+def test_a_name_that_is_no_utf_8_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "the name is not UTF-8; rename it, or choose another" in said
+    assert "\\udc" in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_python_refuses_such_a_name_as_well(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not UTF-8"):
+        rtctl.init(tmp_path / "m\udce4.csv")
