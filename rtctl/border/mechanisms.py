@@ -32,6 +32,8 @@ class Scales(NamedTuple):
     """RMS of the signal that is read in place of the displacement: a film's resistance [ohm]."""
     reading: float = 1.0
     """RMS of the response that was measured: displacement, velocity or acceleration, in its own unit."""
+    response_s: float = 0.0
+    """Time constant [s] of the nominal model, where it has one by which times are compared; else 0."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

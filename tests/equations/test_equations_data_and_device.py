@@ -151,5 +151,5 @@ def test_a_scenario_of_equations_is_refused_in_words(tmp_path: Path) -> None:
     path = written(
         tmp_path, '[scenario]\ntitle = "t"\nplant = "equations"\nduration = "1 s"\n', "scenario.toml"
     )
-    with pytest.raises(InputError, match='"scenario.model" is missing'):
+    with pytest.raises(InputError, match=r'"scenario\.model" is missing'):
         rtctl.acquire(path, tmp_path / "out")

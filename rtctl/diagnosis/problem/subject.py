@@ -182,6 +182,8 @@ class Subject:
     """Return the RMS of what is read in place of the motion; see `Scales`."""
     lag_s: Callable[[Scales], float]
     """Return the interval [s] at which the past of motion and drive is sampled in tests."""
+    time_parameter: str = ""
+    """Parameter of the nominal model that is its time constant [s]; "": none."""
     slower_sampling: tuple[int, ...]
     """Multiples of the sample period that a next experiment may use: the effect of the drive's hold scales with the
     period, that of a delay or a lag does not. Empty where the hold is known."""
@@ -253,9 +255,12 @@ class Subject:
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """Write a model to a file, with its provenance."""
 
-    def scales(self, records: Records) -> Scales:
-        """Return the sizes of what these records show."""
-        return estimate_scales(records, self.output, self.drive)._replace(sensed=self.sensed_rms(records))
+    def scales(self, records: Records, simulation: Simulation) -> Scales:
+        """Return the sizes of what these records show, and the time constant of their model."""
+        named = [one.value for one in simulation.parameters if one.name == self.time_parameter]
+        return estimate_scales(records, self.output, self.drive)._replace(
+            sensed=self.sensed_rms(records), response_s=named[0] if named else 0.0
+        )
 
     @property
     def coordinates(self) -> Sequence[str]:

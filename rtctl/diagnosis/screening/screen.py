@@ -94,7 +94,7 @@ def screen_dataset(
     check_speed(simulation, records.fit, str(dataset.path), thresholds.budget.one_run)
     comparable, read = subject.to_comparable(simulation, records.fit)
     records = _read_comparably(records, read)
-    scales = subject.scales(records.fit)
+    scales = subject.scales(records.fit, comparable)
     records = apply_steps(records, (find_initial_states, skip_what_history_decides))
     return ScreenedData(records, comparable, scales)
 

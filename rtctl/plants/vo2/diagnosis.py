@@ -342,7 +342,7 @@ def _resistance_rms(records: Records) -> float:
 
 
 def _heating_time(scales: Scales) -> float:
-    return NOMINAL_TIME_CONSTANT_S
+    return scales.response_s or NOMINAL_TIME_CONSTANT_S
 
 
 VO2 = Subject(
@@ -360,6 +360,7 @@ VO2 = Subject(
     nonparametric_alternatives=tuple(UNNAMED),
     sensed_rms=_resistance_rms,
     lag_s=_heating_time,
+    time_parameter="time_constant",
     slower_sampling=(),
     is_at_rest_undriven=True,
     growth_is_misfit=False,

@@ -147,8 +147,9 @@ class Vo2Mechanism(Mechanism):
     """Changes `resistance` and `deflection`."""
     reads_at: Callable[[Values], tuple[float, float]] | None = None
     """Return by how much [s] resistance and deflection are read after their rows' instants."""
-    resolves_s: Callable[[Values], float] | None = None
-    """Longest interval [s] between readings that it needs, between samples too; None for no such need."""
+    resolves: float | None = None
+    """Longest interval between readings that it needs, between samples too, over the heating's time constant; None for
+    no such need."""
     stage: int = 0
     """Order among mechanisms that act at the same place: lower ones first."""
 
@@ -159,6 +160,11 @@ class Vo2Mechanism(Mechanism):
             act is not None
             for act in (self.command, self.pieces, self.balance, self.warm, self.loops, self.reads_at)
         )
+
+
+def heating_times(count: float) -> Callable[[Scales], float]:
+    """Return a scale of so many time constants of the heating [s]."""
+    return lambda s: count * (s.response_s or TYPICAL_TIME_S)
 
 
 def power_of(s: Scales) -> float:

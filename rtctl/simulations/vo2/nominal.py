@@ -16,7 +16,12 @@ from rtctl.models.vo2 import Vo2Model
 from rtctl.simulations.vo2.mechanism import Values
 
 TIME_CONSTANT = Parameter(
-    name="time_constant", unit="s", meaning="of the heating", scale=lambda s: 1e-3, low=1e-6, high=1.0
+    name="time_constant",
+    unit="s",
+    meaning="of the heating",
+    scale=lambda s: s.response_s or 1e-3,
+    low=1e-6,
+    high=1e3,
 )
 
 

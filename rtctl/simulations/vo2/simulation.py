@@ -137,7 +137,7 @@ class Vo2Simulation:
         """Return the substeps of a piece, and whether readings are needed at each."""
         active = self._active(values)
         balance = self._balance(active, values)
-        finest = [one.resolves_s(self._of(one, values)) for one in active if one.resolves_s is not None]
+        finest = [one.resolves * balance.time_constant_s for one in active if one.resolves is not None]
         if balance.is_plain and not finest:
             return 1, False
         longest_s = min([balance.time_constant_s / steps, *finest])

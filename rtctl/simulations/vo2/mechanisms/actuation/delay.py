@@ -1,6 +1,6 @@
 """`actuation.delay`: i(t - delay)."""
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Commanded, Values, Vo2Mechanism, coefficient
+from rtctl.simulations.vo2.mechanism import Commanded, Values, Vo2Mechanism, coefficient, heating_times
 
 
 def late(commanded: Commanded, p: Values) -> Commanded:
@@ -12,7 +12,7 @@ MECHANISM = Vo2Mechanism(
     id="actuation.delay",
     statement="The current acts {delay} late.",
     parameters=(
-        coefficient("delay", "s", "from the command to the heater", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0),
+        coefficient("delay", "s", "from the command to the heater", heating_times(5.0), low=0.0, high=10.0),
     ),
     command=late,
 )

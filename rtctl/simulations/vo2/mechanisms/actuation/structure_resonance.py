@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mechanism, coefficient, shape
+from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient, shape
 
 
 @background_kernel
@@ -44,10 +44,11 @@ MECHANISM = Vo2Mechanism(
     statement="The beam swings at {frequency}, damped by {damping_ratio}, with a participation of {participation}.",
     parameters=(
         coefficient("participation", "dimensionless", "of the mode in the deflection", 1.0, low=0.0, high=2.0),
-        shape("frequency", "Hz", "of the mode", 200.0, low=1e-3, high=1e6, shape_range=(0.05, 20.0), grid=25),
+        shape("frequency", "Hz", "of the mode", lambda s: 0.2 / s.period, low=1e-3, high=1e6, shape_range=(0.05, 20.0),
+              grid=25),
         shape("damping_ratio", "dimensionless", "of the mode", 0.01, default=0.01, searched=True, low=1e-5, high=0.99,
               shape_range=(0.3, 50.0)),
     ),
     instrument=swinging,
-    resolves_s=lambda p: 0.0625 * TYPICAL_TIME_S,
+    resolves=0.0625,
 )  # fmt: skip

@@ -6,12 +6,12 @@ Loops that were identified by temperature alone do not separate the two, so fast
 
 from rtctl.simulations.vo2.mechanism import (
     PURE_PHASES,
-    TYPICAL_TIME_S,
     Balance,
     Read,
     Values,
     Vo2Mechanism,
     coefficient,
+    heating_times,
 )
 from rtctl.simulations.vo2.phases import mixed_along, switched_along
 
@@ -35,7 +35,7 @@ MECHANISM = Vo2Mechanism(
     statement="The transition lags the film's temperature with a time constant of {time_constant}.",
     parameters=(
         coefficient(
-            "time_constant", "s", "of the transition behind temperature", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0
+            "time_constant", "s", "of the transition behind temperature", heating_times(5.0), low=0.0, high=1e3
         ),
         *PURE_PHASES,
     ),

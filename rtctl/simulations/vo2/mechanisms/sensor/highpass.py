@@ -6,7 +6,7 @@ began, one that is switched on with it to zero.
 
 import numpy as np
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mechanism, coefficient, shape
+from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient, shape
 from rtctl.simulations.vo2.relaxation import lag
 
 
@@ -30,6 +30,6 @@ MECHANISM = Vo2Mechanism(
         ),
     ),
     instrument=coupled,
-    resolves_s=lambda p: 0.25 * TYPICAL_TIME_S,
+    resolves=0.25,
     stage=4,
 )  # fmt: skip

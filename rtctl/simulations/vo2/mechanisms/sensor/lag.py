@@ -1,6 +1,6 @@
 """`sensor.lag`: y with time_constant y' = R - y is read instead of R."""
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Read, Values, Vo2Mechanism, coefficient
+from rtctl.simulations.vo2.mechanism import Read, Values, Vo2Mechanism, coefficient, heating_times
 from rtctl.simulations.vo2.relaxation import lag
 
 
@@ -14,10 +14,10 @@ MECHANISM = Vo2Mechanism(
     statement="The resistance reading lags with a time constant of {time_constant}.",
     parameters=(
         coefficient(
-            "time_constant", "s", "of the reading behind the film", 5.0 * TYPICAL_TIME_S, low=0.0, high=10.0
+            "time_constant", "s", "of the reading behind the film", heating_times(5.0), low=0.0, high=1e3
         ),
     ),
     instrument=lagging,
-    resolves_s=lambda p: 0.0625 * TYPICAL_TIME_S,
+    resolves=0.0625,
     stage=3,
 )

@@ -1,11 +1,11 @@
 """`thermal.second_time_constant`: T = (1 - share) T_1 + share T_2, each with its own time constant."""
 
 from rtctl.simulations.vo2.mechanism import (
-    TYPICAL_TIME_S,
     Balance,
     Values,
     Vo2Mechanism,
     coefficient,
+    heating_times,
     shape,
 )
 
@@ -21,7 +21,7 @@ MECHANISM = Vo2Mechanism(
     parameters=(
         coefficient("share", "dimensionless", "of the second part", 0.3, low=0.0, high=1.0),
         shape(
-            "time_constant", "s", "of the second part", 5.0 * TYPICAL_TIME_S, low=1e-6, high=1e3,
+            "time_constant", "s", "of the second part", heating_times(5.0), low=1e-6, high=1e3,
             shape_range=(0.02, 100.0),
         ),
     ),

@@ -3,9 +3,9 @@
 Both early by the same time would be `actuation.delay`, which is that law's name.
 """
 
-from rtctl.simulations.vo2.mechanism import TYPICAL_TIME_S, Values, Vo2Mechanism, coefficient
+from rtctl.simulations.vo2.mechanism import Values, Vo2Mechanism, coefficient, heating_times
 
-SCALE_S = 2.0 * TYPICAL_TIME_S
+SCALE_S = heating_times(2.0)
 
 
 def read_at(p: Values) -> tuple[float, float]:
