@@ -17,7 +17,7 @@ from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subjects import subject_for, subject_of
+from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
@@ -73,7 +73,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     given, simulation = simulation, without_steps(simulation)
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
-    subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
+    subject, usual = subjects_of_model(simulation, dataset)
     data = screen_dataset(dataset, simulation, subject, usual.required_signal, options.thresholds)
     fit, tests, notes = data.records
     with open_thread_pool(options.threads) as executor:

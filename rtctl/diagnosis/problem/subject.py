@@ -222,6 +222,9 @@ class Subject:
     """Mechanism that adds a constant to the reading; "": none is needed."""
     levels: Mapping[str, Levels]
     """Parameters that round a signal, by signal."""
+    reads_initial_states: bool = True
+    """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
+    each from its own initial state."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)

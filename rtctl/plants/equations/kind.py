@@ -25,5 +25,6 @@ EQUATIONS = PlantKind(
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,
     ),
+    diagnosis="rtctl.plants.equations.diagnosis:equations_subject",
     device_file="plant_sim.equations.plant:load_plant",
 )
