@@ -219,7 +219,9 @@ class _Run:
         for name in {mechanism.signal for mechanism in sensing}:
             for lane, values in enumerate(by_lane):
                 acting = [values_of(one, values) for one in sensing if one.signal == name]
-                found[name][lane] = read(found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T)
+                found[name][lane] = read(
+                    found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T
+                )
         return {name: np.ascontiguousarray(course[:, :: motion.between]) for name, course in found.items()}
 
     def _reference(self, name: str) -> float:
@@ -251,7 +253,9 @@ class _Run:
         p[:count] = values[:, :count].T * factors[:count, None]
         at = {one.name: k for k, one in enumerate(system.parameters)}
         sizes = np.zeros(len(system.parameters))
-        sizes[:count] = [SAME_SIZE * abs(one.declared.scale(own.sizes.scales)) for one in own.parameters[:count]]
+        sizes[:count] = [
+            SAME_SIZE * abs(one.declared.scale(own.sizes.scales)) for one in own.parameters[:count]
+        ]
         sizes[:count] *= factors[:count]
         names = {one.id: one.names for one in acting if one.family}
         for k, parameter in enumerate(own.parameters):

@@ -102,6 +102,4 @@ def read(
 
 def values_of(mechanism: EquationsMechanism, values: Mapping[str, float]) -> Acting:
     """Return a mechanism with its own of all `values` by "id.name"."""
-    return Acting(
-        mechanism, {one.name: values[f"{mechanism.id}.{one.name}"] for one in mechanism.parameters}
-    )
+    return Acting(mechanism, {one.name: values[f"{mechanism.id}.{one.name}"] for one in mechanism.parameters})

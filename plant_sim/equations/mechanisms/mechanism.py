@@ -56,7 +56,9 @@ def place(name: str, unit: str, meaning: str, places: tuple[float, ...], **more:
 
 def shape(name: str, unit: str, meaning: str, scale: Callable[[Any], float], **more: Any) -> Parameter:
     """Return a positive parameter for how a mechanism acts."""
-    return Parameter(name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **({"low": 0.0} | more))
+    return Parameter(
+        name=name, unit=unit, meaning=meaning, scale=scale, neutral=None, **({"low": 0.0} | more)
+    )
 
 
 def in_unit(declared: Parameter, unit: str) -> Parameter:

@@ -29,8 +29,14 @@ def parameter_mechanisms(
         EquationsMechanism(
             id=f"parameter.{one.name}.drift",
             statement=f"The {words} drifts by {{rate}} of itself from the start of each record.",
-            parameters=(coefficient("rate", "1/s", "relative to the parameter", 1.0 / sizes.scales.duration),),
-            family=PARAMETERS, names={"rate": drift}, target=one.name, text=f"{drift}*t", slow=True,
+            parameters=(
+                coefficient("rate", "1/s", "relative to the parameter", 1.0 / sizes.scales.duration),
+            ),
+            family=PARAMETERS,
+            names={"rate": drift},
+            target=one.name,
+            text=f"{drift}*t",
+            slow=True,
         )  # fmt: skip
     ]
     if not one.fixed:

@@ -82,7 +82,9 @@ def sizes_along(
     runs: list[Mapping[str, FloatArray]] = []
     for stimulus in stimuli:
         with suppress(ValueError):  # no sensible step: the check of the speed, or the fit, says so
-            runs.append({name: made[0] for name, made in simulation.predict(stimulus, values).outputs.items()})
+            runs.append(
+                {name: made[0] for name, made in simulation.predict(stimulus, values).outputs.items()}
+            )
     period_s, sizes = scales.period, dict[str, Size]()
     for source in system.inputs:
         sizes[source.name] = size_of([one.inputs[source.name] for one in stimuli], period_s)

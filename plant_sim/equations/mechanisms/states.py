@@ -11,7 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from plant_sim.equations.mechanisms.mechanism import RATES, SLOW, EquationsMechanism, coefficient, place, shape
+from plant_sim.equations.mechanisms.mechanism import (
+    RATES,
+    SLOW,
+    EquationsMechanism,
+    coefficient,
+    place,
+    shape,
+)
 from plant_sim.equations.mechanisms.sizes import QUANTILES, Size
 from plant_sim.equations.mechanisms.words import Names, counted, reference_of
 from plant_sim.equations.system import State
@@ -148,10 +155,15 @@ def state_mechanisms(state: State, size: Size, names: Names) -> list[EquationsMe
         filled = own | {"x": state.name, "d": counted(state.name, referred), "w": companion}
         found.append(
             EquationsMechanism(
-                id=f"state.{state.name}.{key}", statement=law.statement.replace("{s}", words),
+                id=f"state.{state.name}.{key}",
+                statement=law.statement.replace("{s}", words),
                 forms={name: text.replace("{s}", words) for name, text in law.forms.items()},
-                parameters=parameters, family=SLOW if law.companion else RATES, names=own, target=state.name,
-                text=law.rate.format(**filled), companion=companion,
+                parameters=parameters,
+                family=SLOW if law.companion else RATES,
+                names=own,
+                target=state.name,
+                text=law.rate.format(**filled),
+                companion=companion,
                 companion_rate=law.companion.format(**filled) if law.companion else "",
                 references={name: (state.unit, reference) for name in referred.values()},
             )  # fmt: skip
