@@ -20,6 +20,10 @@ BAND_LIMITED_SUBSTEPS = 4
 """Least steps between two samples of an input that swings between them."""
 SAME_PLAN = 0.05
 """Relative change of the parameters below which a record's plan holds on."""
+SAME_COARSE_PLAN = 0.25
+"""The same where the steps are asked for: their number follows the rates, and a fit's need not be exact."""
+MOST_KEPT = 32
+"""Plans of a record that are kept, of as many places in the space of the parameters."""
 CONVERGED = 1e-6
 """Change of the states, relative to their swing, below which twice as many implicit steps do nothing."""
 MOST_DOUBLINGS = 8
@@ -29,7 +33,9 @@ MOST_BETWEEN = 8
 """Instants at most between two samples at which a motion is told."""
 Nodes = Callable[[int], FloatArray]
 """Function of the steps between two samples that returns the inputs (3, steps, inputs) [SI]."""
-_plans: weakref.WeakKeyDictionary[Stimulus, dict[tuple[System, float | None], tuple[FloatArray, Plan]]] = (
+Kept = list[tuple[FloatArray, Plan]]
+"""Parameters (parameters,) and the plan there, the latest first."""
+_plans: weakref.WeakKeyDictionary[Stimulus, dict[tuple[System, float | None], Kept]] = (
     weakref.WeakKeyDictionary()
 )
 
@@ -72,10 +78,11 @@ class Marching(NamedTuple):
         return Motion(self._run(how, instants), how.substeps, instants)
 
     def _at_samples(self, refine: int) -> tuple[FloatArray, Plan]:
-        kept = _plans.setdefault(self.stimulus, {})
-        key = (self.system, self.steps_per_period)
-        if key in kept and self._is_near(kept[key][0]):
-            how = kept[key][1]
+        plans = _plans.setdefault(self.stimulus, {})
+        kept = plans.setdefault((self.system, self.steps_per_period), [])
+        for place, how in kept:
+            if not self._is_near(place):
+                continue
             how = how._replace(substeps=refine * how.substeps)
             return self._run(how), how
         self._check_start()
@@ -91,7 +98,8 @@ class Marching(NamedTuple):
             x = self._run(how)
         if how.implicit:
             how, x = self._converged(how, x)
-        kept[key] = (self.p.copy(), how)
+        kept.insert(0, (self.p[:, 0].copy(), how))
+        del kept[MOST_KEPT:]
         if refine > 1:
             how = how._replace(substeps=refine * how.substeps)
             x = self._run(how)
@@ -164,15 +172,15 @@ class Marching(NamedTuple):
             "something jumps or is far faster than the samples; smooth it, or leave it out"
         )
 
-    def _is_near(self, kept: FloatArray) -> bool:
-        """Return whether the parameters of all lanes are those of a plan (parameters, lanes), nearly."""
-        first = kept[:, :1]
-        most = np.maximum(SAME_PLAN * np.abs(first), self.sizes[:, None])
-        return bool((np.abs(self.p - first) <= most).all())
+    def _is_near(self, place: FloatArray) -> bool:
+        """Return whether the parameters of all lanes are those of a `place` (parameters,), nearly."""
+        share = SAME_PLAN if self.steps_per_period is None else SAME_COARSE_PLAN
+        most = np.maximum(share * np.abs(place), self.sizes)
+        return bool((np.abs(self.p - place[:, None]) <= most[:, None]).all())
 
     def _distinct(self) -> list[int]:
         """Return the first lane, and some others whose parameters differ from its own."""
-        if self._is_near(self.p):
+        if self._is_near(self.p[:, 0]):
             return [0]
         far = np.argsort(-np.abs(self.p - self.p[:, :1]).sum(axis=0), kind="stable")
         return [0, *(int(lane) for lane in far[: DISTINCT_LANES - 1] if lane != 0)]

@@ -7,7 +7,7 @@ import numpy as np
 from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.language.functions import TIME
 from plant_sim.equations.marching import Motion
-from plant_sim.equations.system import System
+from plant_sim.equations.system import System, terms_of_outputs
 from rtctl.border.arrays import FloatArray
 
 
@@ -34,7 +34,7 @@ def read_outputs(
         values[source.name] = np.concatenate((nodes[0, :1, k], nodes[2, steps - 1 :: steps, k]))
     for k, parameter in enumerate(system.parameters):
         values[parameter.name] = p[k][:, None]
-    for name, tree in system.needed_terms(tuple(one.value for one in system.outputs)).items():
+    for name, tree in terms_of_outputs(system).items():
         values[name] = evaluate(tree, values)
     shape = (x.shape[2], len(x))
     found: dict[str, FloatArray] = {}

@@ -135,6 +135,11 @@ class EquationsSimulation:
         """Return the same with the sizes of its courses along its own runs of some records, and of what was measured."""
         return replace(self, sizes=sizes_along(self, stimuli, measured, scales))
 
+    def holding(self, names: tuple[str, ...]) -> EquationsSimulation:
+        """Return the same with these parameters fixed at their values."""
+        kept = tuple(one._replace(fixed=one.fixed or one.name in names) for one in self.parameters)
+        return replace(self, parameters=kept)
+
     def with_values(self, values: FloatArray) -> EquationsSimulation:
         """Return the same model with `values` (parameters,) as its own."""
         moved = zip(self.parameters, np.asarray(values, dtype=np.float64).tolist(), strict=True)

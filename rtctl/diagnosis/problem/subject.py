@@ -225,6 +225,11 @@ class Subject:
     reads_initial_states: bool = True
     """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
     each from its own initial state."""
+    takes_scenarios: bool = True
+    """Whether `rtctl acquire` runs scenarios of this kind of plant, so that an experiment can be proposed."""
+    slow_noise_only_adds: bool = False
+    """Whether the slow part of a noise is taken as no quieter than the rest. Where all that a model does is slow, the
+    directions of the catalogue span all slow residuals, and what they leave has a hole there."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)

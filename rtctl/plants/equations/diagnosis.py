@@ -29,6 +29,7 @@ from rtctl.diagnosis.problem.subject import (
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
 from rtctl.models.equations import write_equations_model
+from rtctl.plants.equations.undetermined import undetermined_parameters
 
 Shape = Callable[[FloatArray], FloatArray]
 ALONG: tuple[tuple[str, Shape], ...] = (
@@ -46,6 +47,10 @@ class EquationsModel(Simulation, Protocol):
 
     def sized(self, stimuli: Any, measured: Any, scales: Scales) -> EquationsModel:
         """Return the same with the sizes of its courses along its own runs."""
+        ...
+
+    def holding(self, names: tuple[str, ...]) -> EquationsModel:
+        """Return the same with these parameters fixed at their values."""
         ...
 
     def pushed(
@@ -90,6 +95,8 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         steps_per_period=64.0,
         screening_samples=None,
         reads_initial_states=False,
+        slow_noise_only_adds=True,
+        takes_scenarios=False,
         to_comparable=_to_comparable(outputs[0], inputs[0] if inputs else ""),
         from_comparable=lambda simulation: simulation,
         find_coarse_parts=lambda model, dataset: {},
@@ -112,7 +119,8 @@ def _to_comparable(output: str, drive: str) -> Callable[[Simulation, Records], t
     def sized(simulation: Any, records: Records) -> tuple[Simulation, Reader]:
         scales = estimate_scales(records, output, drive)
         stimuli = [record.stimulus for record in records]
-        return simulation.sized(stimuli, [record.measured for record in records], scales), dict
+        found = simulation.sized(stimuli, [record.measured for record in records], scales)
+        return found.holding(undetermined_parameters(found, records, scales)), dict
 
     return sized
 

@@ -17,12 +17,17 @@ from rtctl.identification.noise.residual_noise import (
     NoiseModel,
     combine_models,
     fit_noise_with_slow_part,
+    without_hole,
     group_by_period,
 )
 
 
 def estimate_noise(
-    rows: Sequence[RecordRows], *, slow: bool = False, thresholds: ResidualThresholds = DEFAULT_THRESHOLDS
+    rows: Sequence[RecordRows],
+    *,
+    slow: bool = False,
+    only_adds: bool = False,
+    thresholds: ResidualThresholds = DEFAULT_THRESHOLDS,
 ) -> list[NoiseModel]:
     """Estimate the noise model of each output.
 
@@ -34,6 +39,7 @@ def estimate_noise(
     Args:
         rows: All records; those of another sample period get a noise model of their own.
         slow: Whether the noise may have a slow part (1/f noise).
+        only_adds: Whether a slow part can only add to the rest, see `Subject.slow_noise_only_adds`.
         thresholds: Number of iterations, and what is round-off.
     """
     outputs = rows[0].residual.shape[0]
@@ -58,6 +64,8 @@ def estimate_noise(
                 )
                 for group in groups
             ]
+            if only_adds:
+                by_period = [without_hole(model) for model in by_period]
             models.append(combine_models(by_period, samples))
     return models
 
