@@ -1,4 +1,4 @@
-"""A record's integration: steps are planned along the motion, refined until they resolve it, and kept for the next run."""
+"""A record's integration: steps are planned along the motion, refined until they resolve it, and kept."""
 
 from __future__ import annotations
 

@@ -11,16 +11,19 @@ from numpy.typing import NDArray
 
 from plant_sim.equations.marching import Marching, Motion
 from plant_sim.equations.mechanisms.catalogue import catalogue
-from plant_sim.equations.mechanisms.courses import Acting, Inputs, read, values_of
+from plant_sim.equations.mechanisms.courses import Inputs, read, values_of
 from plant_sim.equations.mechanisms.mechanism import EquationsMechanism
-from plant_sim.equations.mechanisms.sizes import Sizes, sizes_along
+from plant_sim.equations.mechanisms.sizes import NO_SIZES, Sizes, sizes_along
 from plant_sim.equations.mechanisms.words import output_reference
 from plant_sim.equations.mechanisms.workbench import Workbench, workbench
+from plant_sim.equations.mechanisms.writing import with_written_terms
 from plant_sim.equations.readout import read_outputs
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import nearest
 from rtctl.border.mechanisms import Scales
+from rtctl.border.model_file import Value
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
 
 ABSURD = 1e100
@@ -45,7 +48,7 @@ class EquationsSimulation:
     units: Mapping[str, str] = field(default_factory=dict)
     """Units of the data's signals."""
     mechanisms: tuple[EquationsMechanism, ...] = ()
-    sizes: Sizes = Sizes()
+    sizes: Sizes = NO_SIZES
     """Sizes of the courses, with which mechanisms are compared."""
     kind: str = "equations"
 
@@ -132,8 +135,13 @@ class EquationsSimulation:
     def sized(
         self, stimuli: Sequence[Stimulus], measured: Sequence[Mapping[str, FloatArray]], scales: Scales
     ) -> EquationsSimulation:
-        """Return the same with the sizes of its courses along its own runs of some records, and of what was measured."""
+        """Return the same with the sizes of its courses along its own runs of some records."""
         return replace(self, sizes=sizes_along(self, stimuli, measured, scales))
+
+    def written(self, content: EquationsFile, tables: Mapping[str, Mapping[str, Value]]) -> EquationsFile:
+        """Return the file `content` of these equations with the mechanisms, at the values of `tables` by id."""
+        own = [one for one in self.mechanisms if one.id in tables]
+        return with_written_terms(content, self.system, own, tables)
 
     def holding(self, names: tuple[str, ...]) -> EquationsSimulation:
         """Return the same with these parameters fixed at their values."""

@@ -1,6 +1,6 @@
 """Hidden effects in four systems of equations: how often the diagnosis names them; rates of the systems apart.
 
-    PYTHONPATH=. python tests/equations/hidden_campaign.py --seed 1 --systems motor,body --out out/equations
+PYTHONPATH=. python tests/equations/hidden_campaign.py --seed 1 --systems motor,body --out out/equations
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def _run(out: Path, system: str, effect: str, seed: int) -> Judged:
 
 def _table(done: list[Judged]) -> str:
     """One row a group of systems."""
-    rows = ["| systems | effects | named, alone or in a set of two | in a larger set or beside others | missed | wrong | "
-            "nothing hidden: right |", "|---|---|---|---|---|---|---|"]  # fmt: skip
+    rows = ["| systems | effects | named, alone or in a set of two | in a larger set or beside others | missed | "
+            "wrong | nothing hidden: right |", "|---|---|---|---|---|---|---|"]  # fmt: skip
     for title, own in (("developed on", DEVELOPED_ON), ("blind", tuple(SYSTEMS.keys() - set(DEVELOPED_ON)))):
         count = Counter(one.outcome for one in done if one.system in own and one.effect)
         nulls = Counter(one.outcome for one in done if one.system in own and not one.effect)

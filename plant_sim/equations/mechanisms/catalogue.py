@@ -33,7 +33,8 @@ def catalogue(system: System, units: Mapping[str, str], sizes: Sizes) -> dict[st
     references: dict[str, str] = {}
     for state in system.states:
         own = state_mechanisms(state, sizes[state.name], names)
-        references |= {state.name: name for one in own for name in one.references}
+        for name in own[0].references:
+            references[state.name] = name
         found += own
     for parameter in system.parameters:
         found += parameter_mechanisms(parameter, system, sizes, names, references)

@@ -37,7 +37,7 @@ def parameter_mechanisms(
             target=one.name,
             text=f"{drift}*t",
             slow=True,
-        )  # fmt: skip
+        )
     ]
     if not one.fixed:
         found.append(_dependence(one, words, system, sizes, names, references))
@@ -47,7 +47,8 @@ def parameter_mechanisms(
 def _dependence(
     one: Constant, words: str, system: System, sizes: Sizes, names: Names, references: dict[str, str]
 ) -> EquationsMechanism:
-    courses = {course.name: course.unit for course in (*system.states, *system.inputs)}
+    courses = {state.name: state.unit for state in system.states}
+    courses |= {source.name: source.unit for source in system.inputs}
     parameters = tuple(
         coefficient(name, f"1/({unit})", f"relative change with {name}", 1.0 / sizes[name].rms, default=0.0)
         for name, unit in courses.items()

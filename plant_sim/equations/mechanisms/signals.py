@@ -39,6 +39,8 @@ class SignalLaw(NamedTuple):
     law: OscillatorMechanism
     statement: str
     forms: Mapping[str, str] = {}
+    inline: str = ""
+    """The same as a text of the language, {x} being the signal; "" where it cannot be said so."""
 
 
 def _clipping(forms: str) -> dict[str, str]:
@@ -56,16 +58,19 @@ INPUT_SATURATION = replace(
 INPUTS: dict[str, SignalLaw] = {
     "delay": SignalLaw(delay.MECHANISM, "The {s} acts {delay} late."),
     "lag": SignalLaw(lag.MECHANISM, "The {s} lags with a time constant of {time_constant}."),
-    "offset": SignalLaw(offset.MECHANISM, "The {s} has a constant part of {offset} that its samples do not show."),
+    "offset": SignalLaw(offset.MECHANISM, "The {s} has a constant part of {offset} that its samples do not show.",
+                        inline="{x} + {offset}"),
     "gain_drift": SignalLaw(
-        gain_drift.MECHANISM, "The gain of the {s} drifts by {rate} of itself from the start of each record."
+        gain_drift.MECHANISM, "The gain of the {s} drifts by {rate} of itself from the start of each record.",
+        inline="{x}*(1 + {rate}*t)",
     ),
     "saturation": SignalLaw(
         INPUT_SATURATION,
         "The {s} saturates, with a curvature of {curvature}, and {clipped} of what is beyond {limit} is cut off.",
         _clipping("The {s}"),
     ),
-    "dead_band": SignalLaw(deadband.MECHANISM, "The first {width} of the {s}, of either sign, do nothing."),
+    "dead_band": SignalLaw(deadband.MECHANISM, "The first {width} of the {s}, of either sign, do nothing.",
+                           inline="{x} - min(max({x}, -{width}), {width})"),
     "hold": SignalLaw(
         input_hold.MECHANISM,
         "Between its samples the {s} is not what the manifest says: {toward_zero} of the difference is towards held, "
@@ -82,7 +87,7 @@ INPUTS: dict[str, SignalLaw] = {
     ),
 }  # fmt: skip
 OUTPUTS: dict[str, SignalLaw] = {
-    "offset": SignalLaw(sensor_offset.MECHANISM, "The {s} reads {offset} too much."),
+    "offset": SignalLaw(sensor_offset.MECHANISM, "The {s} reads {offset} too much.", inline="{x} + {offset}"),
     "lag": SignalLaw(sensor_lag.MECHANISM, "The {s} lags with a time constant of {time_constant}."),
     "highpass": SignalLaw(
         highpass.MECHANISM, "The {s} is AC-coupled: below a corner of {rate} it loses what is slow."
@@ -93,7 +98,9 @@ OUTPUTS: dict[str, SignalLaw] = {
         _clipping("The {s}"),
     ),
     "hum": SignalLaw(hum.MECHANISM, "Hum at {frequency} is in the {s} ({cosine}, {sine})."),
-    "drift": SignalLaw(drift.MECHANISM, "The {s} drifts by {rate} from the start of each record."),
+    "drift": SignalLaw(
+        drift.MECHANISM, "The {s} drifts by {rate} from the start of each record.", inline="{x} + {rate}*t"
+    ),
     "skew": SignalLaw(skew.MECHANISM, "The {s} is read {late} after the row's instant (below 0: before it)."),
 }
 

@@ -51,6 +51,10 @@ class Sizes:
         return self.of.get(name, UNKNOWN)
 
 
+NO_SIZES = Sizes()
+"""Sizes of a simulation that knows no records: all 1."""
+
+
 class Bound(Protocol):
     """A simulation of equations, as its sizes need it."""
 

@@ -165,7 +165,7 @@ def state_mechanisms(state: State, size: Size, names: Names) -> list[EquationsMe
                 text=law.rate.format(**filled),
                 companion=companion,
                 companion_rate=law.companion.format(**filled) if law.companion else "",
-                references={name: (state.unit, reference) for name in referred.values()},
-            )  # fmt: skip
+                references=dict.fromkeys(referred.values(), (state.unit, reference)),
+            )
         )
     return found

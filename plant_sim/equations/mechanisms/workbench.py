@@ -6,22 +6,13 @@ parameter is zero costs a few multiplications a step.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 from plant_sim.equations.language.parser import parse
-from plant_sim.equations.language.tree import (
-    Call,
-    Comparison,
-    Logic,
-    Name,
-    Negative,
-    Number,
-    Operation,
-    Tree,
-)
+from plant_sim.equations.language.tree import Name, Number, Operation, Tree, substituted
 from plant_sim.equations.mechanisms.catalogue import catalogue
 from plant_sim.equations.mechanisms.mechanism import EquationsMechanism
 from plant_sim.equations.mechanisms.sizes import Sizes
@@ -108,7 +99,7 @@ def _changed_parameters(
 
 
 def constants_of(mechanisms: Iterable[EquationsMechanism]) -> list[Constant]:
-    """Return the parameters of the terms of mechanisms at idle values, and the values from which courses are counted."""
+    """Return the parameters of the terms of mechanisms at idle values, and their references."""
     found: dict[str, Constant] = {}
     for mechanism in mechanisms:
         for declared in mechanism.parameters:
@@ -121,24 +112,3 @@ def constants_of(mechanisms: Iterable[EquationsMechanism]) -> list[Constant]:
             for name, (unit, value) in mechanism.references.items()
         }
     return list(found.values())
-
-
-def substituted(tree: Tree, by: Mapping[str, Tree]) -> Tree:
-    """Return `tree` with other trees in the places of names."""
-    if not by:
-        return tree
-    match tree:
-        case Name(name):
-            return by.get(name, tree)
-        case Negative(of):
-            return Negative(substituted(of, by))
-        case Operation(operator, left, right):
-            return Operation(operator, substituted(left, by), substituted(right, by))
-        case Comparison(operator, left, right):
-            return Comparison(operator, substituted(left, by), substituted(right, by))
-        case Call(function, arguments):
-            return Call(function, tuple(substituted(one, by) for one in arguments))
-        case Logic(word, conditions):
-            return Logic(word, tuple(substituted(one, by) for one in conditions))
-        case _:
-            return tree

@@ -11,7 +11,7 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.mechanisms import Scales
-from rtctl.border.model_file import MechanismTable, Value
+from rtctl.border.model_file import Value
 from rtctl.border.quantities import check, read_toml
 from rtctl.border.simulation import Prediction, Simulation, Stimulus
 from rtctl.border.statistics import NORMAL_95
@@ -201,15 +201,13 @@ def extended_model(
         name: value(nominal[name], given) if name in nominal else given
         for name, given in start.model.parameters.items()
     }
-    tables = tuple(
-        MechanismTable(
-            id=mechanism.id,
-            parameters={name: value(estimate) for name, estimate in estimates[mechanism.id].items()},
-        )
+    tables = {
+        mechanism.id: {name: value(estimate) for name, estimate in estimates[mechanism.id].items()}
         for mechanism in simulation.mechanisms
-    )
-    model = start.model.model_copy(update={"parameters": parameters, "mechanisms": tables})
-    return start.model_copy(update={"model": model})
+    }
+    model = start.model.model_copy(update={"parameters": parameters})
+    content: EquationsFile = simulation.written(start.model_copy(update={"model": model}), tables)  # type: ignore[attr-defined]
+    return content
 
 
 def _write(path: Path, model: EquationsFile, provenance: dict[str, Any]) -> None:

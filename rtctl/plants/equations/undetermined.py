@@ -36,7 +36,7 @@ def undetermined_parameters(simulation: Simulation, records: Records, scales: Sc
 
 
 def _beyond_start(sensitivity: Sensitivity, simulation: Simulation, record: FitRecord) -> FloatArray | None:
-    """Return the Gram matrix (p, p) of the outputs' derivatives beyond those by the initial state; None: it diverges."""
+    """Return the Gram matrix (p, p) of the outputs' derivatives beyond the initial state's; None: it diverges."""
     values = sensitivity.current_values
     start = simulation.starting(record.stimulus, values)
     line = sensitivity.linearise(record, values[sensitivity.free] / sensitivity.scale, start)

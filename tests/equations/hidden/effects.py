@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+
 from .systems import HiddenSystem
 
 
@@ -30,7 +31,9 @@ class Acting:
     state: int = 0
     slow: tuple[float, float] | None = None
     """Rate and time constant [s] of a slow part of `state`."""
-    factor: dict[str, Callable[[float, FloatArray, FloatArray], FloatArray | float]] = field(default_factory=dict)
+    factor: dict[str, Callable[[float, FloatArray, FloatArray], FloatArray | float]] = field(
+        default_factory=dict
+    )
     """By which parameters are multiplied."""
 
 
@@ -88,7 +91,9 @@ def _limit(k: int) -> Make:
 
     def make(a: float, s: Scene, h: HiddenSystem) -> Acting:
         level = s.highs[k] - a * (s.highs[k] - h.references[k])
-        return Acting(state=k, push=lambda t, x, u: -30.0 * s.rates[k] / s.sizes[k] * np.maximum(x[k] - level, 0.0))
+        return Acting(
+            state=k, push=lambda t, x, u: -30.0 * s.rates[k] / s.sizes[k] * np.maximum(x[k] - level, 0.0)
+        )
 
     return make
 
@@ -105,7 +110,9 @@ def effects(system: HiddenSystem) -> Mapping[str, Make]:
         f"input.{u}.delay": lambda a, s, h: Acting(delay_s=a * s.slowness_s),
         f"input.{u}.lag": lambda a, s, h: Acting(input_lag_s=a * s.slowness_s),
         f"input.{u}.offset": lambda a, s, h: Acting(shape_input=lambda t, v: v + a * s.input[1]),
-        f"input.{u}.gain_drift": lambda a, s, h: Acting(shape_input=lambda t, v: v * (1.0 + a * t / s.duration_s)),
+        f"input.{u}.gain_drift": lambda a, s, h: Acting(
+            shape_input=lambda t, v: v * (1.0 + a * t / s.duration_s)
+        ),
         f"input.{u}.saturation": lambda a, s, h: Acting(
             shape_input=lambda t, v: np.tanh(a * v / s.input[0]) * s.input[0] / a
         ),

@@ -17,8 +17,8 @@ from rtctl.identification.noise.residual_noise import (
     NoiseModel,
     combine_models,
     fit_noise_with_slow_part,
-    without_hole,
     group_by_period,
+    without_hole,
 )
 
 
