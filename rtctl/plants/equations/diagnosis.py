@@ -91,7 +91,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         growth_is_misfit=False,
         allowed_share=0.0,
         stated_misfit=lambda model, dataset: {},
-        least_share_removed=0.9,
+        least_share_removed=0.6,
         steps_per_period=64.0,
         screening_samples=None,
         reads_initial_states=False,
