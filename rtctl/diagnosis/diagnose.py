@@ -89,6 +89,7 @@ def diagnose(
         elif tests and first.problem.samples < problem.samples:
             tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
             judged, notes = tests, (*notes, note)
+        notes = (*notes, *subject.describe_screened(data.simulation))
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
         request = SearchRequest(

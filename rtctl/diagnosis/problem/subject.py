@@ -243,6 +243,8 @@ class Subject:
     the fits find that state."""
     describe_response: Callable[[Simulation], str] = lambda simulation: ""
     """Return a sentence on a fitted nominal model whose response may be another kind of plant's; "" where it is not."""
+    describe_screened: Callable[[Simulation], Sequence[str]] = lambda simulation: ()
+    """Return notes on the model as `to_comparable` made it."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]

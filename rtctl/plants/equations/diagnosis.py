@@ -29,7 +29,7 @@ from rtctl.diagnosis.problem.subject import (
 from rtctl.identification.scales import estimate_scales
 from rtctl.measured.dataset import Dataset
 from rtctl.models.equations import write_equations_model
-from rtctl.plants.equations.undetermined import undetermined_parameters
+from rtctl.plants.equations.undetermined import describe_held, undetermined_parameters
 
 Shape = Callable[[FloatArray], FloatArray]
 ALONG: tuple[tuple[str, Shape], ...] = (
@@ -106,6 +106,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         output_offsets={},
         offset_mechanism=f"output.{outputs[0]}.offset",
         levels={},
+        describe_screened=describe_held,
         read_model=lambda path: check(EquationsFile, read_toml(path), str(path)),
         relative_errors=_relative_errors,
         extended_model=extended_model,

@@ -6,6 +6,8 @@ change at all, and what a finite difference shows of it is rounding.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
@@ -18,6 +20,20 @@ from rtctl.identification.simulation_error.sensitivity import Sensitivity
 LEAST_SHARE = 1e-10
 """Share of a parameter's squared sensitivity beyond the other parameters and the initial states, below which the
 records do not tell it: finite differences are right to 1e-6 of a derivative, 1e-12 of a square."""
+HELD = (
+    "these data cannot tell {} from the other parameters: {} and the others are right for that; fix a parameter that "
+    "you know, or measure a further output, to choose which"
+)
+
+
+def describe_held(simulation: Any) -> list[str]:
+    """Return a note on the parameters that a simulation of equations holds, although its file leaves them free."""
+    own = zip(simulation.system.parameters, simulation.parameters, strict=False)
+    held = [one for declared, one in own if one.fixed and not declared.fixed]
+    if not held:
+        return []
+    values = " and ".join(f"{one.name} stays at {one.value:.4g} {one.unit}" for one in held)
+    return [HELD.format(" and ".join(one.name for one in held), values)]
 
 
 def undetermined_parameters(simulation: Simulation, records: Records, scales: Scales) -> tuple[str, ...]:

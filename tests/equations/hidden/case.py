@@ -11,7 +11,7 @@ from rtctl import Record
 
 from .effects import effects
 from .systems import SYSTEMS
-from .truth import hidden
+from .truth import SAMPLES, hidden
 
 
 class Judged(NamedTuple):
@@ -27,10 +27,10 @@ class Judged(NamedTuple):
     gain: float
 
 
-def write_case(folder: Path, system: str, effect: str, seed: int) -> Path:
+def write_case(folder: Path, system: str, effect: str, seed: int, samples: int = SAMPLES) -> Path:
     """Write the records of a hidden effect, and return their manifest."""
     one = SYSTEMS[system]
-    u, y, _ = hidden(one, effects(one)[effect] if effect else None, seed)
+    u, y, _ = hidden(one, effects(one)[effect] if effect else None, seed, samples)
     source, output = one.input[0], one.reading[0]
     last = u.shape[1] - 1
     records = [

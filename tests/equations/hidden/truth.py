@@ -18,13 +18,13 @@ SHOWS = 12.0
 PLAIN = Acting()
 
 
-def levels(system: HiddenSystem, seed: int) -> FloatArray:
+def levels(system: HiddenSystem, seed: int, samples: int) -> FloatArray:
     """Levels (samples, records) that are held for one to four times the shortest hold."""
     random = np.random.default_rng([seed, 1])
-    made = np.empty((SAMPLES, RECORDS))
+    made = np.empty((samples, RECORDS))
     for k in range(RECORDS):
         at = 0
-        while at < SAMPLES:
+        while at < samples:
             held = system.hold_samples * int(random.integers(1, 5))
             made[at : at + held, k] = system.input[2] + system.input[3] * random.uniform(-1.0, 1.0)
             at += held
@@ -104,14 +104,16 @@ def scene_of(system: HiddenSystem, u: FloatArray, y: FloatArray, x: FloatArray) 
     )
 
 
-def hidden(system: HiddenSystem, make: Make | None, seed: int) -> tuple[FloatArray, FloatArray, float]:
+def hidden(
+    system: HiddenSystem, make: Make | None, seed: int, samples: int = SAMPLES
+) -> tuple[FloatArray, FloatArray, float]:
     """Return levels and noisy readings (samples, records) of a system with an effect, and the effect's size."""
     random = np.random.default_rng([seed, 2])
     p = {
         name: value * (1.0 if name in ("rim", "sensitivity", "room", "slow") else random.uniform(0.9, 1.1))
         for name, value in system.parameters.items()
     }
-    u = levels(system, seed)
+    u = levels(system, seed, samples)
     y, x = simulate(system, u, p, PLAIN)
     noise = FLOOR_SHARE * float(np.std(y))
     size = 0.0
