@@ -56,7 +56,7 @@ def test_an_id_that_the_model_has_not_is_said_with_the_nearest(
         str(tmp_path / "out"),
     ]
     assert main([*command, "--mechanisms", "state.x3.limit"]) == 2
-    assert 'there is no mechanism "state.x3.limit"; did you mean "state.x1.limit"' in capsys.readouterr().err
+    assert 'there is no mechanism "state.x3.limit"; did you mean "state.x2.limit"' in capsys.readouterr().err
 
 
 @pytest.mark.slow
