@@ -9,7 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from plant_sim.equations.compiled.kernels import march
-from plant_sim.equations.integration.steps import Plan, check_work, places_of, plan, rates_at, slopes
+from plant_sim.equations.integration.steps import (
+    IMPLICIT_COST,
+    Plan,
+    check_work,
+    places_of,
+    plan,
+    rates_at,
+    slopes,
+)
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
 from rtctl.border.simulation import Stimulus
@@ -22,6 +30,11 @@ SAME_PLAN = 0.05
 """Relative change of the parameters below which a record's plan holds on."""
 SAME_COARSE_PLAN = 0.25
 """The same where the steps are asked for: their number follows the rates, and a fit's need not be exact."""
+MOST_OF_A_FIT = 16.0
+"""Work of a fit's run, over that of the first one of its record, beyond which the parameters are no candidates: a term
+that grows with the state it drives needs steps without number."""
+WORTH_LIMITING = 256.0
+"""Steps between two samples up to which a fit's run is never refused."""
 MOST_KEPT = 32
 """Plans of a record that are kept, of as many places in the space of the parameters."""
 CONVERGED = 1e-6
@@ -87,6 +100,7 @@ class Marching(NamedTuple):
             return self._run(how), how
         self._check_start()
         how = self._first_plan()
+        self._check_fit(how, kept)
         x = self._run(how)
         for _ in range(MOST_PLANS):
             wanted = self._plan_along(x)
@@ -95,6 +109,7 @@ class Marching(NamedTuple):
             if wanted.implicit == how.implicit and wanted.substeps <= how.substeps and np.isfinite(x).all():
                 break
             how = wanted
+            self._check_fit(how, kept)
             x = self._run(how)
         if how.implicit:
             how, x = self._converged(how, x)
@@ -104,6 +119,16 @@ class Marching(NamedTuple):
             how = how._replace(substeps=refine * how.substeps)
             x = self._run(how)
         return x, how
+
+    def _check_fit(self, how: Plan, kept: Kept) -> None:
+        """Raise ValueError where a fit's run takes far more work than the first run of its record."""
+        if self.steps_per_period is None or not kept:
+            return
+        most = max(WORTH_LIMITING, MOST_OF_A_FIT * min(_steps_worth(one) for _, one in kept))
+        if _steps_worth(how) > most:
+            raise ValueError(
+                f"a fit's parameters ask for {how.substeps} steps between two samples, at most {most:.0f} are taken"
+            )
 
     def _check_start(self) -> None:
         """Raise ValueError where a rate is not finite at the first sample."""
@@ -147,7 +172,7 @@ class Marching(NamedTuple):
     def _run(self, how: Plan, between: int = 1) -> FloatArray:
         check_work(how.substeps, self.stimulus.samples)
         states, lanes = self.start.shape
-        cost = 0.5 * states * how.substeps * (20.0 if how.implicit else 1.0)
+        cost = 0.5 * states * _steps_worth(how)
         count_work(lanes * self.stimulus.samples * (1.0 + cost))
         finer = how._replace(substeps=how.substeps // between)
         period_s = self.stimulus.period_s / between
@@ -184,3 +209,8 @@ class Marching(NamedTuple):
             return [0]
         far = np.argsort(-np.abs(self.p - self.p[:, :1]).sum(axis=0), kind="stable")
         return [0, *(int(lane) for lane in far[: DISTINCT_LANES - 1] if lane != 0)]
+
+
+def _steps_worth(how: Plan) -> float:
+    """Return the work of a plan in Runge-Kutta's steps."""
+    return how.substeps * (IMPLICIT_COST if how.implicit else 1.0)
