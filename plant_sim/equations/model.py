@@ -42,7 +42,7 @@ def with_mechanisms(
 ) -> EquationsSimulation:
     """Return the simulation with the mechanisms of a file. Raises InputError with every finding; it names `source`."""
     lines = list[str]()
-    known = [one for one in tables if one.id in plain.catalogue]
+    known = [one for one in tables if plain.has(one.id)]
     for index, table in enumerate(tables):
         if table not in known:
             lines.append(

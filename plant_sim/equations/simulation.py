@@ -65,8 +65,17 @@ class EquationsSimulation:
 
     @property
     def catalogue(self) -> tuple[str, ...]:
-        """Ids of the mechanisms that may act in these equations."""
-        return tuple(self._catalogue())
+        """Ids of the mechanisms that may act in these equations; without those of outputs that were not measured."""
+        unread = [one.name for one in self.system.outputs if one.name not in self.units]
+        return tuple(
+            identity
+            for identity, one in self._catalogue().items()
+            if not (one.id.startswith("output.") and one.signal in unread)
+        )
+
+    def has(self, identity: str) -> bool:
+        """Return whether there is such a mechanism, also of an output that was not measured."""
+        return identity in self._catalogue()
 
     def _catalogue(self) -> dict[str, EquationsMechanism]:
         return _catalogue(self.system, tuple(sorted(self.units.items())), self.sizes)

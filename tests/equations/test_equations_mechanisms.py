@@ -12,6 +12,7 @@ from plant_sim.equations.model import equations_simulation
 from plant_sim.equations.reading import read_equations
 from plant_sim.equations.simulation import EquationsSimulation
 from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Scales
 from rtctl.border.model_file import Value
 from rtctl.border.simulation import Stimulus
@@ -101,3 +102,29 @@ def test_a_file_with_a_mechanism_moves_as_it_does(
     change = run(own) - plain
     found = run(equations_simulation(again, UNITS, str(file))) - plain
     assert found == pytest.approx(change, abs=2e-5 * max(float(np.abs(change).max()), 1.0))
+
+
+def test_an_output_that_was_not_measured_has_no_mechanisms_to_try(tmp_path: Path) -> None:
+    two = TANKS.replace("[model.parameters]", 'upper = { unit = "cm", value = "x1" }\n[model.parameters]')
+    measured_one = simulation_of(tmp_path, two, UNITS)
+    assert not [one for one in measured_one.catalogue if one.startswith("output.upper.")]
+    assert measured_one.has("output.upper.lag")
+    measured_both = simulation_of(tmp_path, two, {**UNITS, "upper": "mm"})
+    assert "output.upper.lag" in measured_both.catalogue
+
+
+def test_a_mistake_in_a_mechanism_of_a_file_is_said(tmp_path: Path) -> None:
+    table = '[[model.mechanisms]]\nid = "{}"\nparameters = {{ {} }}\n'
+    for identity, given, said in (
+        (
+            "input.u.delai",
+            "",
+            'model.mechanisms.0.id = "input.u.delai" is no mechanism of these equations; did you',
+        ),
+        ("input.u.delay", 'late = { value = 1.0, unit = "s" }', 'has no parameter "late"'),
+        ("input.u.delay", 'delay = { value = 1.0, unit = "cm" }', "parameter delay"),
+        ("input.u.delay", "", "lacks its parameter delay [s]"),
+    ):
+        with pytest.raises(InputError) as caught:
+            simulation_of(tmp_path, TANKS + table.format(identity, given), UNITS)
+        assert said in str(caught.value)

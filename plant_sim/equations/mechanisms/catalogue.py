@@ -25,7 +25,8 @@ def catalogue(system: System, units: Mapping[str, str], sizes: Sizes) -> dict[st
     found: list[EquationsMechanism] = []
     for source in system.inputs:
         found += input_mechanisms(source.name, units.get(source.name, source.unit), sizes[source.name])
-    alone = len(system.inputs) == 1 and len(system.outputs) == 1
+    read = [one for one in system.outputs if one.name in units]
+    alone = len(system.inputs) == 1 and len(read) == 1
     delays = tuple(f"input.{one.name}.delay" for one in system.inputs) if alone else ()
     for output in system.outputs:
         unit = units.get(output.name, output.unit)
