@@ -112,7 +112,7 @@ class Marching(NamedTuple):
             self._check_fit(how, kept)
             x = self._run(how)
         if how.implicit:
-            how, x = self._converged(how, x)
+            how, x = self._converged(how, x, kept)
         kept.insert(0, (self.p[:, 0].copy(), how))
         del kept[MOST_KEPT:]
         if refine > 1:
@@ -178,7 +178,7 @@ class Marching(NamedTuple):
         period_s = self.stimulus.period_s / between
         return march(self.system, self.start, self.nodes(how.substeps), period_s, finer, self.p)
 
-    def _converged(self, how: Plan, x: FloatArray) -> tuple[Plan, FloatArray]:
+    def _converged(self, how: Plan, x: FloatArray, kept: Kept) -> tuple[Plan, FloatArray]:
         """Return the implicit steps from which on twice as many change nothing, and the states with them.
 
         Raises:
@@ -186,6 +186,7 @@ class Marching(NamedTuple):
         """
         for _ in range(MOST_DOUBLINGS):
             finer = how._replace(substeps=2 * how.substeps)
+            self._check_fit(finer, kept)
             y = self._run(finer)
             swing = np.maximum(np.ptp(y[:, :, 0], axis=0), 1e-6 * np.abs(y[:, :, 0]).max(axis=0))
             change = np.abs(y[:, :, 0] - x[:, :, 0]).max(axis=0)
