@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from plant_sim.equations.system import Constant, System
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.mechanisms import Parameter
+from rtctl.border.model_file import MechanismTable
 from rtctl.border.simulation import FreeParameter
 from rtctl.border.unit_text import parsed_unit
 
@@ -26,12 +27,60 @@ def equations_simulation(model: EquationsFile, units: Mapping[str, str], source:
     problems = _signal_problems(system, units)
     if problems:
         raise InputError("\n".join(f"{source}: {text}" for text in problems))
-    return EquationsSimulation(
+    plain = EquationsSimulation(
         system=system,
         parameters=tuple(_free(one) for one in system.parameters),
         input_factors=np.array([factor_of(units[one.name]) for one in system.inputs]),
+        units=dict(units),
         output_factors=np.array([factor_of(units.get(one.name, one.unit)) for one in system.outputs]),
     )
+    return with_mechanisms(plain, model.model.mechanisms, source)
+
+
+def with_mechanisms(
+    plain: EquationsSimulation, tables: Sequence[MechanismTable], source: str
+) -> EquationsSimulation:
+    """Return the simulation with the mechanisms of a file. Raises InputError with every finding; it names `source`."""
+    lines = list[str]()
+    known = [one for one in tables if plain.has(one.id)]
+    for index, table in enumerate(tables):
+        if table not in known:
+            lines.append(
+                f'{source}: model.mechanisms.{index}.id = "{table.id}" is no mechanism of these equations'
+                f"{nearest(table.id, plain.catalogue)}"
+            )
+    if not known:
+        extended = plain
+    else:
+        extended = plain.extended(tuple(one.id for one in known))
+    values = [one.value for one in extended.parameters]
+    at = {one.name: k for k, one in enumerate(extended.parameters)}
+    for table in known:
+        lines += [f"{source}: {text}" for text in _fill(table, extended, at, values)]
+    if lines:
+        raise InputError("\n".join(lines))
+    return extended.with_values(np.array(values)) if known else plain
+
+
+def _fill(
+    table: MechanismTable, extended: EquationsSimulation, at: Mapping[str, int], values: list[float]
+) -> Iterator[str]:
+    """Put the parameters of a mechanism into `values`, and yield what is wrong with them."""
+    where = f"the mechanism {table.id}"
+    declared = next(one for one in extended.mechanisms if one.id == table.id).parameters
+    names = [one.name for one in declared]
+    for name in table.parameters.keys() - set(names):
+        yield f'{where} has no parameter "{name}"{nearest(name, names)}'
+    for one in declared:
+        given = table.parameters.get(one.name)
+        if given is None:
+            if one.default is None:
+                yield f"{where} lacks its parameter {one.name} [{one.unit}]"
+            continue
+        try:
+            values[at[f"{table.id}.{one.name}"]] = given.to(one.unit)
+        except ValueError as error:
+            yield f"{where}, parameter {one.name}: {error}"
 
 
 def _signal_problems(system: System, units: Mapping[str, str]) -> list[str]:

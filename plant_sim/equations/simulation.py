@@ -2,39 +2,36 @@
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from plant_sim.equations.compiled.kernels import march
-from plant_sim.equations.integration.inputs import input_nodes
-from plant_sim.equations.integration.steps import Plan, check_work, places_of, plan, rates_at, slopes
-from plant_sim.equations.language.evaluation import evaluate
-from plant_sim.equations.language.functions import TIME
+from plant_sim.equations.marching import Marching, Motion
+from plant_sim.equations.mechanisms.catalogue import catalogue
+from plant_sim.equations.mechanisms.courses import Inputs, read, values_of
+from plant_sim.equations.mechanisms.mechanism import EquationsMechanism
+from plant_sim.equations.mechanisms.sizes import NO_SIZES, Sizes, sizes_along
+from plant_sim.equations.mechanisms.words import output_reference
+from plant_sim.equations.mechanisms.workbench import Workbench, workbench
+from plant_sim.equations.mechanisms.writing import with_written_terms
+from plant_sim.equations.readout import read_outputs
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray, IntArray
+from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import nearest
-from rtctl.border.mechanisms import Mechanism
+from rtctl.border.mechanisms import Scales
+from rtctl.border.model_file import Value
 from rtctl.border.simulation import FreeParameter, Prediction, Stimulus
-from rtctl.border.work import count_work
 
 ABSURD = 1e100
 """Value [SI] that only a model without bound reaches."""
-MOST_PLANS = 5
-BAND_LIMITED_SUBSTEPS = 4
-"""Least steps between two samples of an input that swings between them."""
-SAME_PLAN = 0.05
-"""Relative change of the parameters below which a record's plan holds on."""
-CONVERGED = 1e-6
-"""Change of the states, relative to their swing, below which twice as many implicit steps do nothing."""
-MOST_DOUBLINGS = 8
-DISTINCT_LANES = 4
-"""Lanes at most whose slopes are looked at, where lanes are not neighbours."""
-_plans: weakref.WeakKeyDictionary[Stimulus, dict[tuple[System, float | None], tuple[FloatArray, Plan]]] = (
-    weakref.WeakKeyDictionary()
-)
+SAME_SIZE = 1e-5
+"""Change of a parameter below which a record's plan holds on, as a share of the parameter's size."""
+SAME_MECHANISM = 0.05
+"""The same of a mechanism's parameter, whose value may be zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,11 +40,16 @@ class EquationsSimulation:
 
     system: System
     parameters: tuple[FreeParameter, ...]
+    """Those of the system, then each mechanism's."""
     output_factors: FloatArray
     """SI units (outputs,) of the unit in which each output of the system is given."""
     input_factors: FloatArray
     """SI units (inputs,) of the unit in which each input is given."""
-    mechanisms: tuple[Mechanism, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Units of the data's signals."""
+    mechanisms: tuple[EquationsMechanism, ...] = ()
+    sizes: Sizes = NO_SIZES
+    """Sizes of the courses, with which mechanisms are compared."""
     kind: str = "equations"
 
     @property
@@ -60,6 +62,23 @@ class EquationsSimulation:
     def state(self) -> tuple[str, ...]:
         """Names of the states whose start is not known."""
         return tuple(one.name for one in self.system.states if not one.known)
+
+    @property
+    def catalogue(self) -> tuple[str, ...]:
+        """Ids of the mechanisms that may act in these equations; without those of outputs that were not measured."""
+        unread = [one.name for one in self.system.outputs if one.name not in self.units]
+        return tuple(
+            identity
+            for identity, one in self._catalogue().items()
+            if not (one.id.startswith("output.") and one.signal in unread)
+        )
+
+    def has(self, identity: str) -> bool:
+        """Return whether there is such a mechanism, also of an output that was not measured."""
+        return identity in self._catalogue()
+
+    def _catalogue(self) -> dict[str, EquationsMechanism]:
+        return _catalogue(self.system, tuple(sorted(self.units.items())), self.sizes)
 
     def starting(self, stimulus: Stimulus, values: FloatArray) -> FloatArray:
         """See `Simulation.starting`; each state in its own unit."""
@@ -91,16 +110,52 @@ class EquationsSimulation:
         if missing:
             raise ValueError(f"the input {', '.join(missing)} of the model is no input of the data")
         values = np.atleast_2d(np.asarray(values, dtype=np.float64))
-        factors = np.array([one.factor for one in self.system.parameters])
-        p = np.ascontiguousarray(values.T * factors[:, None])
         start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
         if initial is not None and self.state:
             free = [k for k, one in enumerate(self.system.states) if not one.known]
             own = np.array([self.system.states[k].factor for k in free])
             start[free] = (np.asarray(initial, dtype=np.float64) * own).reshape(-1, len(free)).T
-        x, how = self._march(stimulus, start, p, steps_per_period, refine)
-        found = self._read(stimulus, x, p, how)
-        return Prediction(found, _diverged(x, found))
+        run = _Run(self, stimulus, steps_per_period, refine)
+        outputs: dict[str, FloatArray] = {}
+        diverged = np.full(len(values), -1, dtype=np.int64)
+        for lanes in self._sharing_inputs(values):
+            found, gone = run.lanes(values[lanes], start[:, lanes])
+            diverged[lanes] = gone
+            for name, course in found.items():
+                outputs.setdefault(name, np.empty((len(values), stimulus.samples)))[lanes] = course
+        return Prediction(outputs, diverged)
+
+    def pushed(
+        self, stimulus: Stimulus, values: FloatArray, initial: FloatArray, pushes: FloatArray,
+        steps_per_period: float | None = None,
+    ) -> Prediction:  # fmt: skip
+        """Return the prediction of one lane with `pushes` (states, samples), per second in the states' units, added.
+
+        They are added to the rates, and go on in straight lines between samples.
+        """
+        values = np.atleast_2d(values)
+        start = np.repeat(self._start(stimulus)[:, None], len(values), axis=1)
+        free = [k for k, one in enumerate(self.system.states) if not one.known]
+        start[free, 0] = initial * np.array([self.system.states[k].factor for k in free])
+        factors = np.array([one.factor for one in self.system.states])
+        run = _Run(self, stimulus, steps_per_period, 1, pushes * factors[:, None])
+        return Prediction(*run.lanes(values, start))
+
+    def sized(
+        self, stimuli: Sequence[Stimulus], measured: Sequence[Mapping[str, FloatArray]], scales: Scales
+    ) -> EquationsSimulation:
+        """Return the same with the sizes of its courses along its own runs of some records."""
+        return replace(self, sizes=sizes_along(self, stimuli, measured, scales))
+
+    def written(self, content: EquationsFile, tables: Mapping[str, Mapping[str, Value]]) -> EquationsFile:
+        """Return the file `content` of these equations with the mechanisms, at the values of `tables` by id."""
+        own = [one for one in self.mechanisms if one.id in tables]
+        return with_written_terms(content, self.system, own, tables)
+
+    def holding(self, names: tuple[str, ...]) -> EquationsSimulation:
+        """Return the same with these parameters fixed at their values."""
+        kept = tuple(one._replace(fixed=one.fixed or one.name in names) for one in self.parameters)
+        return replace(self, parameters=kept)
 
     def with_values(self, values: FloatArray) -> EquationsSimulation:
         """Return the same model with `values` (parameters,) as its own."""
@@ -108,163 +163,151 @@ class EquationsSimulation:
         return replace(self, parameters=tuple(parameter._replace(value=value) for parameter, value in moved))
 
     def extended(self, mechanisms: tuple[str, ...]) -> EquationsSimulation:
-        """Return the model itself: there are no mechanisms of equations yet."""
-        if mechanisms:
-            raise ValueError(f"a model of equations has no mechanism {', '.join(mechanisms)}")
-        return self
+        """Return the same with these mechanisms at neutral; raises ValueError for one that the system has not."""
+        known = self._catalogue()
+        for name in mechanisms:
+            if name not in known:
+                raise ValueError(f'the model has no mechanism "{name}"{nearest(name, known)}')
+        added = [known[name] for name in mechanisms]
+        more = [
+            FreeParameter(
+                name=f"{one.id}.{declared.name}", unit=declared.unit,
+                value=declared.neutral if declared.neutral is not None else _shape(declared.default),
+                low=declared.searched_low, high=declared.high, fixed=False, declared=declared, mechanism=one.id,
+            )
+            for one in added for declared in one.parameters
+        ]  # fmt: skip
+        return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 
-    def _nodes(self, stimulus: Stimulus, substeps: int) -> FloatArray:
-        return input_nodes(stimulus, self.system, self.input_factors, substeps)
+    def _sharing_inputs(self, values: FloatArray) -> list[NDArray[np.intp]]:
+        """Return groups of lanes whose inputs are the same before they reach the equations."""
+        changing = {one.id for one in self.mechanisms if one.acts_on_input}
+        columns = [k for k, parameter in enumerate(self.parameters) if parameter.mechanism in changing]
+        if not columns or len(values) == 1:
+            return [np.arange(len(values))]
+        group = np.unique(values[:, columns], axis=0, return_inverse=True)[1].reshape(-1)
+        return [np.flatnonzero(group == k) for k in range(group.max() + 1)]
 
-    def _march(
-        self,
-        stimulus: Stimulus,
-        start: FloatArray,
-        p: FloatArray,
-        steps_per_period: float | None,
-        refine: int,
-    ) -> tuple[FloatArray, int]:
-        """Return the states (samples, states, lanes) [SI] and the steps between two samples."""
-        kept = _plans.setdefault(stimulus, {})
-        key = (self.system, steps_per_period)
-        if key in kept and _is_near(kept[key][0], p):
-            how = kept[key][1]
-            how = how._replace(substeps=refine * how.substeps)
-            return self._run(stimulus, start, p, how), how.substeps
-        self._check_start(stimulus, start, p)
-        how = self._first_plan(stimulus, start, p, steps_per_period)
-        x = self._run(stimulus, start, p, how)
-        for _ in range(MOST_PLANS):
-            wanted = self._plan_along(stimulus, x, p, steps_per_period)
-            if wanted.implicit and wanted.substeps <= how.substeps and how.implicit:
-                break
-            if wanted.implicit == how.implicit and wanted.substeps <= how.substeps and np.isfinite(x).all():
-                break
-            how = wanted
-            x = self._run(stimulus, start, p, how)
-        if how.implicit:
-            how, x = self._converged(stimulus, start, p, how, x)
-        kept[key] = (p.copy(), how)
-        if refine > 1:
-            how = how._replace(substeps=refine * how.substeps)
-            x = self._run(stimulus, start, p, how)
-        return x, how.substeps
 
-    def _check_start(self, stimulus: Stimulus, start: FloatArray, p: FloatArray) -> None:
-        """Raise ValueError where a rate is not finite at the first sample."""
-        u = self._nodes(stimulus, 1)[0, :1]
-        rates = rates_at(self.system, places_of(start[:, :1].T, u, 1.0), p[:, 0])[0]
-        for one, rate in zip(self.system.states, rates.tolist(), strict=True):
-            if not np.isfinite(rate):
-                raise ValueError(
-                    f"the rate of the state {one.name} is {rate:g} at the start of the record; correct its equation, "
-                    "the initial state or the parameters"
-                )
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Lanes of one record that share their inputs."""
 
-    def _first_plan(
-        self, stimulus: Stimulus, start: FloatArray, p: FloatArray, steps_per_period: float | None
-    ) -> Plan:
-        """Return a plan from the start alone, the inputs being what they are over the record."""
-        u = self._nodes(stimulus, 1)[0]
-        places = places_of(np.repeat(start[:, :1].T, len(u), axis=0), u, stimulus.period_s)
-        largest = np.abs(np.nan_to_num(rates_at(self.system, places, p[:, 0]), posinf=0.0, neginf=0.0)).max(
-            axis=0
-        )
-        swing = np.maximum(np.abs(start[:, 0]), 4.0 * stimulus.period_s * largest)
-        swing = np.maximum(swing, 1e-12 * max(float(swing.max()), 1e-12))
-        return self._planned(slopes(self.system, places, p[:, 0], swing), stimulus, steps_per_period)
+    simulation: EquationsSimulation
+    stimulus: Stimulus
+    steps_per_period: float | None
+    refine: int
+    pushes: FloatArray | None = None
 
-    def _plan_along(
-        self, stimulus: Stimulus, x: FloatArray, p: FloatArray, steps_per_period: float | None
-    ) -> Plan:
-        """Return a plan from motions (samples, states, lanes): of the first lane, and of others that differ."""
-        inputs = self._nodes(stimulus, 1)[0]
-        found = []
-        for lane in _distinct(p):
-            own = x[:-1, :, lane]
-            places = places_of(own, inputs, stimulus.period_s)
-            swing = np.maximum(np.ptp(places.x, axis=0), 1e-3 * np.abs(places.x).max(axis=0))
-            swing = np.maximum(swing, 1e-12 * max(float(swing.max()), 1e-12))
-            found.append(slopes(self.system, places, p[:, lane], swing))
-        return self._planned(np.concatenate(found), stimulus, steps_per_period)
-
-    def _planned(self, jacobians: FloatArray, stimulus: Stimulus, steps_per_period: float | None) -> Plan:
-        how = plan(jacobians, stimulus.period_s, steps_per_period)
-        holds = {stimulus.holds.get(one.name) for one in self.system.inputs}
-        if "band-limited" in holds:
-            how = how._replace(substeps=max(how.substeps, BAND_LIMITED_SUBSTEPS))
-        return how
-
-    def _run(self, stimulus: Stimulus, start: FloatArray, p: FloatArray, how: Plan) -> FloatArray:
-        check_work(how.substeps, stimulus.samples)
-        states, lanes = start.shape
-        count_work(
-            lanes * stimulus.samples * (1.0 + 0.5 * states * how.substeps * (20.0 if how.implicit else 1.0))
-        )
-        return march(self.system, start, self._nodes(stimulus, how.substeps), stimulus.period_s, how, p)
-
-    def _converged(
-        self, stimulus: Stimulus, start: FloatArray, p: FloatArray, how: Plan, x: FloatArray
-    ) -> tuple[Plan, FloatArray]:
-        """Return the implicit steps from which on twice as many change nothing, and the states with them.
-
-        Raises:
-            ValueError: There are no such steps.
-        """
-        for _ in range(MOST_DOUBLINGS):
-            finer = how._replace(substeps=2 * how.substeps)
-            y = self._run(stimulus, start, p, finer)
-            swing = np.maximum(np.ptp(y[:, :, 0], axis=0), 1e-6 * np.abs(y[:, :, 0]).max(axis=0))
-            change = np.abs(y[:, :, 0] - x[:, :, 0]).max(axis=0)
-            if not np.isfinite(y[:, :, 0]).all() or (change <= CONVERGED * swing).all():
-                return how, x
-            how, x = finer, y
-        raise ValueError(
-            f"the model is stiff, and {how.substeps} implicit steps between two samples do not resolve what is left: "
-            "something jumps or is far faster than the samples; smooth it, or leave it out"
-        )
-
-    def _read(self, stimulus: Stimulus, x: FloatArray, p: FloatArray, substeps: int) -> dict[str, FloatArray]:
-        """Return outputs and states (lanes, samples); inputs are as they are just before each sample."""
-        nodes = self._nodes(stimulus, substeps)
-        values: dict[str, FloatArray] = {TIME: stimulus.period_s * np.arange(len(x), dtype=np.float64)}
-        for k, state in enumerate(self.system.states):
-            values[state.name] = x[:, k].T
-        for k, source in enumerate(self.system.inputs):
-            values[source.name] = np.concatenate((nodes[0, :1, k], nodes[2, substeps - 1 :: substeps, k]))
-        for k, parameter in enumerate(self.system.parameters):
-            values[parameter.name] = p[k][:, None]
+    def lanes(self, values: FloatArray, start: FloatArray) -> tuple[dict[str, FloatArray], IntArray]:
+        """Return the outputs (lanes, samples) by name, and where lanes diverge (lanes,)."""
+        one, acting = self.simulation, self._acting(values)
+        families = frozenset(mechanism.family for mechanism in acting if mechanism.family)
+        pushed = self.pushes is not None
+        bench = workbench(one.system, families) if families or pushed else Workbench(one.system, ())
+        system = bench.system
+        p, sizes = self._parameters(system, values, acting)
+        start = np.concatenate((start, start[list(bench.companions)]))
+        by_lane = self._by_lane(values)
+        on_signals = [mechanism for mechanism in acting if mechanism.law is not None]
+        inputs = Inputs(
+            self.stimulus, one.system, one.input_factors,
+            [values_of(mechanism, by_lane[0]) for mechanism in on_signals if mechanism.acts_on_input],
+            pushes=self.pushes, idle=len(system.inputs) - len(one.system.inputs),
+        )  # fmt: skip
+        late = {
+            mechanism.signal: by_lane[0][f"{mechanism.id}.late"]
+            for mechanism in on_signals if mechanism.id.endswith(".skew")
+        }  # fmt: skip
+        sensing = [mechanism for mechanism in on_signals if not mechanism.acts_on_input]
         found: dict[str, FloatArray] = {}
-        for name, tree in self.system.needed_terms(tuple(one.value for one in self.system.outputs)).items():
-            values[name] = evaluate(tree, values)
-        shape = (x.shape[2], len(x))
-        for k, output in enumerate(self.system.outputs):
-            made = np.broadcast_to(evaluate(output.value, values), shape) / self.output_factors[k]
-            found[output.name] = np.ascontiguousarray(made)
-        for state in self.system.states:
-            if state.name not in found:
-                found[state.name] = np.ascontiguousarray(values[state.name] / state.factor)
+        gone = np.full(len(values), -1, dtype=np.int64)
+        for late_s in dict.fromkeys((0.0, *late.values())):
+            nodes = cache(inputs._replace(late_s=late_s).nodes)
+            marching = Marching(system, self.stimulus, nodes, start, p, sizes, self.steps_per_period)
+            motion = marching.move(self.refine, between=any(m.law and m.law.looks_between for m in sensing))
+            outputs = self._read(system, motion, nodes(motion.substeps), p, sensing, by_lane)
+            gone = np.where(gone < 0, _diverged(motion, outputs), gone)
+            found |= {name: course for name, course in outputs.items() if late.get(name, 0.0) == late_s}
+        return found, gone
+
+    def _read(
+        self, system: System, motion: Motion, nodes: FloatArray, p: FloatArray, sensing: list[EquationsMechanism],
+        by_lane: list[dict[str, float]],
+    ) -> dict[str, FloatArray]:  # fmt: skip
+        """Return outputs and states (lanes, samples) as instruments read them."""
+        own, step_s = self.simulation, self.stimulus.period_s / motion.between
+        found = read_outputs(system, motion, nodes, p, step_s, own.output_factors, len(own.system.states))
+        for name in {mechanism.signal for mechanism in sensing}:
+            for lane, values in enumerate(by_lane):
+                acting = [values_of(one, values) for one in sensing if one.signal == name]
+                found[name][lane] = read(
+                    found[name][lane], step_s, acting, self._reference(name), nodes[:, :, 0].T
+                )
+        return {name: np.ascontiguousarray(course[:, :: motion.between]) for name, course in found.items()}
+
+    def _reference(self, name: str) -> float:
+        system = self.simulation.system
+        place = [one.name for one in system.outputs].index(name)
+        return output_reference(system, name) / float(self.simulation.output_factors[place])
+
+    def _acting(self, values: FloatArray) -> list[EquationsMechanism]:
+        """Return the mechanisms that any lane has away from neutral."""
+        found = []
+        for mechanism in self.simulation.mechanisms:
+            columns = [
+                k
+                for k, one in enumerate(self.simulation.parameters)
+                if one.mechanism == mechanism.id and one.declared.neutral is not None
+            ]
+            if (values[:, columns] != 0.0).any():
+                found.append(mechanism)
         return found
 
+    def _parameters(
+        self, system: System, values: FloatArray, acting: list[EquationsMechanism]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the parameters (parameters, lanes) [SI] of `system`, and the changes [SI] that no plan notices."""
+        own, count = self.simulation, len(self.simulation.system.parameters)
+        p = np.repeat(np.array([[one.value * one.factor] for one in system.parameters]), len(values), axis=1)
+        p = p.reshape(len(system.parameters), len(values))
+        factors = np.array([one.factor for one in system.parameters])
+        p[:count] = values[:, :count].T * factors[:count, None]
+        at = {one.name: k for k, one in enumerate(system.parameters)}
+        sizes = np.zeros(len(system.parameters))
+        sizes[:count] = [
+            SAME_SIZE * abs(one.declared.scale(own.sizes.scales)) for one in own.parameters[:count]
+        ]
+        sizes[:count] *= factors[:count]
+        names = {one.id: one.names for one in acting if one.family}
+        for k, parameter in enumerate(own.parameters):
+            if parameter.mechanism in names:
+                row = at[names[parameter.mechanism][parameter.declared.name]]
+                p[row] = values[:, k] * factors[row]
+                sizes[row] = SAME_MECHANISM * abs(parameter.declared.scale(own.sizes.scales)) * factors[row]
+        return np.ascontiguousarray(p), sizes
 
-def _is_near(kept: FloatArray, p: FloatArray) -> bool:
-    """Return whether the parameters (parameters, lanes) of all lanes are those of a plan, nearly."""
-    first = kept[:, :1]
-    return bool((np.abs(p - first) <= SAME_PLAN * np.abs(first)).all())
+    def _by_lane(self, values: FloatArray) -> list[dict[str, float]]:
+        """Return the mechanisms' values by name, of each lane."""
+        own = [(k, one.name) for k, one in enumerate(self.simulation.parameters) if one.mechanism]
+        return [{name: float(lane[k]) for k, name in own} for lane in values]
 
 
-def _distinct(p: FloatArray) -> list[int]:
-    """Return the first lane, and some others whose parameters differ from its own."""
-    if _is_near(p, p):
-        return [0]
-    far = np.argsort(-np.abs(p - p[:, :1]).sum(axis=0), kind="stable")
-    return [0, *(int(lane) for lane in far[: DISTINCT_LANES - 1] if lane != 0)]
+@lru_cache(maxsize=32)
+def _catalogue(
+    system: System, units: tuple[tuple[str, str], ...], sizes: Sizes
+) -> dict[str, EquationsMechanism]:
+    return catalogue(system, dict(units), sizes)
 
 
-def _diverged(x: FloatArray, outputs: Mapping[str, FloatArray]) -> IntArray:
+def _shape(default: float | None) -> float:
+    return 1.0 if default is None else default
+
+
+def _diverged(motion: Motion, outputs: Mapping[str, FloatArray]) -> IntArray:
     """Return the first sample (lanes,) at which a state or an output is not finite or absurd; -1: none."""
     with np.errstate(invalid="ignore"):
-        bad = ~np.all(np.abs(x) < ABSURD, axis=1).T
+        bad = ~np.all(np.abs(motion.x[:: motion.between]) < ABSURD, axis=1).T
         for made in outputs.values():
             bad |= ~np.isfinite(made)
     first = np.where(np.any(bad, axis=1), np.argmax(bad, axis=1), -1)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from plant_sim.equations.language.tree import Tree, names_in
 
@@ -87,6 +88,18 @@ class System:
             if name in wanted:
                 wanted |= set(names_in(self.terms[name]))
         return {name: tree for name, tree in self.terms.items() if name in wanted}
+
+
+@lru_cache(maxsize=256)
+def terms_of_rates(system: System) -> dict[str, Tree]:
+    """Return the terms on which the rates depend, each after those that it needs."""
+    return system.needed_terms(tuple(one.rate for one in system.states))
+
+
+@lru_cache(maxsize=256)
+def terms_of_outputs(system: System) -> dict[str, Tree]:
+    """Return the terms on which the outputs depend, each after those that it needs."""
+    return system.needed_terms(tuple(one.value for one in system.outputs))
 
 
 def ordered(terms: Mapping[str, Tree]) -> dict[str, Tree]:

@@ -221,9 +221,10 @@ def _chosen(asked: Sequence[str] | str | None, simulation: Simulation) -> tuple[
 
     A mechanism that is not for such data is left out in silence where all are tried.
     """
+    from rtctl.border.simulation import HasCatalogue
     from rtctl.wiring import mechanism_ids
 
-    known = mechanism_ids(simulation.kind)
+    known = simulation.catalogue if isinstance(simulation, HasCatalogue) else mechanism_ids(simulation.kind)
     if asked is None:
         return known
     listed = asked.split(",") if isinstance(asked, str) else list(asked)

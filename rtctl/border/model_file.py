@@ -6,6 +6,7 @@ What the names mean is the plant's: `Mechanism` and `Parameter` declare them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,6 +48,14 @@ class MechanismTable(Checked):
     parameters: dict[str, Value] = Field(default_factory=dict)
 
 
+def check_each_once(mechanisms: Sequence[MechanismTable]) -> None:
+    """Raise ValueError where a mechanism is there twice."""
+    ids = [mechanism.id for mechanism in mechanisms]
+    twice = sorted({identity for identity in ids if ids.count(identity) > 1})
+    if twice:
+        raise ValueError(f"mechanism {', '.join(twice)} is there twice; keep one of each")
+
+
 class ModelTable(Checked):
     """Table [model]."""
 
@@ -56,10 +65,7 @@ class ModelTable(Checked):
 
     @model_validator(mode="after")
     def _each_once(self) -> ModelTable:
-        ids = [mechanism.id for mechanism in self.mechanisms]
-        twice = sorted({identity for identity in ids if ids.count(identity) > 1})
-        if twice:
-            raise ValueError(f"mechanism {', '.join(twice)} is there twice; keep one of each")
+        check_each_once(self.mechanisms)
         return self
 
 

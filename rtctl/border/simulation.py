@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from rtctl.border.arrays import FloatArray, IntArray
 from rtctl.border.mechanisms import Mechanism, Parameter
@@ -122,4 +122,14 @@ class Simulation(Protocol):
 
     def with_values(self, values: FloatArray) -> Simulation:
         """Return the same model with `values` (parameters,) as its own."""
+        ...
+
+
+@runtime_checkable
+class HasCatalogue(Protocol):
+    """A simulation whose mechanisms are its own and not those of its kind of plant."""
+
+    @property
+    def catalogue(self) -> tuple[str, ...]:
+        """Ids of the mechanisms that may act in it."""
         ...

@@ -17,7 +17,7 @@ from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
-from rtctl.diagnosis.problem.subjects import subject_for, subject_of
+from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
 from rtctl.diagnosis.report.file_value import explain_by_file_value
@@ -73,7 +73,7 @@ def diagnose(
     options = options or DiagnosisOptions()
     given, simulation = simulation, without_steps(simulation)
     budget = WorkBudget.of(options.work, guard=WallClockGuard(seconds=options.seconds))
-    subject, usual = subject_for(simulation.kind, dataset), subject_of(simulation.kind)
+    subject, usual = subjects_of_model(simulation, dataset)
     data = screen_dataset(dataset, simulation, subject, usual.required_signal, options.thresholds)
     fit, tests, notes = data.records
     with open_thread_pool(options.threads) as executor:
@@ -89,6 +89,7 @@ def diagnose(
         elif tests and first.problem.samples < problem.samples:
             tests, note = cut_unpredictable_tests(problem, first.nominal, tests)
             judged, notes = tests, (*notes, note)
+        notes = (*notes, *subject.describe_screened(data.simulation))
         problem = allow_misfit(first.problem, subject.stated_misfit(model, dataset))
         fitted = list_fitted(simulation, ids)
         request = SearchRequest(
@@ -129,7 +130,7 @@ def _answer(
     remarks = remark(verified, search, problem, units, request.options.false_claim_rate, stopped=stopped)
     if verdict.claim == "unexplained":
         remarks += describe_nearest_cause(search, holdout, problem.subject.output, problem.thresholds.report)
-    proposed = None if stopped else propose_experiment(
+    proposed = None if stopped or not problem.subject.takes_scenarios else propose_experiment(
         choose_rivals(search, verdict, problem.thresholds.verification),
         search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
     )  # fmt: skip

@@ -129,7 +129,8 @@ class PlantKind:
     identification: Identification | None = None
     diagnosis: Part = None
     """`rtctl.diagnosis.problem.subject.Subject`, or several in the order of preference: the first whose signal the
-    records have is taken. None: models of this kind are not diagnosed."""
+    records have is taken. Of models whose signals are their own, `(simulation, dataset) -> Subject`. None: models of
+    this kind are not diagnosed."""
     device: Part = None
     """Class of a simulated device (`plant_sim.plant.Plant`), called with the options of its `[plant]` table."""
     device_file: Part = None

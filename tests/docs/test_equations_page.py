@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from plant_sim.equations.language.functions import FUNCTIONS
+from plant_sim.equations.mechanisms.signals import INPUTS, OUTPUTS
+from plant_sim.equations.mechanisms.states import LAWS
 from rtctl.border.equations.file import EquationsTable, OutputTable, StateTable
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +29,10 @@ def test_the_page_runs_and_names_what_the_data_do_not_tell(
     with contextlib.redirect_stdout(said):
         for block in re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL):
             exec(compile(block, "equations.md", "exec"), names)
-    refused, errors, *warnings = said.getvalue().splitlines()
+    refused, errors, *warnings, verdict, cause, rate = said.getvalue().splitlines()
+    assert verdict == "explained"
+    assert cause.startswith("state.x1.limit - The state x1 [cm] is limited to")
+    assert rate in PAGE
     assert refused in PAGE
     before, after = re.findall(r"[\d.]+ V", errors)
     assert float(before[:-2]) > 0.3
@@ -44,6 +49,14 @@ def test_the_page_names_every_function_table_and_key() -> None:
     assert [name for name in keys if f"`{name}`" not in PAGE] == []
     tables = {*EquationsTable.model_fields} - {"kind"}
     assert [name for name in tables if f"[model.{name}]" not in PAGE] == []
+
+
+def test_the_page_names_every_mechanism() -> None:
+    laws = [(INPUTS, "input.u"), (OUTPUTS, "output.y"), (LAWS, "state.x1")]
+    table = PAGE.split("| ids, for each input")[1].split("\n\n")[0]
+    for known, first in laws:
+        rows = " ".join(row for row in table.splitlines() if row.startswith(f"| `{first}."))
+        assert [name for name in known if f".{name}`" not in rows] == [], first
 
 
 def test_the_page_names_the_shipped_models() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.language.functions import TIME
-from plant_sim.equations.system import System
+from plant_sim.equations.system import System, terms_of_rates
 from rtctl.border.arrays import FloatArray
 
 STEPS_PER_PERIOD = 256.0
@@ -81,10 +81,10 @@ def rates_at(system: System, places: Places, p: FloatArray) -> FloatArray:
     values |= {one.name: places.x[:, k] for k, one in enumerate(system.states)}
     values |= {one.name: places.u[:, k] for k, one in enumerate(system.inputs)}
     values |= {one.name: p[k] for k, one in enumerate(system.parameters)}
-    trees = tuple(one.rate for one in system.states)
-    for name, tree in system.needed_terms(trees).items():
+    for name, tree in terms_of_rates(system).items():
         values[name] = evaluate(tree, values)
-    return np.stack([np.broadcast_to(evaluate(tree, values), places.t.shape) for tree in trees], axis=1)
+    rates = (evaluate(one.rate, values) for one in system.states)
+    return np.stack([np.broadcast_to(rate, places.t.shape) for rate in rates], axis=1)
 
 
 def slopes(system: System, places: Places, p: FloatArray, swing: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -137,3 +137,24 @@ def terms_of(tree: Tree) -> Iterator[Tree]:
         yield from terms_of(tree.of)
     else:
         yield tree
+
+
+def substituted(tree: Tree, by: Mapping[str, Tree]) -> Tree:
+    """Return `tree` with other trees in the places of names."""
+    if not by:
+        return tree
+    match tree:
+        case Name(name):
+            return by.get(name, tree)
+        case Negative(of):
+            return Negative(substituted(of, by))
+        case Operation(operator, left, right):
+            return Operation(operator, substituted(left, by), substituted(right, by))
+        case Comparison(operator, left, right):
+            return Comparison(operator, substituted(left, by), substituted(right, by))
+        case Call(function, arguments):
+            return Call(function, tuple(substituted(one, by) for one in arguments))
+        case Logic(word, conditions):
+            return Logic(word, tuple(substituted(one, by) for one in conditions))
+        case _:
+            return tree

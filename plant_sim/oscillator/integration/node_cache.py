@@ -18,19 +18,19 @@ _kept: OrderedDict[tuple[object, ...], tuple[weakref.ref[Stimulus], FloatArray]]
 _lock = threading.Lock()
 
 
-def cached(stimulus: Stimulus, drive: Sampled, substeps: int) -> FloatArray:
-    """Return the drive (steps, 3) at the integrator's instants; not to be written to.
+def cached(stimulus: Stimulus, drive: Sampled, substeps: int, name: str = "drive") -> FloatArray:
+    """Return the input `name` (steps, 3) at the integrator's instants; not to be written to.
 
     Of a blend its holds are kept: its weights are what a fit changes.
     """
     if drive.blend:
-        declared = cached(stimulus, drive._replace(blend=()), substeps)
+        declared = cached(stimulus, drive._replace(blend=()), substeps, name)
         made = declared.copy()
         for hold, weight in drive.blend:
-            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps)
+            other = cached(stimulus, drive._replace(hold=hold, blend=()), substeps, name)
             _move_towards(made, weight, other, declared)
         return made
-    key = (id(stimulus), drive.hold, drive.delay_s, substeps)
+    key = (id(stimulus), name, drive.hold, drive.delay_s, substeps)
     with _lock:
         kept = _kept.get(key)
         if kept is not None and kept[0]() is stimulus:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rtctl.border.model_file import Value
+from rtctl.border.model_file import MechanismTable, Value, check_each_once
 from rtctl.border.quantities import Checked
 
 KIND = "equations"
@@ -95,6 +95,13 @@ class EquationsTable(Checked):
     outputs: dict[str, OutputTable]
     terms: dict[str, Annotated[TermTable, BeforeValidator(_term)]] = Field(default_factory=dict)
     parameters: dict[str, Value] = Field(default_factory=dict)
+    mechanisms: tuple[MechanismTable, ...] = ()
+    """What acts besides the equations, by the ids of the generic mechanisms."""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> EquationsTable:
+        check_each_once(self.mechanisms)
+        return self
 
 
 class EquationsFile(Checked):

@@ -45,7 +45,7 @@ def fit_segments(
     """
     limits = problem.thresholds.nominal_fit
     fitted: list[Simulation] = []
-    if not simulation.state:
+    if not simulation.state or not problem.subject.reads_initial_states:
         return fitted
     for periods in limits.segment_periods if settle else limits.segment_periods[1:]:
         most = limits.max_segments if settle else limits.max_judged_segments

@@ -77,7 +77,7 @@ def cut_unpredictable_tests(
     """
     held = replace(problem, records=tuple(tests))
     limited = {record.stimulus.holds.get(problem.subject.drive) for record in tests} & {"band-limited"}
-    if not tests or not nominal.states or limited:
+    if not tests or not nominal.states or limited or not problem.subject.reads_initial_states:
         return tuple(tests), WHOLE
     run = _run(held, nominal)
     if run is None or not count_unpredictable(held, run):

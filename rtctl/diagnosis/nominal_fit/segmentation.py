@@ -26,7 +26,7 @@ def drifts(problem: Problem, nominal: Hypothesis) -> bool:
     limits = problem.thresholds.nominal_fit
     held = {record.stimulus.holds.get(problem.subject.drive) for record in problem.records}
     # a segment of a band-limited drive would have ends that the drive never had
-    if not nominal.states or "band-limited" in held:
+    if not nominal.states or "band-limited" in held or not problem.subject.reads_initial_states:
         return False
     if relative_misfit(problem, nominal) < limits.close_misfit:
         return False

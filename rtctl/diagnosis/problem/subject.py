@@ -225,6 +225,14 @@ class Subject:
     """Mechanism that adds a constant to the reading; "": none is needed."""
     levels: Mapping[str, Levels]
     """Parameters that round a signal, by signal."""
+    reads_initial_states: bool = True
+    """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
+    each from its own initial state."""
+    takes_scenarios: bool = True
+    """Whether `rtctl acquire` runs scenarios of this kind of plant, so that an experiment can be proposed."""
+    slow_noise_only_adds: bool = False
+    """Whether the slow part of a noise is taken as no quieter than the rest. Where all that a model does is slow, the
+    directions of the catalogue span all slow residuals, and what they leave has a hole there."""
     output_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)
@@ -243,6 +251,8 @@ class Subject:
     )
     """Return what follows from a model and the estimates of its parameters, by mechanism ("": the nominal model) and
     name, in the terms of those who use the device; signals in `units`."""
+    describe_screened: Callable[[Simulation], Sequence[str]] = lambda simulation: ()
+    """Return notes on the model as `to_comparable` made it."""
     rehearse: Callable[[Any, Any, Sequence[Record]], Rehearsal | None] | None = None
     """Rehearse the loop on measured records with today's and with the extended model; None where no loop uses them."""
     read_model: Callable[[Path], Any]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rtctl.border.errors import InputError
+from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.subject import Subject
 from rtctl.measured.dataset import Dataset
 from rtctl.registry import plant_kind, plant_kinds
@@ -21,6 +22,20 @@ def subjects_of(kind: str) -> tuple[Subject, ...]:
 def subject_of(kind: str) -> Subject:
     """Return the preferred subject of a kind of plant. Raises InputError where it has none."""
     return subjects_of(kind)[0]
+
+
+def subjects_of_model(simulation: Simulation, dataset: Dataset) -> tuple[Subject, Subject]:
+    """Return the subject by which a dataset lets a model be diagnosed, and the preferred one of its kind.
+
+    Raises:
+        InputError: Models of this kind are not diagnosed.
+    """
+    record = plant_kind(simulation.kind, "model.kind")
+    made = record.part(record.diagnosis) if record.diagnosis is not None else None
+    if callable(made):
+        own: Subject = made(simulation, dataset)
+        return own, own
+    return subject_for(simulation.kind, dataset), subject_of(simulation.kind)
 
 
 def subject_for(kind: str, dataset: Dataset) -> Subject:

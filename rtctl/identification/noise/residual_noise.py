@@ -179,6 +179,13 @@ def fit_noise_with_slow_part(series: Sequence[FloatArray], *, slow: bool) -> Noi
     return model._replace(slow=fit_slow_part(squares, numbers))
 
 
+def without_hole(model: NoiseModel) -> NoiseModel:
+    """Return a noise model whose slow part is nowhere quieter than the rest of it."""
+    if model.slow is None:
+        return model
+    return model._replace(slow=SlowPart(np.maximum(model.slow.variances, 1.0)))
+
+
 def fit_autoregression(correlation: FloatArray, count: int) -> NoiseModel:
     """Fit an autoregression to sums of products (lags,) over `count` samples, with the order by BIC."""
     correlation = correlation / count

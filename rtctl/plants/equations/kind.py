@@ -26,6 +26,7 @@ EQUATIONS = PlantKind(
         takes_model=True,
     ),
     control=Control(support="rtctl.plants.equations.control:EquationsSupport"),
+    diagnosis="rtctl.plants.equations.diagnosis:equations_subject",
     device_file="plant_sim.equations.plant:load_plant",
     device_profile="plant_sim.equations.device_profile:read_profile",
     defaults=Defaults(estimator="none", controller="pid"),

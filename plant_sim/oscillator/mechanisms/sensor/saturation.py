@@ -7,17 +7,22 @@ import math
 import numpy as np
 
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient, shape
+from rtctl.border.arrays import FloatArray
 
 
 def saturated(moved: Moved, p: Values) -> Moved:
-    """Return the reading compressed where it is large, z (1 - curvature z^2 / 3 + ...), or cut off."""
-    z = moved.displacement
+    """Return the reading compressed where it is large, or cut off."""
+    return moved._replace(displacement=bent(moved.displacement, p))
+
+
+def bent(z: FloatArray, p: Values) -> FloatArray:
+    """Return values compressed where they are large, z (1 - curvature z^2 / 3 + ...), or cut off."""
     if p["curvature"] > 0.0:
         root = math.sqrt(p["curvature"])
         z = np.tanh(root * z) / root
     if p["clipped"] > 0.0:
         z = z - p["clipped"] * (z - np.clip(z, -p["limit"], p["limit"]))
-    return moved._replace(displacement=z)
+    return z
 
 
 def unread(reading: float, p: Values) -> float:

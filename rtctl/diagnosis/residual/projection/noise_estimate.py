@@ -18,11 +18,16 @@ from rtctl.identification.noise.residual_noise import (
     combine_models,
     fit_noise_with_slow_part,
     group_by_period,
+    without_hole,
 )
 
 
 def estimate_noise(
-    rows: Sequence[RecordRows], *, slow: bool = False, thresholds: ResidualThresholds = DEFAULT_THRESHOLDS
+    rows: Sequence[RecordRows],
+    *,
+    slow: bool = False,
+    only_adds: bool = False,
+    thresholds: ResidualThresholds = DEFAULT_THRESHOLDS,
 ) -> list[NoiseModel]:
     """Estimate the noise model of each output.
 
@@ -34,6 +39,8 @@ def estimate_noise(
     Args:
         rows: All records; those of another sample period get a noise model of their own.
         slow: Whether the noise may have a slow part (1/f noise).
+        only_adds: Whether a slow part can only add to the rest, see `Subject.slow_noise_only_adds`; the first model is
+            white then, as the colour of what the directions leave would be that of their hole.
         thresholds: Number of iterations, and what is round-off.
     """
     outputs = rows[0].residual.shape[0]
@@ -52,14 +59,25 @@ def estimate_noise(
                 _known_series(row, part, weights, o, whole=turn > 0)
                 for row, part in zip(rows, split, strict=True)
             ]
+            if only_adds and turn == 0:
+                models.append(_white(series, len(half)))
+                continue
             by_period = [
                 fit_noise_with_slow_part([series[k] for k in group], slow=slow and turn > 0)._replace(
                     period_s=rows[group[0]].period_s
                 )
                 for group in groups
             ]
+            if only_adds:
+                by_period = [without_hole(model) for model in by_period]
             models.append(combine_models(by_period, samples))
     return models
+
+
+def _white(series: Sequence[FloatArray], taken: int) -> NoiseModel:
+    """Return white noise of what is left in the first row of series (m, n), of which so many directions took a part."""
+    left = np.concatenate([one[0] for one in series])
+    return NoiseModel(np.empty(0), float(left @ left) / max(len(left) - taken, 1))
 
 
 def _known_series(

@@ -71,7 +71,8 @@ def analyse_residual(
     directions += memory_directions(len(rows[0].directions) - len(directions))
     thresholds = problem.thresholds.residual
     if noise is None:
-        noise = estimate_noise(rows, slow=not problem.allowed, thresholds=thresholds)
+        only_adds = problem.subject.slow_noise_only_adds
+        noise = estimate_noise(rows, slow=not problem.allowed, only_adds=only_adds, thresholds=thresholds)
     return ResidualAnalysis(
         hypothesis=hypothesis,
         problem=problem,
