@@ -31,6 +31,7 @@ class ControlledEquations:
         shown = device.reference or next(iter(outputs))
         self._sensed = [one for name, one in outputs.items() if instruments[name].sensed]
         self._shown = outputs[shown]
+        self.left_out = tuple(one.id for one in model.model.mechanisms)
         self.profile = profile_of(model, device, str(path))
         self.initial = np.array([one.initial for one in self._system.states])
         self.low = np.array([one.low for one in self._system.states])

@@ -22,6 +22,7 @@ from plant_sim.equations.simulation import ABSURD
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
+from rtctl.border.errors import InputError
 
 LONGEST_HOLD_S = 600.0
 """A device that nobody has looked at for longer is moved through the last so many seconds alone."""
@@ -38,6 +39,12 @@ class EquationsPlant:
         self, model: EquationsFile, device: DeviceTable, source: str, seed: int | None = None
     ) -> None:
         """Build the device; `seed` replaces that of its noise. Raises InputError where the model is wrong."""
+        if model.model.mechanisms:
+            raise InputError(
+                f"{source}: model.mechanisms: a device is made of equations alone, and "
+                f"{', '.join(one.id for one in model.model.mechanisms)} would be missing; write it as equations, or "
+                "take the table out"
+            )
         self._system: System = system_of(model, source)
         limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
         sensors = [device.outputs.get(one.name, Instrument()) for one in self._system.outputs]

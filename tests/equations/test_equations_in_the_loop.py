@@ -252,6 +252,26 @@ def test_what_a_loop_cannot_use_is_said(tmp_path: Path, old: str, new: str, said
         rtctl.run(scenario_of(written(tmp_path, text), estimator={"kind": "kalman"}))
 
 
+def test_mechanisms_beside_the_equations_are_not_passed_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of an extended model from a diagnosis the loop takes the equations and says so; a device is not made of it."""
+    delay = (
+        '[[model.mechanisms]]\nid = "input.force.delay"\n'
+        '[model.mechanisms.parameters]\ndelay = { value = 0.004, unit = "s" }\n'
+    )
+    own = written(tmp_path, SPRING)
+    extended = written(tmp_path, SPRING.replace("[device]\n", delay + "[device]\n"), "extended.toml")
+    assert rtctl.read_model(extended) is not None
+    tables = scenario_of(own, estimator={"kind": "kalman"}, driver={"kind": "inprocess", "device": str(own)})
+    rtctl.run(
+        {**tables, "scenario": {**tables["scenario"], "duration": "20 ms"}}, model=extended, progress=True
+    )
+    assert "does not change the loop: input.force.delay" in "".join(capsys.readouterr())
+    with pytest.raises(InputError, match=r"made of equations alone, and input.force.delay would be missing"):
+        rtctl.run(scenario_of(extended))
+
+
 def test_a_scenario_names_the_model_whose_channels_it_has(tmp_path: Path) -> None:
     tables = scenario_of(written(tmp_path, SPRING))
     del tables["scenario"]["model"]

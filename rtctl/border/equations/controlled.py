@@ -27,6 +27,8 @@ class StateSpace(Protocol):
     """Lowest and highest value of the controlled output that a loop may ask for; None: the file states none."""
     command_range: FloatArray
     """Lowest and highest value (inputs, 2) of each command."""
+    left_out: tuple[str, ...]
+    """Mechanisms of the model file that are not equations of it, such as a delay: this does not have them."""
     law: Any
     """Compiled `law(x, u, t, p, lane, rates) -> 0` with x (n,), u (inputs,), p (parameters, 1), all SI."""
     parameters: FloatArray

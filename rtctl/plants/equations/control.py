@@ -50,8 +50,8 @@ class EquationsSupport:
         return ""
 
     def unused(self, model: StateSpace) -> tuple[str, ...]:
-        """Return nothing: all equations are used."""
-        return ()
+        """Return the mechanisms beside the equations: filter and tuning know the equations alone."""
+        return model.left_out
 
     def output_range(self, scenario: Scenario, model: StateSpace) -> Span:
         """Return the range that the model file gives the output, else that in which its reading is believed."""
