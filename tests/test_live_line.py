@@ -106,6 +106,6 @@ def test_a_live_run_in_a_terminal_shows_set_point_estimate_error_and_lateness(
     assert all(len(line) < 80 for line in lines)
     number = r"-?[\d.]+"
     assert re.search(
-        rf"setpoint {number}, estimate {number}, error {number} um, late {number} [um]s$", lines[-1]
+        rf"setpoint {number}, estimate {number}, error {number} um, late {number} [num]?s$", lines[-1]
     )
     assert shown.endswith("\r\x1b[K"), "the line is gone at the end"

@@ -29,10 +29,11 @@ def test_the_page_runs_and_names_what_the_data_do_not_tell(
     with contextlib.redirect_stdout(said):
         for block in re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL):
             exec(compile(block, "equations.md", "exec"), names)
-    refused, errors, *warnings, verdict, cause, rate = said.getvalue().splitlines()
+    refused, errors, *warnings, verdict, cause, rate, sensing = said.getvalue().splitlines()
     assert verdict == "explained"
     assert cause.startswith("state.x1.limit - The state x1 [cm] is limited to")
     assert rate in PAGE
+    assert float(re.findall(r"mean ([\d.]+) %", sensing)[0]) < 0.1
     assert refused in PAGE
     before, after = re.findall(r"[\d.]+ V", errors)
     assert float(before[:-2]) > 0.3

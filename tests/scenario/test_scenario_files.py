@@ -37,7 +37,9 @@ def test_a_file_says_what_it_claims(file: Path) -> None:
         assert scenario.checks.bounds(), "a scenario without checks always passes"
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "piezo_steps" else []) for name in RUNS]
+)
 def test_it_meets_its_checks_and_repeats_to_the_byte(
     name: str, model_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

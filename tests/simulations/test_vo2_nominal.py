@@ -102,7 +102,7 @@ def test_extended_models_are_written_and_read_back(tmp_path):
         ("sensor.lag", {}, ["need at least one of time_constant"]),
         ("sensor.lag", {"time_constnt": Value(value=1.0, unit="s")}, ["time_constnt", "time_constant"]),
         ("sensor.lag", {"time_constant": Value(value=1.0, unit="mA")}, ['unit "mA" is not compatible with s']),
-        ("sensor.lag", {"time_constant": Value(value=-1.0, unit="ms")}, ["-0.001 s must lie between 0 and 10 s"]),
+        ("sensor.lag", {"time_constant": Value(value=-1.0, unit="ms")}, ["-0.001 s must lie between 0 and 1000 s"]),
     ],
 )  # fmt: skip
 def test_wrong_mechanisms_are_named(identity, parameters, words):

@@ -243,7 +243,13 @@ def _make_scenario(
         period_us: Sample period [us].
     """
     unit, (low, high) = units[subject.drive], drive_range
-    own = {key: units[channels[0]] for key, channels in plant_kind(subject.kind).units_from.items()}
+    own: dict[str, Any] = {
+        key: units[channels[0]] for key, channels in plant_kind(subject.kind).units_from.items()
+    }
+    if plant_kind(subject.kind).free_signals:  # until the file of the model is written, which names them
+        sensed = {name: one for name, one in units.items() if name != subject.drive}
+        output = {"name": f"reference_{subject.output}", "unit": units[subject.output]}
+        own["channels"] = {"commands": {subject.drive: unit}, "sensed": sensed, "reference": output}
     return {
         "scenario": {
             "title": "next experiment", "plant": subject.kind, **own, "period": f"{period_us} us",

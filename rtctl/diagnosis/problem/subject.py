@@ -265,9 +265,10 @@ class Subject:
     write_model: Callable[[Path, Any, dict[str, Any]], None]
     """Write a model to a file, with its provenance."""
 
-    def scales(self, records: Records, simulation: Simulation) -> Scales:
-        """Return the sizes of what these records show, and the time constant of their model."""
-        named = [one.value for one in simulation.parameters if one.name == self.time_parameter]
+    def scales(self, records: Records, simulation: Simulation | None = None) -> Scales:
+        """Return the sizes of what these records show, and the time constant of their model, if that is given."""
+        parameters = simulation.parameters if simulation else ()
+        named = [one.value for one in parameters if one.name == self.time_parameter]
         return estimate_scales(records, self.output, self.drive)._replace(
             sensed=self.sensed_rms(records), response_s=named[0] if named else 0.0
         )

@@ -44,7 +44,11 @@ def write_diagnosis(folder: Path, diagnosis: Diagnosis, dataset: Dataset, proven
 
 def scenario_text(proposed: NextExperiment, device: str = EXTENDED_MODEL) -> str:
     """Return the scenario of the next experiment, as `rtctl acquire` takes it, rehearsed on the model file `device`."""
-    scenario = {**proposed.scenario, "driver": {**proposed.scenario["driver"], "device": device}}
+    heading = dict(proposed.scenario["scenario"])
+    if heading.pop("channels", None):  # those of the model
+        heading["model"] = device
+    driver = {**proposed.scenario["driver"], "device": device}
+    scenario = {**proposed.scenario, "scenario": heading, "driver": driver}
     return HEAD.format(statement=proposed.statement, device=device) + "\n" + tomli_w.dumps(scenario)
 
 

@@ -96,7 +96,7 @@ def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
         screening_samples=None,
         reads_initial_states=False,
         slow_noise_only_adds=True,
-        takes_scenarios=False,
+        takes_scenarios=len(inputs) == 1,
         to_comparable=_to_comparable(outputs[0], inputs[0] if inputs else ""),
         from_comparable=lambda simulation: simulation,
         find_coarse_parts=lambda model, dataset: {},
