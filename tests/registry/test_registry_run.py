@@ -129,7 +129,9 @@ def test_the_list_marks_own_parts(
     assert {"steps", "acquire_vo2"} <= {row["name"] for row in found["scenarios"]}
     assert {"friction.coulomb", "heater.tcr"} <= {row["name"] for row in found["mechanisms"]}
     assert main(["list", "controllers", "--plugin", str(copied)]) == 0
-    head, _, rows = capsys.readouterr().out.partition("your own, from")  # a wide table goes on in blocks below
+    head, _, rows = capsys.readouterr().out.partition(
+        "your own, from"
+    )  # a wide table goes on in blocks below
     begin, lines = len(head.splitlines()[-1]), rows.splitlines()
     assert str(copied) in "".join(line[begin:].strip() for line in lines)  # folded, not cut
     assert main(["list", "controlers"]) == 2
