@@ -7,6 +7,7 @@ motion, and whether it repeats where an input was repeated. The smallest p-value
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -74,7 +75,15 @@ def run_residual_tests(
         tests.append(run_growth_test(analysis))
     if not problem.allowed and not analysis.is_quantized and (repeats := run_repeats_test(analysis)):
         tests.append(repeats)
+    if is_numerical(hypothesis, problem):
+        tests = [test._replace(p_value=1.0) for test in tests]
     return TestedHypothesis(hypothesis, analysis.directions, analysis.projected, analysis.noise, tuple(tests))
+
+
+def is_numerical(hypothesis: Hypothesis, problem: Problem) -> bool:
+    """Return whether a residual is no larger than the error of an integration: readings without noise have no other."""
+    rms = math.sqrt(2.0 * hypothesis.cost / max(problem.samples, 1))
+    return rms < problem.thresholds.residual.numerical_share
 
 
 def run_score_tests(analysis: ResidualAnalysis) -> list[ResidualTest]:

@@ -16,6 +16,9 @@ class ResidualThresholds:
     round_off_share: float = 1e-10
     """Fraction of a row's squares beyond a record's own parameters that is round-off of the subtraction. Without it, a
     sensor offset beside a mass that no spring holds became a direction, and a noise of 1e126 adequate."""
+    numerical_share: float = 1e-6
+    """RMS of a residual, as a share of the readings, that two integrations of one model may differ by: no instrument's
+    noise is so small, and nothing is tested in it."""
     noise_iterations: int = 3
     """Iterations of the restricted likelihood of the noise: the second knows the size of the noise, the third its
     colour; its slow part takes one more."""
