@@ -204,10 +204,8 @@ def exchange_serial(
             inbox[k] = inbox[begin + k]
         end -= begin
         if end > _LONGEST or INBOX_BYTES - end < _LONGEST:  # no frame is so long: a babbling line
-            inbox[0], end = (
-                0xFF,
-                1,
-            )  # a code that needs more bytes than a frame has, so that the rest is damaged
+            inbox[0] = 0xFF  # a code that needs more bytes than a frame has, so that the rest is damaged
+            end = 1
             line[DAMAGED] += 1
         line[ARRIVED] = end
         if ended >= 0:

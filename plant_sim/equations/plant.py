@@ -14,9 +14,7 @@ import numpy as np
 from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.device_profile import model_file_of, profile_of
 from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
-from plant_sim.equations.integration.steps import Plan, places_of, plan, slopes
-from plant_sim.equations.language.evaluation import evaluate
-from plant_sim.equations.language.functions import TIME
+from plant_sim.equations.integration.steps import Places, Plan, outputs_at, places_of, plan, slopes
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.simulation import ABSURD
 from plant_sim.equations.system import System
@@ -113,14 +111,8 @@ class EquationsPlant:
 
     def _outputs(self) -> FloatArray:
         """Return the outputs (outputs,) now, each in its unit."""
-        system = self._system
-        values: dict[str, float] = {TIME: self._time_s}
-        values |= {one.name: float(self._x[k, 0]) for k, one in enumerate(system.states)}
-        values |= {one.name: float(self._u[0, k]) for k, one in enumerate(system.inputs)}
-        values |= {one.name: float(self._p[k, 0]) for k, one in enumerate(system.parameters)}
-        for name, tree in system.needed_terms(tuple(one.value for one in system.outputs)).items():
-            values[name] = float(evaluate(tree, values))
-        return np.array([float(evaluate(one.value, values)) / one.factor for one in system.outputs])
+        here = Places(self._x.T, self._u, np.array([self._time_s]))
+        return np.asarray(outputs_at(self._system, here, self._p[:, 0])[0])
 
     def step(self, levels: Sequence[float], dt_s: float) -> tuple[tuple[float, ...], float]:
         """Call `advance`, then `measure`."""

@@ -41,6 +41,13 @@ class PidGains:
         if self.kd != 0.0 and self.kp == 0.0:
             raise ValueError(f"kd = {self.kd!r} needs kp: the derivative's filter is kd/kp/{FILTER_RATIO:g}")
 
+    def describe(self, command: str, output: str) -> str:
+        """Return the gains in words, in units of command and output."""
+        return (
+            f"kp = {self.kp:.4g} {command}/{output}, ki = {self.ki:.4g} {command}/({output} s), "
+            f"kd = {self.kd:.4g} {command} s/{output}"
+        )
+
     @property
     def filter_s(self) -> float:
         """Time constant [s] of the derivative's filter."""

@@ -46,7 +46,7 @@ class WorkingPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PidTuning:
-    """Gains, and their margins at the working point that has the least."""
+    """Gains, and their margins at the working point that has the least; both are 0 where the loop is unstable."""
 
     gains: PidGains
     maximum_sensitivity: float
@@ -63,10 +63,8 @@ class PidTuning:
 
     def describe(self) -> str:
         """Return a sentence for a person."""
-        command, output = self.units
         return (
-            f"PID: kp = {self.gains.kp:.4g} {command}/{output}, ki = {self.gains.ki:.4g} {command}/({output} s), "
-            f"kd = {self.gains.kd:.4g} {command} s/{output}; maximum sensitivity {self.maximum_sensitivity:.2f}, gain "
+            f"PID: {self.gains.describe(*self.units)}; maximum sensitivity {self.maximum_sensitivity:.2f}, gain "
             f"margin {self.gain_margin:.2f}, phase margin {self.phase_margin_deg:.0f} deg, crossover "
             f"{self.crossover_hz:.3g} Hz" + "".join(f"; {note}" for note in self.notes)
         )
@@ -153,6 +151,8 @@ def margins_of_gains(
     ]
     worst = int(np.argmax(peaks))
     gain_margin, phase_margin, crossover = margins_of(loops[worst], ANGLES)
+    if not math.isfinite(peaks[worst]):
+        gain_margin = phase_margin = 0.0
     return PidTuning(
         gains=gains,
         maximum_sensitivity=peaks[worst],

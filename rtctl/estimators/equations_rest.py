@@ -93,20 +93,13 @@ def swept_points(
     fastest, slowest = rates_of(model)
     dwell_s = min(SWEEP / slowest, STEP_SHARE * MOST_STEPS / fastest) / PLACES
     steps = max(1, math.ceil(dwell_s * fastest / STEP_SHARE))
-    x, found = model.initial[None].copy(), []
+    x, step_s, found = model.initial[None].copy(), dwell_s / steps, []
     for side, ramp in ((1, np.linspace(*span, PLACES)), (-1, np.linspace(*span[::-1], PLACES))):
         states, shown = [], []
         for level in ramp:
             command = (float(level), *levels[1:])
             advance(
-                model.law,
-                x,
-                model.input_si(command),
-                model.parameters,
-                model.low,
-                model.high,
-                dwell_s / steps,
-                steps,
+                model.law, x, model.input_si(command), model.parameters, model.low, model.high, step_s, steps
             )
             states.append(x[0].copy())
             shown.append(float(model.controlled(x, command)[0]))
@@ -114,26 +107,18 @@ def swept_points(
         for output in outputs:
             if passed.min() <= output <= passed.max():
                 k = int(np.abs(passed - output).argmin())
-                found.append(_held(model, states[k], (float(ramp[k]), *levels[1:]), side, PLACES * dwell_s))
+                command = (float(ramp[k]), *levels[1:])
+                found.append(_held(model, states[k], command, side, step_s, PLACES * steps))
     return found
 
 
+# 6 parameters because a motion is a start, a command, and steps
 def _held(
-    model: StateSpace, x: FloatArray, levels: Sequence[float], side: int, duration_s: float
+    model: StateSpace, x: FloatArray, levels: Sequence[float], side: int, step_s: float, steps: int
 ) -> RestPoint:
-    """Return where the device rests once `levels` were held for long from the states `x` (n,) on."""
+    """Return where the device rests once `levels` were held for `steps` from the states `x` (n,) on."""
     rest = x[None].copy()
-    steps = max(1, math.ceil(duration_s * rates_of(model)[0] / STEP_SHARE))
-    advance(
-        model.law,
-        rest,
-        model.input_si(levels),
-        model.parameters,
-        model.low,
-        model.high,
-        duration_s / steps,
-        steps,
-    )
+    advance(model.law, rest, model.input_si(levels), model.parameters, model.low, model.high, step_s, steps)
     return RestPoint(rest[0], levels[0], holds=True, side=side)
 
 

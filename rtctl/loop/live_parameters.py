@@ -33,6 +33,7 @@ def units_of_parameters(profile: DeviceProfile) -> dict[str, str]:
         SETPOINT: output,
         "controller.kp": f"({command})/({output})",
         "controller.ki": f"({command})/(({output})*s)",
+        "controller.kd": f"({command})*s/({output})",
     }
 
 

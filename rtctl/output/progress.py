@@ -15,6 +15,7 @@ from typing import Any
 
 from rtctl.border.errors import InputError
 from rtctl.output.live_line import Show, live_line
+from rtctl.output.tables import plain
 
 Advance = Callable[[int], None]
 Listener = Callable[[str, float | None], None]
@@ -109,7 +110,7 @@ def progress_bar(title: str, total: int, *, quiet: bool, forced: bool = False) -
         )  # fmt: skip
         console = Console(stderr=True, force_terminal=True if forced else None)
         with Bars(*columns, console=console, transient=not forced) as bar:
-            task = bar.add_task(_plain(title), total=total)
+            task = bar.add_task(plain(title), total=total)
             yield lambda done: bar.update(task, completed=done)
 
 
@@ -173,10 +174,3 @@ def say(text: str, *, quiet: bool) -> None:
     """Print one line of what is going on, on standard error."""
     if not quiet:
         print(text, file=sys.stderr, flush=True)
-
-
-def _plain(text: str) -> str:
-    """Escape units in brackets, which rich would take for markup."""
-    from rich.markup import escape as escaped
-
-    return escaped(text)

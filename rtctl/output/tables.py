@@ -64,7 +64,7 @@ def _block(
     from rich.table import Table
 
     table = Table(
-        title=_plain(title) or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False,
+        title=plain(title) or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False,
         padding=(0, BETWEEN - 1, 0, 0), show_edge=False,
     )  # fmt: skip
     on_one_line = _fits(columns, headers, rows, width)
@@ -75,9 +75,9 @@ def _block(
         fixed = place == 0 and _width_of("", cells) <= LONGEST_TEXT
         folded = "\n".join(textwrap.wrap(headers[k], max(_width_of(headers[k], cells), 1)))
         header = headers[k] if on_one_line else folded
-        table.add_column(_plain(header), justify=justify, no_wrap=fixed or numbers, overflow="fold")
+        table.add_column(plain(header), justify=justify, no_wrap=fixed or numbers, overflow="fold")
     for row in rows:
-        table.add_row(*(_plain(row[k]) for k in columns))
+        table.add_row(*(plain(row[k]) for k in columns))
     return table
 
 
@@ -87,7 +87,7 @@ def _are_numbers(cells: Sequence[str]) -> bool:
     return bool(told) and all(cell.lstrip("+-−±<>≤≥ ")[:1].isdigit() for cell in told)
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """Escape units in brackets, which rich would take for markup."""
     from rich.markup import escape as escaped
 

@@ -20,7 +20,9 @@ from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
 from rtctl.estimators.cubature import CubatureFilter, FilterSettings
 from rtctl.estimators.equations_rest import rest_point, rests_anywhere, state_at_rest, swept_points
 from rtctl.interfaces import Estimate
-from rtctl.plants.equations.control import linear_plant
+from rtctl.plants.equations.control import EquationsSupport, linear_plant
+from rtctl.scenario.schema import checked_scenario
+from rtctl.session.live.change_rules import ChangeRules
 
 COIL = Path(__file__).parents[2] / "scenarios" / "models" / "equations" / "voice_coil.toml"
 STEPS = Path(__file__).parents[2] / "scenarios" / "voice_coil_steps.toml"
@@ -250,6 +252,30 @@ def test_what_a_loop_cannot_use_is_said(tmp_path: Path, old: str, new: str, said
         text = text.replace("(force -", "(safe -").replace("device.inputs.force", "device.inputs.safe")
     with pytest.raises(InputError, match=said):
         rtctl.run(scenario_of(written(tmp_path, text), estimator={"kind": "kalman"}))
+
+
+def test_gains_by_which_the_loop_would_be_unstable_are_refused_before_and_while_it_runs(
+    tmp_path: Path,
+) -> None:
+    model = ControlledEquations(written(tmp_path, SPRING))
+    tables = scenario_of(tmp_path / "model.toml", estimator={"kind": "kalman"})
+    scenario = checked_scenario(tables, "scenario")
+    made = EquationsSupport().control(scenario, model, 0)
+    assert isinstance(made.controller, PidController)
+    rules = ChangeRules(scenario, model, made.controller, EquationsSupport().output_range(scenario, model))
+    gains = made.controller.gains
+    slower = rules.judge("controller.ki", 0.9 * gains.ki)
+    assert "gain margin" in slower
+    assert rules.judge("controller.kd", 30.0 * gains.kd) != slower  # with the derivative that the loop has
+    for name, value in (("ki", 100.0 * gains.ki), ("kp", 1e3 * gains.kp)):
+        with pytest.raises(InputError, match="would be unstable"):
+            rules.judge(f"controller.{name}", value)
+    assert rules.current["controller.ki"] == pytest.approx(0.9 * gains.ki)  # what was refused was not taken
+    by_hand = {"kind": "pid", "kp": "0 N/mm", "ki": f"{100.0 * gains.ki} N/mm/s"}
+    with pytest.raises(
+        InputError, match=r"the loop would be unstable where the device rests; give less gain"
+    ):
+        rtctl.run(scenario_of(tmp_path / "model.toml", controller=by_hand))
 
 
 def test_mechanisms_beside_the_equations_are_not_passed_over(

@@ -8,13 +8,15 @@ than the rest of the motion needs, because something decays within a fraction of
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from plant_sim.equations.language.evaluation import evaluate
 from plant_sim.equations.language.functions import TIME
-from plant_sim.equations.system import System, terms_of_rates
+from plant_sim.equations.language.tree import Tree
+from plant_sim.equations.system import System, terms_of_outputs, terms_of_rates
 from rtctl.border.arrays import FloatArray
 
 STEPS_PER_PERIOD = 256.0
@@ -75,16 +77,31 @@ def places_of(x: FloatArray, u: FloatArray, period_s: float) -> Places:
     return Places(x[rows], u[rows], period_s * whole[rows].astype(np.float64))
 
 
-def rates_at(system: System, places: Places, p: FloatArray) -> FloatArray:
-    """Return the rates (m, states) [SI] at places with parameters `p` (parameters,)."""
+def values_at(
+    system: System, places: Places, p: FloatArray, terms: Mapping[str, Tree]
+) -> dict[str, FloatArray]:
+    """Return the numbers [SI] of all names, `terms` among them, at places with parameters `p` (parameters,)."""
     values: dict[str, FloatArray] = {TIME: places.t}
     values |= {one.name: places.x[:, k] for k, one in enumerate(system.states)}
     values |= {one.name: places.u[:, k] for k, one in enumerate(system.inputs)}
     values |= {one.name: p[k] for k, one in enumerate(system.parameters)}
-    for name, tree in terms_of_rates(system).items():
+    for name, tree in terms.items():
         values[name] = evaluate(tree, values)
+    return values
+
+
+def rates_at(system: System, places: Places, p: FloatArray) -> FloatArray:
+    """Return the rates (m, states) [SI] at places with parameters `p` (parameters,)."""
+    values = values_at(system, places, p, terms_of_rates(system))
     rates = (evaluate(one.rate, values) for one in system.states)
     return np.stack([np.broadcast_to(rate, places.t.shape) for rate in rates], axis=1)
+
+
+def outputs_at(system: System, places: Places, p: FloatArray) -> FloatArray:
+    """Return the outputs (m, outputs), each in its unit, at places with parameters `p` (parameters,)."""
+    values = values_at(system, places, p, terms_of_outputs(system))
+    outputs = (evaluate(one.value, values) / one.factor for one in system.outputs)
+    return np.stack([np.broadcast_to(one, places.t.shape) for one in outputs], axis=1)
 
 
 def slopes(system: System, places: Places, p: FloatArray, swing: FloatArray) -> FloatArray:

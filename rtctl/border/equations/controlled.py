@@ -34,6 +34,10 @@ class StateSpace(Protocol):
     parameters: FloatArray
     """Parameters (parameters, 1) for `law` [SI]."""
 
+    def __hash__(self) -> int:
+        """Return the hash of this very model."""
+        ...
+
     def input_si(self, levels: Sequence[float]) -> FloatArray:
         """Return commands (inputs,) in SI base units."""
         ...

@@ -124,9 +124,7 @@ class FrameReader:
         whole = (self._rest + data).split(b"\0")
         self._rest = whole.pop()
         if len(self._rest) > _LONGEST:  # no frame is so long: a babbling line must not fill the memory
-            self._rest = (
-                _ENDLESS  # not its first byte: with what follows, that may be a frame which never was
-            )
+            self._rest = _ENDLESS  # not its first byte: that and what follows may be a frame which never was
             self.damaged += 1
         messages = []
         for stuffed in whole:

@@ -23,7 +23,7 @@ def print_diagnosis(found: Diagnosis, folder: Path, *, written: bool = True) -> 
     """Verdict, causes, gain, place, warnings, and where the files are, if they were `written`."""
     print(UNDECIDED if found.undecided else VERDICTS[found.verdict].format(rest=found.problem.rest))
     for cause in found.causes:
-        others = f"; these data cannot tell it from {', '.join(cause.indistinguishable_from)}"
+        others = f" These data cannot tell it from {', '.join(cause.indistinguishable_from)}."
         print(
             f"  {cause.certainty:>5}  {cause.id}: {cause.statement}{others if cause.indistinguishable_from else ''}"
         )

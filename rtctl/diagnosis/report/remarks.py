@@ -22,7 +22,7 @@ NO_GAIN = (
     "with these causes the error of the {} on the test records is {:.3g} times as large as without: they help another "
     "reading or the fitted records only; do not use the extended model before that is understood"
 )
-FAILED_TEST = 'of {} residual tests, "{}" fails most clearly (p {})'
+FAILED_TEST = 'of {} tests whether what is left is noise, "{}" says most clearly that it is not (p {})'
 
 
 def remark(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -85,15 +87,15 @@ class EquationsSupport:
         _same_channels(model, scenario)
         units = (profile.commands[0].unit, profile.reference.unit)
         others = tuple(one.safe for one in self.limits(scenario, model)[1:])
-        plants, notes = _working_points(scenario, model, self.output_range(scenario, model))
+        places = _working_points(scenario, model, self.output_range(scenario, model))
         period_s = scenario.scenario.period_s
         try:
             if table.kp is not None and table.ki is not None:
                 gains = PidGains(kp=table.kp, ki=table.ki, kd=table.kd or 0.0)
-                tuning = margins_of_gains(gains, plants, period_s=period_s, delay=delay, units=units)
+                tuning = margins_of_gains(gains, places.plants, period_s=period_s, delay=delay, units=units)
             else:
                 tuning = tune_pid(
-                    plants,
+                    places.plants,
                     period_s=period_s,
                     delay=delay,
                     maximum_sensitivity=table.maximum_sensitivity,
@@ -102,7 +104,12 @@ class EquationsSupport:
                 )
         except ValueError as error:
             raise InputError(f"[controller]: {error}") from None
-        tuning = tuning.with_notes(notes)
+        if places.rests and tuning.gain_margin == 0.0:
+            raise InputError(
+                f"[controller]: with {tuning.gains.describe(*units)} the loop would be unstable where the device "
+                "rests; give less gain, or no gain at all, so that it is tuned on the model"
+            )
+        tuning = tuning.with_notes(places.notes)
         made = PidController(
             tuning.gains, unit=units[0], setpoint_weight=table.setpoint_weight, others=others
         )
@@ -124,29 +131,46 @@ def _same_channels(model: StateSpace, scenario: Scenario) -> None:
         )
 
 
-def _working_points(
-    scenario: Scenario, model: StateSpace, reach: Span
-) -> tuple[list[WorkingPoint], tuple[str, ...]]:
-    """Return the plant where it rests over the output's range, and what a person must know of these places."""
+class _WorkingPoints(NamedTuple):
+    """The plant at some places of the output's range."""
+
+    plants: tuple[WorkingPoint, ...]
+    rests: bool
+    """Whether the device rests there; else this is the plant about its initial state."""
+    notes: tuple[str, ...]
+    """What a person must know of these places."""
+
+
+def _working_points(scenario: Scenario, model: StateSpace, reach: Span) -> _WorkingPoints:
+    """Return the plant where it rests over the output's range."""
     limits = scenario.limits.commands(scenario.profile)
     safe = tuple(table.safe_level for table in limits)
-    first, swing = limits[0], limits[0].high - limits[0].low
+    return _points_at_rest(model, safe, (limits[0].low, limits[0].high), reach)
+
+
+@lru_cache(maxsize=8)
+def _points_at_rest(
+    model: StateSpace, safe: tuple[float, ...], span: tuple[float, float], reach: Span
+) -> _WorkingPoints:
+    """Return the plant where it rests over `reach`; kept, since each change of a gain is judged by it."""
+    swing = span[1] - span[0]
     asked = [reach.low + share * reach.width for share in WORKING_POINTS]
     points = [rest_point(model, safe, output, swing) for output in asked]
     if any(one.holds and rests_anywhere(model, one, safe) for one in points):
-        points = swept_points(model, safe, (first.low, first.high), asked)
+        points = swept_points(model, safe, span, asked)
     held = [one for one in points if one.holds]
-    unit, command = scenario.profile.reference.unit, scenario.profile.commands[0]
-    notes = [
-        f"rest at {float(model.controlled(one.x[None], (one.level, *safe[1:]))[0]):.4g} {unit} takes {one.level:.4g} "
-        f"{command.unit}, beyond the limits of {command.name}"
-        for one in held
-        if not first.low <= one.level <= first.high
-    ]
     if not held:
-        held = [RestPoint(model.initial, safe[0], holds=False)]
-        notes.append("tuned at the initial state: the device rests nowhere in the output's range")
-    return [linear_plant(model, one, safe, swing) for one in held], tuple(notes)
+        start = RestPoint(model.initial, safe[0], holds=False)
+        note = "tuned at the initial state: the device rests nowhere in the output's range"
+        return _WorkingPoints((linear_plant(model, start, safe, swing),), rests=False, notes=(note,))
+    output, command = model.profile.reference, model.profile.commands[0]
+    notes = tuple(
+        f"rest at {float(model.controlled(one.x[None], (one.level, *safe[1:]))[0]):.4g} {output.unit} takes "
+        f"{one.level:.4g} {command.unit}, beyond the limits of {command.name}"
+        for one in held
+        if not span[0] <= one.level <= span[1]
+    )
+    return _WorkingPoints(tuple(linear_plant(model, one, safe, swing) for one in held), True, notes)
 
 
 def linear_plant(model: StateSpace, point: RestPoint, safe: Sequence[float], swing: float) -> WorkingPoint:

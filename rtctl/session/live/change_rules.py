@@ -21,7 +21,7 @@ from rtctl.output.readable_units import readable
 from rtctl.scenario.schema import Scenario
 from rtctl.wiring import build_control
 
-GAINS = ("controller.kp", "controller.ki")
+CONTROLLER = "controller."
 TOLERANCE = 1e-3
 """Relative: the tuning meets its margins to this."""
 
@@ -67,8 +67,8 @@ class ChangeRules:
 
     def _judge_gains(self, gains: Mapping[str, float]) -> str:
         table = self._scenario.controller
-        names = {name.removeprefix("controller."): gains[name] for name in GAINS if name in gains}
-        if len(names) < len(GAINS) or not isinstance(table, BaseModel) or not hasattr(table, "kp"):
+        names = {name.removeprefix(CONTROLLER): value for name, value in gains.items()}
+        if not isinstance(table, BaseModel) or not all(hasattr(table, name) for name in names):
             return ""
         try:
             scenario = self._scenario.model_copy(update={"controller": table.model_copy(update=names)})
