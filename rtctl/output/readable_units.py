@@ -14,7 +14,7 @@ from typing import NamedTuple
 _PREFIXES = {"p": -12, "n": -9, "u": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
 _ALSO_READ = {"c": -2, "d": -1, "h": 2, "µ": -6, "μ": -6}
 """Prefixes that files have and that are not chosen."""
-_SYMBOLS = ("ohm", "Hz", "Pa", "m", "V", "A", "N", "W", "J", "T", "s")
+_SYMBOLS = ("ohm", "Hz", "Pa", "m", "V", "A", "N", "W", "J", "T", "s", "C", "F", "H")
 _NO_MULTIPLES = ("s",)
 """Symbols of which people do not take thousands: a kilosecond is read by nobody."""
 _UNIT = re.compile(rf"({'|'.join([*_PREFIXES, *_ALSO_READ])})({'|'.join(_SYMBOLS)})(?=$|[/*])")
@@ -67,8 +67,7 @@ def readable(value: float, unit: str, digits: int = 4) -> str:
 
 def printed_unit(unit: str) -> str:
     """Return a unit as it is printed in pictures and pages: `mm/(s^2*V)` as `mm/(s²·V)`, um as µm, ohm as Ω."""
-    text = re.sub(r"\bum\b", "µm", unit)
-    text = re.sub(r"\bu(?=(V|A|s|N|T|ohm)\b)", "µ", text)
+    text = re.sub(rf"\bu(?=({'|'.join(_SYMBOLS)}|g|K|rad)\b)", "µ", unit)
     text = re.sub(r"\b([pnmkMG]?|µ)ohm\b", r"\1Ω", text)
     text = re.sub(r"\bdeg\b", "°", text)
     power = re.compile(r"(?:\^|\*\*)(?:\((-?[\d.]+)\)|(-?[\d.]+))")

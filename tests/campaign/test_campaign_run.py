@@ -37,6 +37,11 @@ def test_one_process_and_two_give_the_same_bytes_and_a_table_with_units(tmp_path
     assert sum(summary["kind"].values()) == summary["trajectories"] == 84
 
 
+def sweep_words(file: Path, out: Path, *, workers: int) -> list[str]:
+    """Words after `rtctl`."""
+    return ["sweep", str(file), "--out", str(out), "--workers", str(workers), "--quiet"]
+
+
 def in_session(session: int) -> list[int]:
     """Processes that a command has started, itself among them."""
     found = []
@@ -49,18 +54,7 @@ def in_session(session: int) -> list[int]:
 
 def test_worker_processes_end_with_a_campaign_that_is_killed(tmp_path: Path) -> None:
     file, out = campaign(tmp_path, SMALL.replace("part = 16", "part = 1")), tmp_path / "out"
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "sweep",
-        str(file),
-        "--out",
-        str(out),
-        "--workers",
-        "2",
-        "--quiet",
-    ]
+    command = [sys.executable, "-m", "rtctl", *sweep_words(file, out, workers=2)]
     with subprocess.Popen(command, start_new_session=True) as running:
         while not list(out.glob("parts/*.parquet")) and running.poll() is None:
             time.sleep(0.002)
@@ -76,18 +70,7 @@ def test_a_campaign_that_was_killed_goes_on_where_it_was(tmp_path: Path) -> None
     file = campaign(tmp_path)
     out, whole = tmp_path / "out", tmp_path / "whole"
     assert main(["sweep", str(file), "--out", str(whole), "--workers", "1", "--quiet"]) == 0
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "sweep",
-        str(file),
-        "--out",
-        str(out),
-        "--workers",
-        "1",
-        "--quiet",
-    ]
+    command = [sys.executable, "-m", "rtctl", *sweep_words(file, out, workers=1)]
     with subprocess.Popen(command) as running:
         while not list(out.glob("parts/*.parquet")) and running.poll() is None:
             time.sleep(0.002)

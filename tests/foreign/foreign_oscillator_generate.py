@@ -18,6 +18,7 @@ from foreign_common import Array, flicker
 from foreign_oscillator_device import EFFECTS, Effect, Readings, natural_square, simulate
 from foreign_oscillator_sizes import SETS, draw_case, hide
 from foreign_oscillator_styles import LATER, STYLES, Bench, stream
+from foreign_truth import model_text, told_effects
 from scipy.io import savemat
 
 RANGE = 1.1  # of the converter, in the largest reading
@@ -129,34 +130,19 @@ def user_model(bench: Bench, seed: int) -> str:
     }
     if not bench.cubic_known:
         del values["stiffness_cubic"]
-    lines = ["[model]", 'kind = "oscillator"', "", "[model.parameters]"]
-    lines += [
-        f'{name} = {{ value = {value:.6g}, unit = "{unit}" }}' for name, (value, unit) in values.items()
-    ]
-    return "\n".join(lines) + "\n"
+    return model_text(values)
 
 
 def told_truth(
     bench: Bench, effects: tuple[Effect, ...], shares: tuple[float, ...], seed: int
 ) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
-    device, ids = bench.device, [effect.id for effect in effects]
-    hidden = [
-        {"name": e.name, "id": e.id, "equation": EFFECTS[e.name], "size": e.size, "unit": e.unit,
-         "values": e.values, "share": share}
-        for e, share in zip(effects, shares, strict=True)
-    ]  # fmt: skip
-    also = ["timing.skew"] if device.read_at_end and "timing.skew" not in ids else []
+    device = bench.device
     return {
         "style": bench.style,
         "seed": seed,
-        "effect": ids[0] if ids else None,
-        "second": ids[1] if len(ids) > 1 else None,
-        "name": effects[0].name if effects else None,
-        "effects": hidden,
-        "share": min(shares, default=0.0),
         "share_is": "RMS left by a re-fit of the user's model over RMS of the motion, start known",
-        "also_true": also,
+        **told_effects(effects, shares, EFFECTS, read_at_end=device.read_at_end),
         "groups": ["read at the end" if device.read_at_end else "read at the start", f"user: {bench.user}"],
         "device": {
             "law": device.law._asdict(),

@@ -6,6 +6,7 @@ These are free runs of `COMPARED` records from the true first state (in a bistab
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import inf
@@ -62,8 +63,13 @@ def draw_names(style: str, seed: int, which: str) -> tuple[int, list[str]]:
 
 def draw_case(style: str, seed: int, which: str) -> tuple[Bench, tuple[Effect, ...], tuple[float, ...]]:
     """The bench, what is hidden in it, and the share of each; an effect that cannot be seen there is passed over."""
+    return hide(style, seed, choose(style, seed, which, hide))
+
+
+def choose(style: str, seed: int, which: str, hide: Callable[..., object]) -> tuple[str, ...]:
+    """The effects of a case: of those that are drawn the first that `hide` can make large enough to be seen."""
     count, tried = draw_names(style, seed, which)
-    chosen: list[str] = []
+    chosen: tuple[str, ...] = ()
     for name in tried:
         if len(chosen) == count:
             break
@@ -73,8 +79,8 @@ def draw_case(style: str, seed: int, which: str) -> tuple[Bench, tuple[Effect, .
             hide(style, seed, (*chosen, name))
         except ValueError:
             continue
-        chosen.append(name)
-    return hide(style, seed, tuple(chosen))
+        chosen = (*chosen, name)
+    return chosen
 
 
 @cache

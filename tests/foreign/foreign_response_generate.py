@@ -15,6 +15,7 @@ from foreign_oscillator_device import Effect, natural_square
 from foreign_response_device import EQUATIONS, simulate
 from foreign_response_sizes import draw_case, hide
 from foreign_response_styles import ResponseBench, stream
+from foreign_truth import model_text, told_effects
 
 RANGE = 1.15  # of the converter, in the largest reading
 SUFFIX = {"uff": ".uff", "uff binary": ".uff", "tdms": ".tdms", "h5": ".h5"}
@@ -140,34 +141,19 @@ def user_model(bench: ResponseBench, seed: int) -> str:
     }
     if not bench.cubic_known:
         del values["stiffness_cubic"]
-    lines = ["[model]", 'kind = "oscillator"', "", "[model.parameters]"]
-    lines += [
-        f'{name} = {{ value = {value:.6g}, unit = "{unit}" }}' for name, (value, unit) in values.items()
-    ]
-    return "\n".join(lines) + "\n"
+    return model_text(values)
 
 
 def told_truth(
     bench: ResponseBench, effects: tuple[Effect, ...], shares: tuple[float, ...], seed: int
 ) -> dict[str, object]:
     """What was hidden, and the device; no diagnosis may read it."""
-    device, ids = bench.device, [effect.id for effect in effects]
-    hidden = [
-        {"name": e.name, "id": e.id, "equation": EQUATIONS[e.name], "size": e.size, "unit": e.unit,
-         "values": e.values, "share": share}
-        for e, share in zip(effects, shares, strict=True)
-    ]  # fmt: skip
-    also = ["timing.skew"] if device.read_at_end and "timing.skew" not in ids else []
+    device = bench.device
     return {
         "style": bench.style,
         "seed": seed,
-        "effect": ids[0] if ids else None,
-        "second": ids[1] if len(ids) > 1 else None,
-        "name": effects[0].name if effects else None,
-        "effects": hidden,
-        "share": min(shares, default=0.0),
         "share_is": f"RMS left by a re-fit of the user's model over RMS of the {bench.response}, start known",
-        "also_true": also,
+        **told_effects(effects, shares, EQUATIONS, read_at_end=device.read_at_end),
         "groups": ["read at the end" if device.read_at_end else "read at the start", f"user: {bench.user}"],
         "device": {
             "law": device.law._asdict(),

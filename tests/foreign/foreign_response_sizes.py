@@ -15,7 +15,7 @@ import numpy as np
 from foreign_common import Array, log_uniform, search_size
 from foreign_oscillator_device import EFFECTS, Device, Effect, changed_law, natural_square, steps_of
 from foreign_oscillator_guesses import first_guess
-from foreign_oscillator_sizes import LINEAR, draw_names
+from foreign_oscillator_sizes import LINEAR, choose
 from foreign_response_device import Response, simulate
 from foreign_response_styles import ResponseBench, draw_bench
 from scipy.optimize import least_squares
@@ -31,19 +31,7 @@ def draw_case(
     style: str, seed: int, which: str
 ) -> tuple[ResponseBench, tuple[Effect, ...], tuple[float, ...]]:
     """The bench, what is hidden in it, and the share of each; an effect that cannot be seen there is passed over."""
-    count, tried = draw_names(style, seed, which)
-    chosen: list[str] = []
-    for name in tried:
-        if len(chosen) == count:
-            break
-        if any(name.split(".")[0] == other.split(".")[0] for other in chosen):
-            continue
-        try:
-            hide(style, seed, (*chosen, name))
-        except ValueError:
-            continue
-        chosen.append(name)
-    return hide(style, seed, tuple(chosen))
+    return hide(style, seed, choose(style, seed, which, hide))
 
 
 @cache
