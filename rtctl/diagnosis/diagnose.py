@@ -13,7 +13,7 @@ from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
-from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
+from rtctl.diagnosis.nominal_fit.parameter_shift import find_large_shifts, note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
@@ -25,6 +25,7 @@ from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
 from rtctl.diagnosis.report.same_laws import find_same_laws
+from rtctl.diagnosis.report.shifted_offset import explain_by_shifted_offset
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
@@ -105,7 +106,9 @@ def diagnose(
         verified = verify(search, request, fits, holdout, uncut=first.uncut)
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
         notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
-        notes += (*first.notes, *found.notes, *note_large_shifts(data.simulation, search.nominal, problem))
+        shifts = find_large_shifts(data.simulation, search.nominal, problem)
+        answer, told = explain_by_shifted_offset(answer, request, data.simulation, holdout, shifts)
+        notes += (*first.notes, *found.notes, *note_large_shifts(shifts, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:

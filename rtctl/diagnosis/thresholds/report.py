@@ -17,6 +17,13 @@ class ReportThresholds:
     nearest_removed_share: float = 0.5
     """Fraction of the squared error on test records that the nearest single cause must remove to be mentioned where
     none is named."""
+    offset_removed_share: float = 0.5
+    """Fraction of the squared error beyond the noise that must return without an offset of an identified model, for it
+    to be told as a cause."""
+    offset_cost_ratio: float = 2.0
+    """Largest cost of another change of the heating at rest, over that with the offset, for it to stand beside the
+    offset: a change leads beyond the loops that were identified, where they are less sure. On two devices the true one
+    left 1.0 and 1.5 times, others 10 times and more."""
     min_headline_share: float = 0.1
     """Fraction of the error along the first coordinate from which a headline names that coordinate."""
 
