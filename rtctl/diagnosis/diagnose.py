@@ -13,19 +13,19 @@ from rtctl.diagnosis.experiment_design.isolability import compute_isolability
 from rtctl.diagnosis.experiment_design.next_experiment import propose_experiment
 from rtctl.diagnosis.nominal_fit.misfit.allowed_misfit import allow_misfit
 from rtctl.diagnosis.nominal_fit.nominal_fit import fit_nominal
-from rtctl.diagnosis.nominal_fit.parameter_shift import find_large_shifts, note_large_shifts
+from rtctl.diagnosis.nominal_fit.parameter_shift import note_large_shifts
 from rtctl.diagnosis.nominal_fit.predictability import cut_unpredictable_tests
 from rtctl.diagnosis.nominal_fit.segmentation import cut_test_strokes
 from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
+from rtctl.diagnosis.report.changed_input import explain_by_changed_input
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
-from rtctl.diagnosis.report.same_laws import find_same_laws
-from rtctl.diagnosis.report.shifted_offset import explain_by_shifted_offset
+from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
@@ -106,9 +106,10 @@ def diagnose(
         verified = verify(search, request, fits, holdout, uncut=first.uncut)
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
         notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
-        shifts = find_large_shifts(data.simulation, search.nominal, problem)
-        answer, told = explain_by_shifted_offset(answer, request, data.simulation, holdout, shifts)
-        notes += (*first.notes, *found.notes, *note_large_shifts(shifts, told))
+        answer = explain_by_changed_input(answer, request, data.simulation, holdout)
+        told = [cause.id.removeprefix("parameter.") for cause in answer.causes]
+        notes += (*first.notes, *found.notes)
+        notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:
@@ -127,6 +128,9 @@ def _answer(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
     )
     named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
+    causes = tell_readings_at_the_end(
+        named.causes, search.chosen.hypothesis.simulation.mechanisms, problem.scales.period, request.ids
+    )
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
@@ -138,9 +142,9 @@ def _answer(
         search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
     )  # fmt: skip
     extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
-    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and named.causes else None
+    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and causes else None
     return Diagnosis(
-        verdict=verdict.claim, causes=named.causes, loop=loop, gain=verified.gain, helps=verified.helps,
+        verdict=verdict.claim, causes=causes, loop=loop, gain=verified.gain, helps=verified.helps,
         where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from collections.abc import Collection
 
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
@@ -17,46 +16,32 @@ SHIFTED = (
 )
 
 
-class Shift(NamedTuple):
-    """A value of the model file that the re-fit changed by far."""
+def note_large_shifts(
+    given: Simulation, refitted: TestedHypothesis, problem: Problem, told: Collection[str] = ()
+) -> list[str]:
+    """Note the values that the re-fit changed by far, without those that are `told` as causes.
 
-    name: str
-    before: float
-    """Value of the file."""
-    after: float
-    """Value of the re-fit."""
-    unit: str
-    is_correction: bool
-    """Whether the file's value is that of a correction without effect: an offset of 0."""
-
-
-def find_large_shifts(given: Simulation, refitted: TestedHypothesis, problem: Problem) -> list[Shift]:
-    """Find the values that the re-fit changed by far; `given` is the model of the file."""
+    Args:
+        given: The model of the file.
+        refitted: The same, re-fitted.
+        problem: Records that were fitted.
+        told: Names of parameters.
+    """
     limits = problem.thresholds.nominal_fit
     shifted = []
     of_file = {one.name: one for one in given.parameters}
     for name, now in estimates_of(refitted, "").items():
         before = of_file[name]
-        is_correction = before.declared.neutral == 0.0 and before.declared.default is not None
-        if is_correction:
+        if before.declared.neutral == 0.0 and before.declared.default is not None:
             most = limits.shifted_offset_scales * before.declared.scale(problem.scales)
             far = abs(now.value - before.value) > most
         else:
             possible = _includes(before.value, now.low, now.high, limits.shifted_value_ratio)
             far = before.value != 0.0 and not possible
-        if far:
-            shifted.append(Shift(name, before.value, now.value, plain_unit(now.unit), is_correction))
-    return shifted
-
-
-def note_large_shifts(shifts: Sequence[Shift], told: Collection[str] = ()) -> list[str]:
-    """Note the values that the re-fit changed by far, without those that are `told` as causes."""
-    texts = [
-        f"{one.name} from {one.before:.4g} to {one.after:.4g} {one.unit}".rstrip()
-        for one in shifts
-        if one.name not in told
-    ]
-    return [SHIFTED.format(", ".join(texts))] if texts else []
+        if far and name not in told:
+            text = f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}"
+            shifted.append(text.rstrip())
+    return [SHIFTED.format(", ".join(shifted))] if shifted else []
 
 
 def _includes(value: float, low: float, high: float, ratio: float) -> bool:

@@ -27,10 +27,14 @@ TIME_CONSTANT = Parameter(
 )
 
 
-def _gain(of: str) -> Parameter:
+AT_REST = ("heater.tcr", "thermal.nonlinear_loss")
+"""Mechanisms that change how far a current heats at rest, as a gain and an offset of the current do."""
+
+
+def _gain(of: str, **more: Any) -> Parameter:
     return Parameter(
         name=f"{of}_gain", unit="dimensionless", meaning=f"of the {of} about the middle of its range",
-        scale=lambda s: 0.1, neutral=1.0, default=1.0, low=0.2, high=5.0,
+        scale=lambda s: 0.1, neutral=1.0, default=1.0, low=0.2, high=5.0, **more,
     )  # fmt: skip
 
 
@@ -47,13 +51,13 @@ def _offset(of: str, unit: str, scale: Callable[[Scales], float], what: str = ""
 
 NOMINAL_PARAMETERS = (
     TIME_CONSTANT,
-    _gain("current"),
+    _gain("current", imitates=AT_REST),
     _offset(
         "current",
         "mA",
         lambda s: 0.005 * s.drive,
         opposite="actuation.deadband",
-        imitates=("heater.tcr", "thermal.nonlinear_loss"),
+        imitates=AT_REST,
     ),
     _gain("resistance"),
     _offset("resistance", "dimensionless", lambda s: 0.1, "logarithm of the resistance"),

@@ -59,4 +59,4 @@ def test_an_offset_without_which_the_error_returns_is_a_cause(
 
 
 def test_an_offset_of_the_size_of_identification_errors_is_none() -> None:
-    assert answer(-0.02).verdict == "adequate"
+    assert answer(-0.003).verdict == "adequate"
