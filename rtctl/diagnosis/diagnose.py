@@ -127,7 +127,7 @@ def _answer(
     same_laws = find_same_laws(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
     )
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
+    named = name_causes(search, verified, problem, same_laws)
     causes = tell_readings_at_the_end(
         named.causes, search.chosen.hypothesis.simulation.mechanisms, problem.scales.period, request.ids
     )

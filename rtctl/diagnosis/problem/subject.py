@@ -237,6 +237,8 @@ class Subject:
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the misfits of coarse parts, by output."""
+    coarse_part_readings: Mapping[str, str] = field(default_factory=dict)
+    """Reading that is fitted, by output that may be coarse."""
     describe_coarse_parts: Callable[[Mapping[str, Any]], str] | None = None
     """Return the part of a sentence that says what coarse parts leave; None where there are none."""
     coarse_part_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None

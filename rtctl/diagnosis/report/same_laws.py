@@ -13,7 +13,10 @@ from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.result import Cause
 from rtctl.output.readable_units import readable_unit
 
-END_OF_PERIOD = " If rows are read at the end of their period of {}, the drive acts {} late instead ({}): the records are the same."
+END_OF_PERIOD = (
+    " If rows are read at the end of their period of {}, the drive acts {} late instead ({}): "
+    "the records are the same."
+)
 
 
 def find_same_laws(simulation: Simulation, ids: Sequence[str]) -> dict[str, tuple[str, ...]]:

@@ -380,6 +380,7 @@ VO2 = Subject(
     levels={name: Levels(name, f"{name}_level") for name in ("resistance", "deflection")},
     output_units={LOG_RESISTANCE: "ln(ohm)"},
     coarse_part_units=UNITS,
+    coarse_part_readings={"resistance": LOG_RESISTANCE, "deflection": "deflection"},
     describe_coarse_parts=describe_improvement,
     coarse_part_figure=draw_coarse_loops,
     find_initial_state=find_initial_temperature,
