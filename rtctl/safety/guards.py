@@ -11,6 +11,8 @@ and finds out before the command is sent.
 A reading that repeats is a stuck sensor only where a live one would have changed. The guard learns the instrument's
 resolution q (the smallest change seen) and the mean change c for a unit of command travel from the changes before:
 while the command moves by L, a live sensor moves by about c L. On a plateau, as of a metallic film, that is a few q.
+Near the lowest and the highest reading so far a plateau may begin, as abruptly as the last domains of a film switch:
+what was learned on the slope before says nothing about it.
 
 The loop in Python and its compiled blocks call the same kernels; these say only whether a reading passes, and leave
 their memory as it was if not, so that Python can explain why.
@@ -43,6 +45,9 @@ LEAST_STEPS = 10.0
 """Steps of the resolution by which a live reading would have moved: with fewer expected it may well repeat."""
 FARTHEST = 10.0
 """Times `frozen_travel` (half the range of the command) after which a reading that repeats is stuck on any plateau."""
+END_SHARE = 0.05
+"""Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one domain
+left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
 FORGETTING = 0.125
 """Weight of a new change in the means of changes and of travel between them."""
 COUNTS_PER_US = 1
@@ -65,6 +70,9 @@ GUARD = np.dtype(
         ("mean_travel", np.float64),  # of the command between two changes
         ("travel", np.float64),  # of the command since the last change
         ("guarded_level", np.float64),  # the level before
+        ("place", np.float64),  # of the reading, from the first one
+        ("least_place", np.float64),
+        ("most_place", np.float64),
         ("counts", np.int64),  # by which a command in lockstep advances the counter; -1: not known yet
         ("anchored", np.int64),
         ("anchor_us", np.int64),  # device time
@@ -93,6 +101,8 @@ def is_stuck(s: Record, equal: int, moved: float) -> bool:
         return False
     if s.resolution <= 0.0 or s.mean_travel <= 0.0 or moved >= FARTHEST * s.frozen_travel:
         return True
+    if min(s.place - s.least_place, s.most_place - s.place) <= END_SHARE * (s.most_place - s.least_place):
+        return False
     return bool(s.mean_change * moved >= LEAST_STEPS * s.resolution * s.mean_travel)
 
 
@@ -101,9 +111,12 @@ def _learn(s: Record, change: float, level: float) -> None:
     """Learn resolution and sensitivity from a reading that moved by `change`; 0: it repeats, NaN: not known."""
     s.travel += abs(level - s.guarded_level)
     s.guarded_level = level
-    if change > 0.0:
-        s.resolution = change if s.resolution <= 0.0 else min(s.resolution, change)
-        s.mean_change += FORGETTING * (change - s.mean_change)
+    size = abs(change)
+    if size > 0.0:
+        s.place += change
+        s.least_place, s.most_place = min(s.least_place, s.place), max(s.most_place, s.place)
+        s.resolution = size if s.resolution <= 0.0 else min(s.resolution, size)
+        s.mean_change += FORGETTING * (size - s.mean_change)
         s.mean_travel += FORGETTING * (s.travel - s.mean_travel)
         s.travel = 0.0
 
@@ -229,6 +242,7 @@ class ReadingGuard:
         self.memory["equal"] = self.memory["anchored"] = 0
         for field in ("resolution", "mean_change", "mean_travel", "travel"):
             self.memory[field] = 0.0
+        self.memory["place"] = self.memory["least_place"] = self.memory["most_place"] = 0.0
 
     def judge(
         self,
@@ -256,7 +270,7 @@ class ReadingGuard:
                     return self._explain_rate(new, previous, elapsed_s)
         counts = (new.counter - previous.counter) & UINT32
         advance_us = (new.time_us - previous.time_us) & UINT32
-        change = 0.0 if is_equal else abs(new.sensed[0] - previous.sensed[0]) or math.nan
+        change = 0.0 if is_equal else new.sensed[0] - previous.sensed[0] or math.nan
         if follows(self.memory, change, level, counts, advance_us, new.time_us, begun_ns, answered_ns):
             return None
         if is_equal and (finding := self._explain_stuck(new, level)) is not None:

@@ -123,7 +123,20 @@ def test_a_metallic_film_that_reads_the_same_for_long_is_not_stuck() -> None:
     assert first_finding(RAMP, readings) is None
 
 
-@pytest.mark.parametrize(("from_sample", "within"), [(200, 60), (300, 60), (700, 600)])
+def test_a_plateau_that_begins_with_the_last_domain_of_a_film_is_no_stuck_sensor() -> None:
+    def coarse(level: float) -> float:
+        left = int((np.linspace(5.0, 7.0, 30) > level).sum())
+        return 15_405.0 + 4_500.0 * left - 15.0 * round(4.0 * level) * (left > 0)
+
+    readings = [coarse(level) for level in RAMP]
+    assert first_finding(RAMP, readings) is None
+
+
+@pytest.mark.parametrize(
+    ("from_sample", "within"),
+    [(1060, 60), (1120, 60), (700, 600), (300, 1000)],
+    ids=["slope", "slope further on", "plateau", "where no reading was before"],
+)
 def test_a_sensor_that_sticks_is_found_on_a_slope_at_once_and_on_a_plateau_after_half_the_range(
     from_sample: int, within: int
 ) -> None:
