@@ -46,8 +46,8 @@ LEAST_STEPS = 10.0
 FARTHEST = 10.0
 """Times `frozen_travel` (half the range of the command) after which a reading that repeats is stuck on any plateau."""
 END_SHARE = 0.05
-"""Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one domain
-left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
+"""Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one
+domain left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
 FORGETTING = 0.125
 """Weight of a new change in the means of changes and of travel between them."""
 COUNTS_PER_US = 1
