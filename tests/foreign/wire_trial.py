@@ -2,9 +2,9 @@
 
 python tests/foreign/wire_trial.py --seeds 0-2 --effects none,actuation.delay --out DIR
 
-acquire -> identify -> [an effect begins] -> acquire -> run -> diagnose -> run, with today's model and with the extended
-one. Each case has its own folder with the log of each step and `case.json`; a stopped trial continues. DIR/table.md and
-DIR/cases.json have all cases.
+acquire -> identify (both again with longer holds where it asks for them) -> [an effect begins] -> acquire -> run ->
+diagnose -> run with the extended model. Each case has its own folder with the log of each step and `case.json`; a stopped trial
+continues. DIR/table.md and DIR/cases.json have all cases.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from foreign_campaign import judge, to_be_judged
 from foreign_wire_table import table
 
 LOOPS = ("steps", "sine_1hz", "multisine_1_10hz")
+ATTEMPTS = 3  # to acquire with holds that are long enough
 LONGEST_S = 1800.0  # of one command
 SAID = 4000  # characters of a step's output that are kept
 
@@ -128,13 +129,12 @@ def run_case(seed: int, effect: str, folder: Path, begin: str) -> Case:
     user = User(case, folder)
     with served(seed, effect, begin) as device:
         case.device = device.told
-        user.types("acquire", "acquire", "acquire_vo2", *device.options, "--out", "data")
-        user.types("identify", "identify", "data/dataset.toml", "--kind", "vo2", "--out", "model.toml")
+        holds = measured_and_identified(user, device)
         if not (folder / "model.toml").exists():
             return case
         if begin == "line":
             device.begin()
-        user.types("validate", "acquire", "acquire_vo2", *device.options, "--out", "validation")
+        user.types("validate", "acquire", "acquire_vo2", *device.options, *holds, "--out", "validation")
         case.before = loops(user, device, folder, "model.toml", "before")
         user.types(
             "diagnose", "diagnose", "validation/dataset.toml", "--model", "model.toml", "--out", "answer"
@@ -143,6 +143,26 @@ def run_case(seed: int, effect: str, folder: Path, begin: str) -> Case:
         if case.extended:
             case.after = loops(user, device, folder, "answer/model-extended.toml", "after")
     return case
+
+
+def measured_and_identified(user: User, device: Device) -> list[str]:
+    """Acquire and identify, again with longer holds where `identify` asks for them; the options for these holds."""
+    holds: dict[str, str] = {}
+    for attempt in range(1, ATTEMPTS + 1):
+        options = [word for hold in holds.values() for word in ("--set", hold)]
+        number = "" if attempt == 1 else str(attempt)
+        user.types(f"acquire{number}", "acquire", "acquire_vo2", *device.options, *options, "--out", "data")
+        step = user.types(
+            f"identify{number}", "identify", "data/dataset.toml", "--kind", "vo2", "--out", "model.toml"
+        )
+        asked = {
+            hold.split("=")[0]: hold
+            for hold in re.findall(r'--set "(excitation\.\d+\.hold=[^"]+)"', step.said)
+        }
+        if not asked:
+            break
+        holds |= asked
+    return [word for hold in holds.values() for word in ("--set", hold)]
 
 
 def loops(user: User, device: Device, folder: Path, model: str, name: str) -> dict[str, float]:
