@@ -3,8 +3,8 @@
 python tests/foreign/wire_trial.py --seeds 0-2 --effects none,actuation.delay --out DIR
 
 acquire -> identify (both again with longer holds where it asks for them) -> [an effect begins] -> acquire -> run ->
-diagnose -> run with the extended model. Each case has its own folder with the log of each step and `case.json`; a stopped trial
-continues. DIR/table.md and DIR/cases.json have all cases.
+diagnose -> run with the extended model. Each case has its own folder with the log of each step and `case.json`; a trial
+that was stopped continues. DIR/table.md and DIR/cases.json have all cases.
 """
 
 from __future__ import annotations
