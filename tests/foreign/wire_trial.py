@@ -26,6 +26,10 @@ from foreign_wire_table import table
 
 LOOPS = ("steps", "sine_1hz", "multisine_1_10hz")
 ATTEMPTS = 3  # to acquire with holds that are long enough
+ALSO_TRUE = [
+    "timing.skew",
+    "actuation.delay",
+]  # of a device that reads at the start of the period of its command
 LONGEST_S = 1800.0  # of one command
 SAID = 4000  # characters of a step's output that are kept
 
@@ -185,7 +189,7 @@ def read_answer(case: Case, folder: Path) -> None:
     if not answer.exists():
         return
     diagnosis = json.loads(answer.read_text(encoding="utf-8"))
-    also_true = ["timing.skew"] if case.device["convention"] == "start" else []
+    also_true = ALSO_TRUE if case.device["convention"] == "start" else []
     hidden = None if case.effect == "none" else case.effect
     case.outcome = judge(hidden, to_be_judged(diagnosis, also_true))
     case.verdict = diagnosis["verdict"]
