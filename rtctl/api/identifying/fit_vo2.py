@@ -13,7 +13,7 @@ from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.identification.vo2.lateness import LATE, find_late_rows
-from rtctl.identification.vo2.settling import assess_staircases, describe_settling
+from rtctl.identification.vo2.settling import assess_staircases, describe_holds
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.quantity import Derived
@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TOO_COARSE = (
-    "the static loops are too coarse, relays switch together: of the staircases, as many cells placed where they do "
-    "leave {}; rtctl diagnose learns them anew where records to fit show where they switch"
+    "the static loops are too coarse, because domains of the film switch together: with the model's cells placed where "
+    "they do, its error on the staircases would be {}; rtctl diagnose learns the loops anew where records to fit show "
+    "where domains switch"
 )
 NOT_TRUSTED = (
     "do not use this model: its static loops are those of a device on the way, not at rest; acquire again with holds "
@@ -81,7 +82,7 @@ def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]
     coarse = find_coarse_loops(model, dataset)
     notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
     settled = assess_staircases(model, dataset)
-    notes += [describe_settling(record, one) for record, one in settled if one.is_short]
+    notes += describe_holds(settled)
     notes += [READS_AFTER] if model.reads_after else []
     notes += _describe_lateness(model, dataset)
     trusted = not any(one.is_useless for _, one in settled)
