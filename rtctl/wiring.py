@@ -319,7 +319,12 @@ def build_guard(scenario: Scenario, profile: DeviceProfile) -> ReadingGuard:
     period_s = scenario.scenario.period_s
     return ReadingGuard(
         scenario.safety.reading_rules(
-            scenario.limits, scenario.clock, profile, period_s, scenario.reading_delay
+            scenario.limits,
+            scenario.clock,
+            profile,
+            period_s,
+            delay=scenario.reading_delay,
+            open_loop=bool(scenario.excitation),
         )
     )
 

@@ -143,13 +143,14 @@ def _answer(
     )  # fmt: skip
     extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
     loop = rehearse(request.model, extended, request.dataset.records) if rehearse and causes else None
+    doubt = problem.subject.doubt(request.model)
     return Diagnosis(
-        verdict=verdict.claim, causes=causes, loop=loop, gain=verified.gain, helps=verified.helps,
+        verdict=verdict.claim, causes=causes, loop=loop, doubt=doubt, gain=verified.gain, helps=verified.helps,
         where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
         shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
-        warnings=(*verdict.notes, *named.notes, *remarks),
+        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip

@@ -196,6 +196,8 @@ class Subject:
     0: none."""
     stated_misfit: Callable[[Any, Dataset], Mapping[str, float]]
     """Return the RMS misfit by output that a model's identification states as its limit; empty where it states none."""
+    doubt: Callable[[Any], str] = lambda model: ""
+    """Return why a model's own identification is to be done again before it is diagnosed; "" where it is not."""
     least_share_removed: float
     """Causes are named only if they remove at least this share of the squared misfit, or leave nothing."""
     steps_per_period: float
