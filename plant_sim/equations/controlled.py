@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import law_of
+from plant_sim.equations.compiled.kernels import law_of, laws_of
 from plant_sim.equations.device_profile import profile_of
 from plant_sim.equations.device_table import InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Places, outputs_at, rates_at
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.controlled import Passages
 
 
 class ControlledEquations:
@@ -34,6 +36,7 @@ class ControlledEquations:
         self.initial = np.array([one.initial for one in self._system.states])
         self.low = np.array([one.low for one in self._system.states])
         self.high = np.array([one.high for one in self._system.states])
+        self.switched = np.array(self._system.discrete)
         self.noise = np.array([instruments[k].noise for k in self._sensed])
         limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
         self.command_range = np.array([(one.low, one.high) for one in limits])
@@ -43,6 +46,14 @@ class ControlledEquations:
             -1, 1
         )
         self._factors = np.array([one.factor for one in self._system.inputs])
+
+    @cached_property
+    def passages(self) -> Passages | None:
+        """Return the compiled events."""
+        if not self._system.events:
+            return None
+        laws = laws_of(self._system)
+        return Passages(laws.guards, laws.resets, laws.directions)
 
     @property
     def law(self) -> Any:

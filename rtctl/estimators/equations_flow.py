@@ -5,12 +5,16 @@ The estimator integrates by itself: an error in the simulated device's integrato
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.kernels import kernel
+from rtctl.estimators.equations_passages import advance_with_events
+from rtctl.estimators.equations_step import step
 
 
 # 8 parameters because a compiled kernel takes its arrays one by one
@@ -38,20 +42,51 @@ def advance(  # noqa: PLR0913
         steps: Number of steps.
     """
     m, n = points.shape
-    k1, k2, k3, k4, there = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    k, there = np.empty((4, n)), np.empty(n)
     for j in range(m):
         x = points[j]
         for _ in range(steps):
-            law(x, u, 0.0, p, 0, k1)
-            for i in range(n):
-                there[i] = x[i] + 0.5 * step_s * k1[i]
-            law(there, u, 0.0, p, 0, k2)
-            for i in range(n):
-                there[i] = x[i] + 0.5 * step_s * k2[i]
-            law(there, u, 0.0, p, 0, k3)
-            for i in range(n):
-                there[i] = x[i] + step_s * k3[i]
-            law(there, u, 0.0, p, 0, k4)
-            for i in range(n):
-                moved = x[i] + step_s / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
-                x[i] = min(max(moved, low[i]), high[i])
+            step(law, x, u, p, low, high, step_s, k, there, x)
+
+
+def watched_at(model: StateSpace, points: FloatArray, levels: Sequence[float]) -> FloatArray:
+    """Return the expressions (points, events) that the events of a model watch; 0 where one has no value."""
+    if model.passages is None:
+        return np.empty((len(points), 0))
+    found, u = np.empty((len(points), len(model.passages.directions))), model.input_si(levels)
+    for row, x in zip(found, points, strict=True):
+        model.passages.guards(np.ascontiguousarray(x), u, 0.0, model.parameters, 0, row)
+    return np.nan_to_num(found)
+
+
+def sides_at(model: StateSpace, points: FloatArray, levels: Sequence[float]) -> FloatArray:
+    """Return on which side of zero (points, events) these expressions are; 0: on it."""
+    return np.sign(watched_at(model, points, levels))
+
+
+# 6 parameters because a motion is a start, a command, and steps
+def move(
+    model: StateSpace,
+    points: FloatArray,
+    sides: FloatArray,
+    levels: Sequence[float],
+    step_s: float,
+    steps: int,
+) -> None:
+    """Move points (points, n) [SI] through held commands and through the events of the model, in place.
+
+    Args:
+        model: The equations.
+        points: States.
+        sides: Sides (points, events) so far, see `sides_at`; brought up to date.
+        levels: Commands.
+        step_s: Step [s].
+        steps: Number of steps.
+    """
+    u, found = model.input_si(levels), model.passages
+    if found is None:
+        advance(model.law, points, u, model.parameters, model.low, model.high, step_s, steps)
+        return
+    advance_with_events(
+        model.law, *found, points, sides, u, model.parameters, model.low, model.high, step_s, steps
+    )

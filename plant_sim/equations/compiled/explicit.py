@@ -48,18 +48,22 @@ events do not end; further arguments are those of `plant_sim.equations.compiled.
 
 ARGUMENTS = ", low, high, side, law, watched, resets, directions, move, carry, endless"
 PREPARE = """\
-    past, same = np.empty((x.shape[0], lanes)), np.empty(lanes)
+    past, passed = np.empty((x.shape[0], lanes)), np.empty(lanes, dtype=np.int64)
     here, own = np.empty(x.shape[0]), make_scratch(x.shape[0], nodes.shape[2], side.shape[0])
 """
-NOTICE = """\
-            {guards} = guards({moved}, {u4}t + h, p, j)
-            same[j] = 0.0 if {changed} else 1.0
-            left += same[j]
+BEGIN = """\
+        changed = 0
+        for j in range(lanes):
+{keep}
 """
-CARRY = """\
-        if left < lanes:
+EVENTS = """\
+        for j in range(lanes):
+            {guards} = guards({moved}, {u4}t + h, p, j)
+            passed[j] = 1 if {passing} else 0
+            changed += passed[j]
+        if changed > 0:
             for j in range(lanes):
-                if same[j] == 0.0:
+                if passed[j] == 1:
                     for r in range(x.shape[0]):
                         here[r] = past[r, j]
                     one = Step(nodes, i, h, t, p, j, low, high, False)
@@ -69,7 +73,8 @@ CARRY = """\
                         x[r, j] = here[r]
 """
 """What a model with events has besides: lanes in which an expression is no longer on its side go through the step again
-by `plant_sim.equations.compiled.crossing`, the others are done with."""
+by `plant_sim.equations.compiled.crossing`, the others are done with. In one loop with the step itself, the compiler
+would no longer work on several lanes at once."""
 
 
 def rates_source(system: System) -> str:
@@ -89,12 +94,17 @@ def _parts_of_events(system: System, moved: str, inputs: str) -> dict[str, str]:
     if not system.events:
         return dict.fromkeys(("arguments", "prepare", "begin", "events"), "")
     events = range(len(system.events))
-    notice = NOTICE.format(
+    made = EVENTS.format(
         guards="".join(f"g{e}, " for e in events), moved=moved, u4=inputs,
-        changed=" or ".join(f"side[{e}, j] * g{e} <= 0.0" for e in events),
+        passing=" | ".join(f"(side[{e}, j] * g{e} <= 0.0)" for e in events),
     )  # fmt: skip
-    begin = "        left = 0.0\n"
-    return {"arguments": ARGUMENTS, "prepare": PREPARE, "begin": begin, "events": notice + CARRY}
+    keep = "\n".join(f"            past[{k}, j] = x[{k}, j]" for k in range(len(system.states)))
+    return {
+        "arguments": ARGUMENTS,
+        "prepare": PREPARE,
+        "begin": BEGIN.format(keep=keep),
+        "events": made,
+    }
 
 
 def _arguments(system: System) -> str:
@@ -133,11 +143,7 @@ def rk4_source(system: System) -> str:
     total = "x{k} + sixth * (a{k} + 2.0 * (b{k} + c{k}) + d{k})"
     return STEP.format(
         inputs=lines(8, [f"v{n}_{k} = nodes[{n}, i, {k}]" for n in range(3) for k in inputs] or ["pass"]),
-        load=lines(12, [
-            line
-            for k in states
-            for line in (f"x{k} = x[{k}, j]", *([f"past[{k}, j] = x{k}"] if system.events else []))
-        ]),
+        load=lines(12, [f"x{k} = x[{k}, j]" for k in states]),
         k1=each("a{k}") + ",", k2=each("b{k}") + ",", k3=each("c{k}") + ",", k4=each("d{k}") + ",",
         x=each("x{k}"), x2=each("x{k} + half * a{k}"), x3=each("x{k} + half * b{k}"), x4=each("x{k} + h * c{k}"),
         u1=at(0), u2=at(1), u4=at(2),

@@ -115,15 +115,20 @@ def law_of(system: System) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _with_events(system: System) -> tuple[Any, ...]:
-    """Return the compiled laws of a model with events as integrators take them, and what goes through its events."""
-    laws = Laws(
+def laws_of(system: System) -> Laws:
+    """Return the compiled laws of a model with events."""
+    return Laws(
         law_of(system),
         _law(guards_source(system), "guards"),
         _law(resets_source(system), "resets"),
         np.array([float(one.direction) for one in system.events]),
     )
-    return with_kernels(laws)
+
+
+@lru_cache(maxsize=64)
+def _with_events(system: System) -> tuple[Any, ...]:
+    """Return the laws of a model with events as integrators take them."""
+    return with_kernels(laws_of(system))
 
 
 def _begun(

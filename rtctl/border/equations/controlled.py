@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import DeviceProfile
+
+
+class Passages(NamedTuple):
+    """Events of a model, by compiled laws that are called as `StateSpace.law` is."""
+
+    guards: Any
+    """Fills (events,) with what the events watch."""
+    resets: Any
+    """Fills (events * n,) with the states [SI] after each event, where it sets them."""
+    directions: FloatArray
+    """Direction (events,) in which each passes zero: +1, -1, 0 for both."""
 
 
 class StateSpace(Protocol):
@@ -33,6 +47,10 @@ class StateSpace(Protocol):
     """Compiled `law(x, u, t, p, lane, rates) -> 0` with x (n,), u (inputs,), p (parameters, 1), all SI."""
     parameters: FloatArray
     """Parameters (parameters, 1) for `law` [SI]."""
+    passages: Passages | None
+    """Events at which states are set anew; None: the model has none."""
+    switched: NDArray[np.bool_]
+    """Whether each state (n,) changes at events alone."""
 
     def __hash__(self) -> int:
         """Return the hash of this very model."""
