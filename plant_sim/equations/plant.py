@@ -5,6 +5,7 @@ Its step is that of the fastest part along the way that it went, looked at anew 
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +23,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 
+_log = logging.getLogger(__name__)
 LONGEST_HOLD_S = 600.0
 """A device that nobody has looked at for longer is moved through the last so many seconds alone."""
 SAME_STEPS = 64
@@ -71,11 +73,9 @@ class EquationsPlant:
         self.diverged = False
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
-        """Hold `levels` (inputs,) for `dt_s` [s].
+        """Hold `levels` (inputs,) for `dt_s` [s]. Raises ValueError on what cannot be held.
 
-        Raises:
-            ValueError: What cannot be held.
-            InputError: Events of the model follow each other without end.
+        Where events of the model follow each other without end, the motion is lost, and the log says so.
         """
         if not (all(map(math.isfinite, levels)) and dt_s >= 0.0):
             raise ValueError(
@@ -93,8 +93,10 @@ class EquationsPlant:
         nodes = np.tile(self._u, (3, self._plan.substeps, 1))
         try:
             run = march(self._system, self._x, nodes, dt_s, self._plan, self._p, self._time_s, self._side)
-        except ValueError as error:  # events without end
-            raise InputError(f"{self._source}: {error}") from None
+        except ValueError as error:
+            _log.error("%s: %s", self._source, error)
+            self.diverged = True
+            return
         ended, self._time_s = run[-1], self._time_s + dt_s
         self.diverged = not bool(np.all(np.abs(ended) < ABSURD))
         if not self.diverged:
