@@ -22,7 +22,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
-from rtctl.estimators.equations_flow import advance, move, watched_at
+from rtctl.estimators.equations.flow import advance, move, watched_at
 from rtctl.interfaces import Estimate, EstimateStatus
 
 PROBE = 1e-3
@@ -63,7 +63,7 @@ class CubatureFilter:
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Begin at the state that a long hold of `levels` leaves, as far as the first reading agrees with it."""
-        from rtctl.estimators.equations_rest import state_at_rest
+        from rtctl.estimators.equations.rest import state_at_rest
 
         self._x = state_at_rest(self._model, levels)
         self._held = tuple(levels)
@@ -75,6 +75,10 @@ class CubatureFilter:
         """One sample: `levels` were applied for `elapsed_s` [s], `sensed` was measured at the end of that."""
         self._predict(levels, elapsed_s)
         return self._update(levels, sensed)
+
+    def outputs(self, levels: Sequence[float]) -> FloatArray:
+        """Return all outputs (outputs,) of the model as they are believed, each in its unit."""
+        return np.asarray(self._model.all_outputs(self._x[None], levels)[0])
 
     def _predict(self, levels: Sequence[float], elapsed_s: float) -> None:
         model, points = self._model, self._points()

@@ -13,11 +13,13 @@ from scipy.integrate import solve_ivp
 
 from plant_sim.equations.compiled.kernels import march
 from plant_sim.equations.integration.steps import Plan
+from plant_sim.equations.model import equations_simulation
 from plant_sim.equations.plant import load_plant
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.simulation import EquationsSimulation
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.border.model_file import Value
 from rtctl.border.simulation import Stimulus
 
 MODELS = Path(__file__).resolve().parents[2] / "scenarios" / "models" / "equations"
@@ -278,6 +280,31 @@ def test_events_without_end_are_named_with_their_time(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, text, {"outdoor": "K", "temperature": "K"})
     with pytest.raises(ValueError, match=r"the event (on|off) takes place .* levels that are further apart"):
         run(simulation, {"outdoor": np.full(50, 278.0)}, 120.0)
+
+
+def test_parameters_that_drift_change_events_too(tmp_path: Path) -> None:
+    """In the terms of all mechanisms, which one kernel has, as written into the file."""
+    text = BALL.replace('when = "height"', 'when = "height - plate"')
+    path = written(
+        tmp_path, text.replace("[model.events", 'plate = { value = 0.2, unit = "m" }\n[model.events')
+    )
+    content, units = read_equations(path), {"a": "m/s^2", "y": "m"}
+    plain = equations_simulation(content, units, str(path))
+    acting = ("parameter.restitution.drift", "parameter.plate.drift")
+    extended = plain.extended(acting)
+    values = np.array([one.value for one in extended.parameters])
+    values[-2:] = -0.2  # of itself a second
+    stimulus = Stimulus(inputs={"a": np.zeros(100)}, holds={"a": "zero"}, period_s=0.02)
+    found = extended.predict(stimulus, values).outputs["y"][0]
+    assert np.abs(found - plain.predict(stimulus, values[:-2]).outputs["y"][0]).max() > 0.01
+    declared = [one.declared for one in extended.parameters[-2:]]
+    tables = {
+        identity: {one.name: Value(value=-0.2, unit=one.unit)}
+        for identity, one in zip(acting, declared, strict=True)
+    }
+    again = equations_simulation(extended.written(content, tables), units, "written")
+    own = np.array([one.value for one in again.parameters])
+    np.testing.assert_allclose(again.predict(stimulus, own).outputs["y"][0], found, atol=1e-9)
 
 
 WHEN, SET = 'when = "height"', 'speed = "-restitution*speed"'

@@ -84,6 +84,22 @@ def test_a_filter_with_events_follows_a_device_that_hits_its_stop(tmp_path: Path
     assert place[60:100].max() > 1.19
 
 
+def test_a_filter_follows_bounces_through_readings_that_are_beyond_the_plate(tmp_path: Path) -> None:
+    text = (MODELS / "bouncing_ball.toml").read_text().replace("value = 0.8,", "value = 0.95,")
+    text += "[device.inputs.acceleration]\nlow = -5\nhigh = 5\n[device.outputs.gap]\nnoise = 5.0\n"
+    path, errors = written(tmp_path, text), []
+    for seed in range(2):
+        plant, model = load_plant(path, seed=seed), ControlledEquations(path)
+        plant.reset()
+        of_filter = CubatureFilter(model, filter_settings(model))
+        of_filter.start((0.0,), plant.measure()[0])
+        of_filter._x = model.initial.copy()
+        for _ in range(400):
+            sensed, gap = plant.step((0.0,), 5e-3)
+            errors.append(of_filter.step((0.0,), sensed, 5e-3).value - gap)
+    assert np.sqrt(np.mean(np.square(errors))) < 2.15  # mm, of readings with 5 mm of noise
+
+
 def scenario(model: Path) -> dict[str, Any]:
     return {
         "scenario": {"title": "stop", "plant": "equations", "model": str(model), "period": "2 ms", "duration": "0.6 s"},

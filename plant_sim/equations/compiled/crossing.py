@@ -210,19 +210,14 @@ def _mark(directions: FloatArray, side: FloatArray, own: Scratch, j: int) -> int
     return first
 
 
-# 9 parameters because a compiled kernel takes its arrays one by one
+# 7 parameters because a compiled kernel takes its arrays one by one
 @_part
-def _settle(  # noqa: PLR0913
-    rates: Any, guards: Any, one: Step, own: Scratch, side: FloatArray, x: FloatArray, share: float, jumped: bool
-) -> None:  # fmt: skip
-    """Give each event that took place the side on which its expression goes on from the states `x` after it."""
+def _settle(guards: Any, one: Step, own: Scratch, side: FloatArray, x: FloatArray, share: float) -> None:
+    """Give each event that took place the side of its expression at the states `x` after it."""
+    _guard(guards, one, own, x, share, own.g[1])
     for e in range(side.shape[0]):
         if own.fires[e] > 0.0:
-            slope = _slope(rates, guards, one, own, x, share, e)
-            g = own.g[1, e]
-            if g == 0.0 or (g == own.g[0, e] and slope != 0.0 and not jumped):
-                g = slope
-            side[e, one.j] = np.sign(g)
+            side[e, one.j] = np.sign(own.g[1, e])
 
 
 # 8 parameters because a compiled kernel takes its arrays one by one
@@ -316,8 +311,7 @@ def carry(  # noqa: PLR0913
     while count <= MOST_EVENTS:
         _guard(guards, one, own, x, share, own.g[0])
         first = _mark(directions, side, own, one.j)
-        jumped = first >= 0  # because of an input, or of another event
-        if jumped:
+        if first >= 0:  # it jumped, because of an input or of another event
             _set_states(resets, one, own, x, share)
         elif share >= 1.0:
             return 1
@@ -326,7 +320,7 @@ def carry(  # noqa: PLR0913
             if first < 0:
                 return 1
         _copy(own.x[2], x)
-        _settle(rates, guards, one, own, side, x, share, jumped)
+        _settle(guards, one, own, side, x, share)
         count += 1
         endless[0], endless[1] = first, one.t + share * one.h
     return 0

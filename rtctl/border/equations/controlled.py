@@ -23,6 +23,15 @@ class Passages(NamedTuple):
     """Direction (events,) in which each passes zero: +1, -1, 0 for both."""
 
 
+class ModelOutput(NamedTuple):
+    """An output of the model."""
+
+    name: str
+    unit: str
+    reach: tuple[float, float] | None
+    """Lowest and highest value that a loop may ask for; None: the file states none."""
+
+
 class StateSpace(Protocol):
     """Equations x' = f(x, u), y = h(x, u), w = g(x, u) with their parameters: readings y and the controlled output w.
 
@@ -41,6 +50,10 @@ class StateSpace(Protocol):
     """Lowest and highest value of the controlled output that a loop may ask for; None: the file states none."""
     command_range: FloatArray
     """Lowest and highest value (inputs, 2) of each command."""
+    outputs: tuple[ModelOutput, ...]
+    """All outputs of the model, also the one that the loop does not read."""
+    shown: int
+    """Which of them is the controlled one."""
     left_out: tuple[str, ...]
     """Mechanisms of the model file that are not equations of it, such as a delay: this does not have them."""
     law: Any
@@ -66,6 +79,10 @@ class StateSpace(Protocol):
 
     def readings(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the readings (m, readings) of states `x` (m, n)."""
+        ...
+
+    def all_outputs(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return all outputs (m, outputs) of states `x` (m, n), each in its unit."""
         ...
 
     def controlled(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:

@@ -14,8 +14,8 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.errors import InputError
 from rtctl.estimators.cubature import FilterSettings
-from rtctl.estimators.equations_flow import move, sides_at
-from rtctl.estimators.equations_rest import STEP_SHARE, rates_of, state_at_rest
+from rtctl.estimators.equations.flow import move, sides_at
+from rtctl.estimators.equations.rest import STEP_SHARE, rates_of, state_at_rest
 
 MODEL_ERROR = 0.02
 """Share of its swing to which a state is believed."""

@@ -13,8 +13,8 @@ import numpy as np
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.kernels import kernel
-from rtctl.estimators.equations_passages import advance_with_events
-from rtctl.estimators.equations_step import step
+from rtctl.estimators.equations.passages import advance_with_events
+from rtctl.estimators.equations.step import step
 
 
 # 8 parameters because a compiled kernel takes its arrays one by one

@@ -14,7 +14,7 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import compiled_with
-from rtctl.estimators.equations_step import step
+from rtctl.estimators.equations.step import step
 
 HALVINGS = 40
 """Halvings of a step between which a passage lies: 1e-12 of it."""
@@ -111,10 +111,10 @@ def _set_states(resets: Any, x: FloatArray, held: Held, room: Room) -> None:
 @_part
 def _passage(  # noqa: PLR0913
     law: Any, guards: Any, resets: Any, x: FloatArray, side: FloatArray, held: Held, room: Room, left_s: float
-) -> tuple[float, bool]:  # fmt: skip
-    """Return the time [s] to the first event within `left_s` [s], and whether it turns its expression back.
+) -> float:  # fmt: skip
+    """Return the time [s] to the first event within `left_s` [s], and fill `room.x[2]` with the states after it.
 
-    `room.x[2]` gets the states after it. The step of `left_s` ends beyond it.
+    The step of `left_s` ends beyond it.
     """
     before_s, beyond_s = 0.0, left_s
     for _ in range(HALVINGS):
@@ -128,10 +128,10 @@ def _passage(  # noqa: PLR0913
     e = _mark(side, held, room)
     _set_states(resets, room.x[1], held, room)
     if not side[e] * _slope(law, guards, room.x[2], held, room, e) > 0.0:
-        return beyond_s, False
+        return beyond_s
     _try(law, guards, x, held, room, before_s)
     _set_states(resets, room.x[1], held, room)
-    return before_s, True
+    return before_s
 
 
 @_part
@@ -142,7 +142,6 @@ def _step_with_events(
     left_s = held.step_s
     for _ in range(MOST_EVENTS):
         guards(x, held.u, 0.0, held.p, 0, room.g)
-        turned = False
         if _mark(side, held, room) >= 0:  # an input or another event made it jump
             _set_states(resets, x, held, room)
         else:
@@ -156,13 +155,12 @@ def _step_with_events(
                 for e in range(side.shape[0]):
                     side[e] = side[e] if room.g[e] == 0.0 or np.isnan(room.g[e]) else np.sign(room.g[e])
                 return
-            time_s, turned = _passage(law, guards, resets, x, side, held, room, left_s)
-            left_s -= time_s
+            left_s -= _passage(law, guards, resets, x, side, held, room, left_s)
         for i in range(x.shape[0]):
             x[i] = room.x[2, i]
         guards(x, held.u, 0.0, held.p, 0, room.g)
         for e in range(side.shape[0]):
-            if room.fires[e] > 0.0 and not turned:
+            if room.fires[e] > 0.0:
                 side[e] = np.sign(room.g[e])
 
 

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
-from rtctl.estimators.equations_flow import move, sides_at
+from rtctl.estimators.equations.flow import move, sides_at
 
 LEFT_OVER = 1e-4
 """Step that a search still wants to take where it found a point of rest, as a share of what it has moved and is at."""
