@@ -67,6 +67,8 @@ class Control:
 
     support: Part
     """`rtctl.plant_control.support.PlantSupport`, or a class of one without arguments."""
+    several: Part | None = None
+    """`(estimator, scenario, model) -> Estimator` of all outputs of a loop with [references]; None: it has one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
