@@ -220,6 +220,21 @@ class Equation:
         ]
         return np.ascontiguousarray(np.vstack(states)) if states else np.zeros((0, len(z)))
 
+    def prepared(self, step_s: float) -> Any:
+        """Return the compiled integrator of the equation, whose rows are made ready for steps of `step_s` [s]."""
+        layout = [
+            (memory.law, memory.states, constants)
+            for memory, constants in zip(self.memories, self.constants, strict=True)
+        ]
+        row = len(TERMS)
+        for memory, count in zip(self.memories, self.constants, strict=True):
+            if memory.step is not None:
+                self.rows[row + memory.step] = step_s
+            row += count
+        fades = bool(self.rows[FRICTION_EXCESS].any())
+        rubs = fades or bool(self.rows[FRICTION].any())
+        return _integrator(self.terms, tuple(layout), rubs, fades)
+
     def march(
         self,
         z: FloatArray,
@@ -241,18 +256,7 @@ class Equation:
             out_v: velocity (samples, lanes), out.
             own: the memories' states (states, lanes); None: `own_start`.
         """
-        layout = [
-            (memory.law, memory.states, constants)
-            for memory, constants in zip(self.memories, self.constants, strict=True)
-        ]
-        row = len(TERMS)
-        for memory, count in zip(self.memories, self.constants, strict=True):
-            if memory.step is not None:
-                self.rows[row + memory.step] = drive.step_s
-            row += count
-        fades = bool(self.rows[FRICTION_EXCESS].any())
-        rubs = fades or bool(self.rows[FRICTION].any())
-        integrator = _integrator(self.terms, tuple(layout), rubs, fades)
+        integrator = self.prepared(drive.step_s)
         states = self.own_start(z, v) if own is None else own
         integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 

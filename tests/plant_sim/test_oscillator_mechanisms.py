@@ -571,7 +571,7 @@ def test_lanes_that_differ_in_what_acts_on_the_drive_are_each_as_alone() -> None
         {**own, "drive.saturation.curvature": 0.0, "drive.delay.delay": 0.0},
     ]
     values = np.array([lane(bound, row) for row in rows])
-    groups = sorted(group.tolist() for group in bound._sharing_a_drive(values))
+    groups = sorted(group.tolist() for group in bound.sharing_a_drive(values))
     assert groups == [[0, 4], [1], [2], [3], [5]]
     record = replace(stimulus(multisine()), peak={"displacement": 0.25})  # one step for all
     together = bound.predict(record, values).outputs["displacement"]

@@ -30,6 +30,7 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=coupled,
+    transfer=lambda s, p: s / (s + p["rate"]),
     looks_between=True,
     stage=1,
 )
