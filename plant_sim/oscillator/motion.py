@@ -136,13 +136,13 @@ class Equation:
     def share(self, reach: float) -> float:
         """Return the share of the nonlinear force in the linear one at `reach`; infinite if it cannot be split."""
         if self.memories or not self.terms <= KICKS or not (self.rows[STIFFNESS] > 0.0).all():
-            return 0.0 if self._is_linear else math.inf
+            return 0.0 if self.is_linear else math.inf
         p, reach2 = np.abs(self.rows), reach * reach
         nonlinear = p[QUADRATIC] * reach + (p[CUBIC] + p[QUINTIC] * reach2) * reach2
         return float((nonlinear / p[STIFFNESS]).max())
 
     @property
-    def _is_linear(self) -> bool:
+    def is_linear(self) -> bool:
         """Whether there are no forces but linear ones, of any sign."""
         linear = {"gain", "damping", "stiffness"}
         others = [TERMS.index(term) for term in self.terms - linear]

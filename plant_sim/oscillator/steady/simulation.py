@@ -10,17 +10,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plant_sim.oscillator.equation.terms import TERMS
 from plant_sim.oscillator.mechanism import OscillatorMechanism
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.motion import Equation
 from plant_sim.oscillator.simulation import OscillatorSimulation
-from plant_sim.oscillator.steady.path import Active, drive_of, readings_of
+from plant_sim.oscillator.steady.path import Active, PeriodicDrive, drive_of, readings_of
 from plant_sim.oscillator.steady.shooting import shooting
-from rtctl.border.arrays import FloatArray
+from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.errors import InputError
 from rtctl.border.mechanisms import Mechanism
 from rtctl.border.motion import DERIVATIVES
@@ -31,10 +33,17 @@ FINE_STEPS = 128.0
 """Steps in a period of the fastest motion where none are asked for."""
 PHASE_ERROR = 1e-4
 """Largest error of a resonance's frequency by the integration, in half-widths: RK4 is off by (w h)^4 / 120 of it."""
-MOST_STEPS = 2**14
-SETTLING = 2.0
-"""Quality factors' worth of periods that a motion is followed where Newton's method finds no way: e^(-2 pi) is left."""
-MOST_SETTLING = 2000
+MOST_STEPS = 2**11
+SETTLING = 6.0
+"""Time constants (2 / damping) that a motion is followed where Newton's method finds no way: e^-6 is left."""
+LEAST_SETTLING, MOST_SETTLING = 10, 400
+"""Limits of that in periods."""
+ATTEMPTS = 8
+"""Times that a motion is followed before it counts as one that never repeats with the drive."""
+GUIDED_ATTEMPTS = 2
+"""The same where the measurement says where the motion is: a parameter set without a branch there is far off."""
+OTHER_BRANCH = 0.2
+"""Distance from the measured amplitude, in parts of it, from which another branch is looked for beside it."""
 MARCHED = 20.0
 """Periods of an integration for each row: Newton's method takes three or four steps of one period a state."""
 
@@ -116,17 +125,41 @@ class SteadySimulation:
         own = [_in_order(model, active, lane) for lane in values]
         derivatives = DERIVATIVES[model.response]
         reach = stimulus.peak.get(model.response, 0.0) / (2.0 * np.pi * float(frequencies.min())) ** derivatives
-        fastest, damping = equation.rates(max(reach, equation.rest()), float(stimulus.inputs["drive"].max()))
-        settling = _settling_periods(fastest, damping)
+        fastest, _ = equation.rates(max(reach, equation.rest()), float(stimulus.inputs["drive"].max()))
+        free = float(equation.rows[TERMS.index("damping")].min())
         states, shoot = _rest(equation, len(values)), shooting()
+        guide = stimulus.guide.get(model.response)
+        attempts = ATTEMPTS if guide is None else GUIDED_ATTEMPTS
         for k, frequency_hz in enumerate(frequencies.tolist()):
+            settling = _settling_periods(frequency_hz, free)
             count = _steps(steps, fastest / (2.0 * np.pi * frequency_hz), settling)
             drive = drive_of(float(stimulus.inputs["drive"][2 * k]), frequency_hz, count, own[0])
-            count_work(MARCHED * len(values) * count * equation.step_cost)
-            displacement = np.empty((count, len(values)))
             march = equation.prepared(drive.step_s)
-            shoot(march, states, equation.rows, drive.nodes, drive.step_s, settling, displacement)
-            yield readings_of(displacement, drive, derivatives, own)
+
+            def settle(begin: FloatArray, drive: PeriodicDrive = drive, march: Any = march) -> ComplexArray:
+                displacement = np.empty((len(drive.course) // 2, len(values)))
+                count_work(MARCHED * len(values) * len(displacement) * equation.step_cost)
+                shoot(march, begin, equation.rows, drive.nodes, drive.step_s, settling, attempts, displacement)
+                return readings_of(displacement, drive, derivatives, own)
+
+            found = settle(states)
+            if guide is not None and 2 * k + 1 < len(guide):
+                wanted = complex(guide[2 * k], guide[2 * k + 1])
+                far = ~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted))
+                if far.any() and not equation.is_linear:
+                    others = _beside(states, wanted / (2j * np.pi * frequency_hz) ** derivatives, frequency_hz)
+                    other = settle(others)
+                    nearer = far & (np.abs(other - wanted) < np.nan_to_num(np.abs(found - wanted), nan=np.inf))
+                    found[nearer], states[nearer] = other[nearer], others[nearer]
+            yield found
+
+
+def _beside(states: FloatArray, amplitude: complex, frequency_hz: float) -> FloatArray:
+    """Return states (lanes, states) with the displacement and velocity of a complex amplitude."""
+    begin = np.nan_to_num(states)
+    begin[:, 0] = amplitude.real
+    begin[:, 1] = -2.0 * np.pi * frequency_hz * amplitude.imag
+    return begin
 
 
 def _rest(equation: Equation, lanes: int) -> FloatArray:
@@ -139,10 +172,10 @@ def _in_order(model: OscillatorSimulation, active: list[OscillatorMechanism], la
     return [(one, model.values_of(one, lane)) for one in sorted(active, key=lambda one: one.stage)]
 
 
-def _settling_periods(rate: float, damping: float) -> int:
-    """Return the periods in which a motion settles."""
-    quality = rate / damping if damping > 0.0 else math.inf
-    return int(min(max(SETTLING * quality, 10.0), MOST_SETTLING))
+def _settling_periods(frequency_hz: float, damping: float) -> int:
+    """Return the periods of the drive in which a motion settles."""
+    periods = SETTLING * 2.0 * frequency_hz / damping if damping > 0.0 else math.inf
+    return int(min(max(periods, LEAST_SETTLING), MOST_SETTLING))
 
 
 def _steps(steps_per_period: float, fastest: float, settling: int) -> int:

@@ -28,6 +28,7 @@ OSCILLATOR = PlantKind(
         ),
     },
     responses=("displacement", "velocity", "acceleration"),
+    has_sweeps=True,
     initial=("displacement", "velocity"),
     model=ModelFiles(
         read="rtctl.models.oscillator:read_oscillator_model",
