@@ -104,7 +104,8 @@ def diagnose(
         fits = whole or Fits(search.nominal, search.chosen)
         verified = verify(search, request, fits, holdout, uncut=first.uncut)
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
-        notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
+        if not subject.is_steady:
+            notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         notes += (*first.notes, *found.notes, *note_large_shifts(data.simulation, search.nominal, problem))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None

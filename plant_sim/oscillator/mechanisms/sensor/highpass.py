@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl.border.arrays import ComplexArray
+
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
 from plant_sim.oscillator.mechanisms.sensor.lag import behind
 
@@ -15,6 +17,11 @@ def coupled(moved: Moved, p: Values) -> Moved:
     z = moved.displacement
     reading = z - behind(moved, 1.0 / p["rate"]) + z[0] * np.exp(-p["rate"] * moved.time_s)
     return moved._replace(displacement=reading, filtered_slope=moved.slope - p["rate"] * reading)
+
+
+def passed(s: ComplexArray, p: Values) -> ComplexArray:
+    """Return the high-pass at complex angular frequency s [1/s]; a constant, of which nothing is read, is kept."""
+    return s / np.where(s == 0.0, 1.0, s + p["rate"])
 
 
 MECHANISM = OscillatorMechanism(
@@ -30,7 +37,7 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=coupled,
-    transfer=lambda s, p: s / (s + p["rate"]),
+    transfer=passed,
     looks_between=True,
     stage=1,
 )
