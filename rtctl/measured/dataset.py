@@ -15,7 +15,6 @@ from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.errors import InputError
 from rtctl.output.notebook import html_table, number
 
-
 FREQUENCY = "frequency"
 """Input of a sweep: the frequency of each row's sine [Hz]; records in time have none."""
 SWEEP_PERIOD_S = 0.5
@@ -108,7 +107,9 @@ class Record:
     def __repr__(self) -> str:
         names = ", ".join(self.signals)
         if self.is_sweep:
-            rows = f"{self.samples // 2} rows from {self.frequencies_hz[0]:g} to {self.frequencies_hz[-1]:g} Hz"
+            rows = (
+                f"{self.samples // 2} rows from {self.frequencies_hz[0]:g} to {self.frequencies_hz[-1]:g} Hz"
+            )
             return f"<Record {self.name} ({self.use}): sweep of {rows}, {names}>"
         return f"<Record {self.name} ({self.use}): {self.samples} samples at {1.0 / self.period_s:g} Hz of {names}>"
 

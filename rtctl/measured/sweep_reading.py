@@ -18,9 +18,7 @@ from rtctl.registry import plant_kind
 
 LEAST_ROWS = 5
 """Rows below which a sweep is no sweep."""
-NO_AMPLITUDE = (
-    'the amplitude of the {drive} is nowhere: add drive_amplitude = <{unit}> to the record, or a column "{column}"'
-)
+NO_AMPLITUDE = 'the amplitude of the {drive} is nowhere: add drive_amplitude = <{unit}> to the record, or a column "{column}"'
 UNKNOWN_AMPLITUDE = (
     "the amplitude of the {drive} is not given, and the response is given per drive: it is taken as 1 {unit}. Linear "
     "parameters do not depend on it; add drive_amplitude where anything nonlinear is asked"
@@ -132,7 +130,9 @@ def _check_amplitude(reading: Reading, entry: RecordTable) -> None:
 
 def _check_lengths(lengths: dict[str, int], entry: RecordTable) -> None:
     if len(set(lengths.values())) != 1:
-        raise ValueError("columns differ in length: " + ", ".join(f"{name} {n}" for name, n in lengths.items()))
+        raise ValueError(
+            "columns differ in length: " + ", ".join(f"{name} {n}" for name, n in lengths.items())
+        )
     rows = min(lengths.values())
     first, end = entry.rows or (0, rows)
     if end > rows:
@@ -152,7 +152,9 @@ def _frequencies(reading: Reading, entry: RecordTable) -> FloatArray:
     """Return the frequencies (n,) [Hz], rising or falling. Raises ValueError in words."""
     column = str(entry.frequency)
     stated = reading.cache.stated_unit(reading.folder / entry.file, column)
-    values = convert_column(_numbers(reading, entry, column, None), entry.frequency_unit or stated or "Hz", "Hz")
+    values = convert_column(
+        _numbers(reading, entry, column, None), entry.frequency_unit or stated or "Hz", "Hz"
+    )
     first = entry.first_row
     bad = np.flatnonzero(values <= 0.0)
     if len(bad):

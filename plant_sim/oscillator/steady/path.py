@@ -53,7 +53,9 @@ def drive_of(amplitude: float, frequency_hz: float, steps: int, active: Active) 
             s = harmonics(len(drive.course), frequency_hz)
             drive = drive._replace(course=_filtered(drive.course, mechanism.transfer(s, values)))
         elif mechanism.drive is not None:
-            twice = Driven(np.tile(drive.nodes, (2, 1)), drive.step_s)  # a play has its state after one period
+            twice = Driven(
+                np.tile(drive.nodes, (2, 1)), drive.step_s
+            )  # a play has its state after one period
             settled = mechanism.drive(twice, values).nodes[steps:]
             drive = drive._replace(course=np.ascontiguousarray(settled[:, :2]).reshape(-1))
     return drive
@@ -76,7 +78,9 @@ def readings_of(
         turn = np.exp(-2j * np.pi * np.arange(steps) / steps)
         return np.asarray(2.0 / steps * s[1] ** derivatives * (turn @ displacement))
     spectra = np.fft.rfft(displacement, axis=0).T * s**derivatives
-    read = (_behind(spectrum, drive, derivatives, active) for spectrum, active in zip(spectra, lanes, strict=True))
+    read = (
+        _behind(spectrum, drive, derivatives, active) for spectrum, active in zip(spectra, lanes, strict=True)
+    )
     return np.array([2.0 * spectrum[1] / steps for spectrum in read])
 
 

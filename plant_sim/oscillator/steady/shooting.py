@@ -195,10 +195,12 @@ def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
 
 
 # 8 parameters because a kernel takes its arrays one by one
-def shoot(march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any) -> None:  # noqa: PLR0913
+def shoot(
+    march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any
+) -> None:  # noqa: PLR0913
     """Put the orbit on which each lane settles in place of its state, and the displacement over it in `out_z`.
 
-    Both are NaN of a motion that runs away or never repeats with the drive, and of all rows after it.
+    A motion that does not repeat with the drive is what it is after the last attempt; one that runs away is not finite.
 
     Args:
         march: integrator of the equation.
@@ -207,27 +209,31 @@ def shoot(march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, 
         nodes: drive (steps, 3) over one period.
         h: step [s].
         settling: periods that a motion is followed before Newton's method is tried again.
-        attempts: times that a motion is followed before it counts as one that never repeats with the drive.
+        attempts: times that a motion is followed before it is taken as it is.
         out_z: displacement (steps, lanes), out.
     """
     lanes, n = states.shape
     steps = nodes.shape[0]
     z, v, own = np.empty(n + 1), np.empty(n + 1), np.empty((n - 2, n + 1))
     all_z, all_v = np.empty((steps + 1, n + 1)), np.empty((steps + 1, n + 1))
-    z1, v1, own1, end_z, end_v = np.empty(1), np.empty(1), np.empty((n - 2, 1)), np.empty((2, 1)), np.empty((2, 1))
+    z1, v1, own1, end_z, end_v = (
+        np.empty(1),
+        np.empty(1),
+        np.empty((n - 2, 1)),
+        np.empty((2, 1)),
+        np.empty((2, 1)),
+    )
     q, q1, state = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), np.empty(n)
     apart = Lanes(q, z, v, own, all_z, all_v)
     for lane in range(lanes):
         for j in range(n + 1):
             q[:, j] = p[:, lane]
         q1[:, 0] = p[:, lane]
-        found = False
         for _ in range(attempts):
             if not math.isfinite(states[lane, 0]):
                 break
             state[:] = states[lane]
-            found = newton(march, state, nodes, h, apart)
-            if found:
+            if newton(march, state, nodes, h, apart):
                 states[lane] = state
                 break
             fill(states[lane], z1, v1, own1)
@@ -235,8 +241,6 @@ def shoot(march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, 
                 march(z1, v1, own1, nodes, h, steps, q1, end_z, end_v)
             for s in range(n):
                 states[lane, s] = value(z1, v1, own1, s, 0)
-        if not found:
-            states[lane] = np.nan
         fill(states[lane], z, v, own)
         march(z, v, own, nodes, h, 1, q, all_z, all_v)
         for i in range(steps):
@@ -250,7 +254,9 @@ def shooting() -> Any:
     if isinstance(compiled, numba.core.dispatcher.Dispatcher):  # not with NUMBA_DISABLE_JIT=1
         line, table, number = types.float64[::1], types.float64[:, ::1], types.float64
         march = types.void(line, line, table, table, number, types.int64, table, table, table)
-        shape = types.void(types.FunctionType(march), table, table, table, number, types.int64, types.int64, table)
+        shape = types.void(
+            types.FunctionType(march), table, table, table, number, types.int64, types.int64, table
+        )
         compiled.compile(shape)
         compiled.disable_compile()
     return compiled

@@ -39,7 +39,7 @@ SETTLING = 6.0
 LEAST_SETTLING, MOST_SETTLING = 10, 400
 """Limits of that in periods."""
 ATTEMPTS = 8
-"""Times that a motion is followed before it counts as one that never repeats with the drive."""
+"""Times that a motion is followed before it is taken as it is."""
 GUIDED_ATTEMPTS = 2
 """The same where the measurement says where the motion is: a parameter set without a branch there is far off."""
 OTHER_BRANCH = 0.2
@@ -124,7 +124,9 @@ class SteadySimulation:
         equation = Equation.of(model.parameters, active, values)
         own = [_in_order(model, active, lane) for lane in values]
         derivatives = DERIVATIVES[model.response]
-        reach = stimulus.peak.get(model.response, 0.0) / (2.0 * np.pi * float(frequencies.min())) ** derivatives
+        reach = (
+            stimulus.peak.get(model.response, 0.0) / (2.0 * np.pi * float(frequencies.min())) ** derivatives
+        )
         fastest, _ = equation.rates(max(reach, equation.rest()), float(stimulus.inputs["drive"].max()))
         free = float(equation.rows[TERMS.index("damping")].min())
         states, shoot = _rest(equation, len(values)), shooting()
@@ -139,7 +141,9 @@ class SteadySimulation:
             def settle(begin: FloatArray, drive: PeriodicDrive = drive, march: Any = march) -> ComplexArray:
                 displacement = np.empty((len(drive.course) // 2, len(values)))
                 count_work(MARCHED * len(values) * len(displacement) * equation.step_cost)
-                shoot(march, begin, equation.rows, drive.nodes, drive.step_s, settling, attempts, displacement)
+                shoot(
+                    march, begin, equation.rows, drive.nodes, drive.step_s, settling, attempts, displacement
+                )
                 return readings_of(displacement, drive, derivatives, own)
 
             found = settle(states)
@@ -147,9 +151,13 @@ class SteadySimulation:
                 wanted = complex(guide[2 * k], guide[2 * k + 1])
                 far = ~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted))
                 if far.any() and not equation.is_linear:
-                    others = _beside(states, wanted / (2j * np.pi * frequency_hz) ** derivatives, frequency_hz)
+                    others = _beside(
+                        states, wanted / (2j * np.pi * frequency_hz) ** derivatives, frequency_hz
+                    )
                     other = settle(others)
-                    nearer = far & (np.abs(other - wanted) < np.nan_to_num(np.abs(found - wanted), nan=np.inf))
+                    nearer = far & (
+                        np.abs(other - wanted) < np.nan_to_num(np.abs(found - wanted), nan=np.inf)
+                    )
                     found[nearer], states[nearer] = other[nearer], others[nearer]
             yield found
 

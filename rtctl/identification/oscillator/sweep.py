@@ -22,6 +22,7 @@ from rtctl.border.model_file import ModelFile
 from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, derivative_order, response_of
+from rtctl.identification.least_squares.levenberg_marquardt import minimise
 from rtctl.identification.oscillator.identify import (
     MAX_RESIDUAL_SHARE,
     NOT_TRUSTED,
@@ -41,7 +42,6 @@ from rtctl.identification.simulation_error.output_error import (
 )
 from rtctl.identification.simulation_error.segments import Segment, SegmentCost
 from rtctl.identification.simulation_error.sensitivity import Sensitivity
-from rtctl.identification.least_squares.levenberg_marquardt import minimise
 from rtctl.identification.sweep_record import prepare_sweep
 from rtctl.measured.dataset import FREQUENCY, Dataset, paired
 
@@ -141,7 +141,9 @@ def _as_values(simulation: Simulation, found: dict[str, float]) -> FloatArray:
     """Return all parameters (parameters,), the free ones of the nominal model at what was found, within bounds."""
     return np.array(
         [
-            one.value if one.fixed or one.name not in found else float(np.clip(found[one.name], one.low, one.high))
+            one.value
+            if one.fixed or one.name not in found
+            else float(np.clip(found[one.name], one.low, one.high))
             for one in simulation.parameters
         ]
     )
@@ -167,7 +169,9 @@ def _fit(
         for number, start in enumerate(starts):
             report("fitting the steady state", 0.1 + 0.4 * number / len(starts))
             shared = np.clip(start[sensitivity.free] / sensitivity.scale, low, high)
-            found = minimise(cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations)
+            found = minimise(
+                cost.equations, cost.start(shared), low, high, iterations=options.screening_iterations
+            )
             if found is not None:
                 reached.append(found)
         if not reached:

@@ -183,7 +183,9 @@ class SignalTable(Checked):
                 )
             return self
         if self.role == "input":
-            raise ValueError("in_phase, quadrature, amplitude and phase are of outputs: the drive has phase 0")
+            raise ValueError(
+                "in_phase, quadrature, amplitude and phase are of outputs: the drive has phase 0"
+            )
         if len(self.parts) != 2 or (None in cartesian and None in polar):
             raise ValueError(
                 "a sweep needs two columns, in_phase and quadrature, or amplitude and phase; got "

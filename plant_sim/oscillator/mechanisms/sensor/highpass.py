@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.border.arrays import ComplexArray
-
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
 from plant_sim.oscillator.mechanisms.sensor.lag import behind
+from rtctl.border.arrays import ComplexArray
 
 
 def coupled(moved: Moved, p: Values) -> Moved:
