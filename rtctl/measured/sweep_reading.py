@@ -18,7 +18,10 @@ from rtctl.registry import plant_kind
 
 LEAST_ROWS = 5
 """Rows below which a sweep is no sweep."""
-NO_AMPLITUDE = 'the amplitude of the {drive} is nowhere: add drive_amplitude = <{unit}> to the record, or a column "{column}"'
+NO_AMPLITUDE = (
+    "the amplitude of the {drive} is nowhere: add drive_amplitude = <{unit}> to the record, or a column "
+    '"{column}"'
+)
 UNKNOWN_AMPLITUDE = (
     "the amplitude of the {drive} is not given, and the response is given per drive: it is taken as 1 {unit}. Linear "
     "parameters do not depend on it; add drive_amplitude where anything nonlinear is asked"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ class Curve(NamedTuple):
 
 def sweep_figure(
     title: str, detail: str, quantity: str, unit: str, curves: Sequence[Curve], noise: float = 0.0
-) -> Figure:  # noqa: E501
+) -> Figure:
     """Return the figure of one sweep: the first curve is measured, the others are simulated at its frequencies.
 
     Args:
@@ -100,7 +100,7 @@ def _draw_response(amplitude: Axes, phase: Axes, quantity: str, unit: str, curve
     scale = fitting_unit(unit, np.array([largest]))
     for one in curves:
         size = np.abs(one.amplitude)
-        look = {
+        look: dict[str, Any] = {
             "color": one.color,
             "linestyle": one.line,
             "marker": one.marker,

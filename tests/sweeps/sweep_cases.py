@@ -35,8 +35,8 @@ def response(
 ) -> np.ndarray:
     """Complex amplitudes (n,) [um] of z'' + damping z' + stiffness z + cubic z^3 + force(z, z') = gain u.
 
-    Unknowns are the cosines and sines of `HARMONICS` harmonics, the force is taken at `POINTS` instants of a period, and
-    each row starts from the solution at the row before.
+    Unknowns are the cosines and sines of `HARMONICS` harmonics, the force is taken at `POINTS` instants of a period,
+    and each row starts from the solution at the row before.
     """
     angle = 2.0 * np.pi * np.arange(POINTS) / POINTS
     order = np.arange(1, HARMONICS + 1)
@@ -70,7 +70,7 @@ def noisy(amplitude: np.ndarray, sigma: float, seed: int) -> np.ndarray:
 
 def sweeps(
     force: Force = nothing, sigma: float = 0.002, turn: Callable[[np.ndarray], np.ndarray] | None = None
-) -> list[Sweep]:  # noqa: E501
+) -> list[Sweep]:
     """Rising and falling sweeps at two drives to fit, and one at a third to test; `turn`: a factor by frequency."""
     plan = (
         (UP, 0.08, "fit"),

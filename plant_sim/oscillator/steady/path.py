@@ -1,7 +1,7 @@
 """Periodic drives and readings: what the mechanisms before and behind the equation make of one period.
 
-A course over a period is its harmonics, so that a lag, a delay or a second mode is one factor on each: what it does in a
-record that has gone on for ever.
+A course over a period is its harmonics, so that a lag, a delay or a second mode is one factor on each: what it does
+in a record that has gone on for ever.
 """
 
 from __future__ import annotations
@@ -96,15 +96,15 @@ def _behind(spectrum: ComplexArray, drive: PeriodicDrive, derivatives: int, acti
             spectrum = spectrum * mechanism.transfer(s, values)
         elif mechanism.sensor is not None:
             course, slope = np.fft.irfft(spectrum, samples), np.fft.irfft(spectrum * s, samples)
-            time_s = drive.step_s * np.arange(samples)
+            time_s = drive.step_s * np.arange(samples, dtype=np.float64)
             moved = Moved(course, slope, time_s, drive.step_s, drive.driven, 1, derivatives)
             spectrum = np.fft.rfft(mechanism.sensor(moved, values).displacement)
-    return spectrum
+    return np.asarray(spectrum, np.complex128)
 
 
 def harmonics(samples: int, frequency_hz: float) -> ComplexArray:
     """Return s = 2 pi i k f [1/s] of the harmonics k of a course of `samples` over one period."""
-    return 2j * np.pi * frequency_hz * np.arange(samples // 2 + 1)
+    return np.asarray(2j * np.pi * frequency_hz * np.arange(samples // 2 + 1), np.complex128)
 
 
 def _filtered(course: FloatArray, factors: ComplexArray) -> FloatArray:

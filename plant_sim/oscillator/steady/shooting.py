@@ -195,9 +195,9 @@ def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
 
 
 # 8 parameters because a kernel takes its arrays one by one
-def shoot(
+def shoot(  # noqa: PLR0913
     march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any
-) -> None:  # noqa: PLR0913
+) -> None:
     """Put the orbit on which each lane settles in place of its state, and the displacement over it in `out_z`.
 
     A motion that does not repeat with the drive is what it is after the last attempt; one that runs away is not finite.

@@ -8,9 +8,9 @@ that each row has settled. An output holds the in-phase and the quadrature part 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,37 +129,50 @@ class SteadySimulation:
         )
         fastest, _ = equation.rates(max(reach, equation.rest()), float(stimulus.inputs["drive"].max()))
         free = float(equation.rows[TERMS.index("damping")].min())
-        states, shoot = _rest(equation, len(values)), shooting()
-        guide = stimulus.guide.get(model.response)
-        attempts = ATTEMPTS if guide is None else GUIDED_ATTEMPTS
+        course = _Course(equation, own, derivatives, stimulus.guide.get(model.response))
+        states = _rest(equation, len(values))
         for k, frequency_hz in enumerate(frequencies.tolist()):
             settling = _settling_periods(frequency_hz, free)
             count = _steps(steps, fastest / (2.0 * np.pi * frequency_hz), settling)
             drive = drive_of(float(stimulus.inputs["drive"][2 * k]), frequency_hz, count, own[0])
-            march = equation.prepared(drive.step_s)
+            yield course.row(k, states, drive, settling)
 
-            def settle(begin: FloatArray, drive: PeriodicDrive = drive, march: Any = march) -> ComplexArray:
-                displacement = np.empty((len(drive.course) // 2, len(values)))
-                count_work(MARCHED * len(values) * len(displacement) * equation.step_cost)
-                shoot(
-                    march, begin, equation.rows, drive.nodes, drive.step_s, settling, attempts, displacement
-                )
-                return readings_of(displacement, drive, derivatives, own)
 
-            found = settle(states)
-            if guide is not None and 2 * k + 1 < len(guide):
-                wanted = complex(guide[2 * k], guide[2 * k + 1])
-                far = ~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted))
-                if far.any() and not equation.is_linear:
-                    others = _beside(
-                        states, wanted / (2j * np.pi * frequency_hz) ** derivatives, frequency_hz
-                    )
-                    other = settle(others)
-                    nearer = far & (
-                        np.abs(other - wanted) < np.nan_to_num(np.abs(found - wanted), nan=np.inf)
-                    )
-                    found[nearer], states[nearer] = other[nearer], others[nearer]
-            yield found
+class _Course(NamedTuple):
+    """What stays the same from row to row of a sweep."""
+
+    equation: Equation
+    own: Sequence[Active]
+    """Mechanisms that act in each lane."""
+    derivatives: int
+    guide: FloatArray | None
+    """Measured response (2 rows,); None: the rows before decide on the branch."""
+
+    def row(self, k: int, states: FloatArray, drive: PeriodicDrive, settling: int) -> ComplexArray:
+        """Return the complex amplitudes (lanes,) of row `k`, and move `states` (lanes, states) to its motions."""
+        found = self._settle(states, drive, settling)
+        if self.guide is None or 2 * k + 1 >= len(self.guide) or self.equation.is_linear:
+            return found
+        wanted = complex(self.guide[2 * k], self.guide[2 * k + 1])
+        far = ~(np.abs(found - wanted) <= OTHER_BRANCH * abs(wanted))
+        if far.any():
+            s = 2j * np.pi * drive.frequency_hz
+            others = _beside(states, wanted / s**self.derivatives, drive.frequency_hz)
+            other = self._settle(others, drive, settling)
+            distance = np.nan_to_num(np.abs(found - wanted), nan=np.inf)
+            nearer = far & (np.abs(other - wanted) < distance)
+            found[nearer], states[nearer] = other[nearer], others[nearer]
+        return found
+
+    def _settle(self, states: FloatArray, drive: PeriodicDrive, settling: int) -> ComplexArray:
+        steps, lanes = len(drive.course) // 2, len(states)
+        displacement = np.empty((steps, lanes))
+        count_work(MARCHED * lanes * steps * self.equation.step_cost)
+        shooting()(
+            self.equation.prepared(drive.step_s), states, self.equation.rows, drive.nodes, drive.step_s, settling,
+            ATTEMPTS if self.guide is None else GUIDED_ATTEMPTS, displacement,
+        )  # fmt: skip
+        return readings_of(displacement, drive, self.derivatives, self.own)
 
 
 def _beside(states: FloatArray, amplitude: complex, frequency_hz: float) -> FloatArray:

@@ -254,6 +254,7 @@ def _remove_drift(record: FitRecord, output: str) -> FloatArray:
 
 
 def select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
+    """Return the records to fit. Raises InputError where there is none, or nothing moves in one."""
     if dataset.plant != KIND:
         raise InputError(
             f'{dataset.path}: key "dataset.plant" is "{dataset.plant}", --kind {KIND} needs "{KIND}"'

@@ -41,7 +41,7 @@ BACKGROUNDS = (
 """Readings that are there beside the motion, in proportion to the drive: a feedthrough, and one that changes."""
 LINEAR = ("z along the sweep", "v along the sweep", "u along the sweep")
 """Linear forces whose size changes along the sweep: a stiffness, a damping, a gain that drift."""
-UNJUDGED = "sweeps of frequencies do not show, and the diagnosis did not judge: {}. Records in time at other amplitudes do"
+UNJUDGED = "sweeps of frequencies do not show these causes, and the diagnosis did not judge them (records in time do): {}"
 
 
 def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
@@ -50,10 +50,11 @@ def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, 
     inputs = record.stimulus.inputs
     output = hypothesis.sensitivity.outputs[0]
     larger = replace(record.stimulus, inputs={**inputs, "drive": (1.0 + LARGER) * inputs["drive"]})
+    values, steps = hypothesis.values_of(index), problem.steps_per_period
     runs = [
-        paired(hypothesis.simulation.predict(one, hypothesis.values_of(index), None, problem.steps_per_period).outputs[output][0])
+        paired(hypothesis.simulation.predict(one, values, None, steps).outputs[output][0])
         for one in (record.stimulus, larger)
-    ]  # fmt: skip
+    ]
     drive, rate = inputs["drive"][::2], 2.0 * np.pi * inputs[FREQUENCY][::2]
     per_drive = runs[0] / drive
     slope = (runs[1] - runs[0]) / (LARGER * drive)
