@@ -35,14 +35,15 @@ def response(
 ) -> np.ndarray:
     """Complex amplitudes (n,) [um] of z'' + damping z' + stiffness z + cubic z^3 + force(z, z') = gain u.
 
-    Unknowns are the cosines and sines of `HARMONICS` harmonics, the force is taken at `POINTS` instants of a period,
-    and each row starts from the solution at the row before.
+    Unknowns are the cosines and sines of `HARMONICS` harmonics; the force is taken at `POINTS` instants of a period.
+    Each row starts from the balance of the fundamental of the Duffing equation, a cubic in |Z|^2: a rising sweep from
+    its largest root, a falling one from its smallest, which are the stable ones that it comes along.
     """
+    rising = frequency_hz[-1] > frequency_hz[0]
     angle = 2.0 * np.pi * np.arange(POINTS) / POINTS
     order = np.arange(1, HARMONICS + 1)
     waves = np.exp(1j * np.outer(order, angle))
     found = np.empty(len(frequency_hz), complex)
-    guess = np.zeros(2 * HARMONICS)
     for k, frequency in enumerate(frequency_hz):
         s = 2j * np.pi * frequency * order
 
@@ -54,10 +55,24 @@ def response(
             balance[0] -= GAIN * drive
             return np.concatenate([balance.real, balance.imag]) / STIFFNESS
 
-        solved = root(left, guess, tol=1e-11)
-        guess = solved.x
-        found[k] = guess[0] + 1j * guess[HARMONICS]
+        for begin in starts(frequency, drive, cubic, rising=rising):
+            guess = np.zeros(2 * HARMONICS)
+            guess[0], guess[HARMONICS] = begin.real, begin.imag
+            solved = root(left, guess, tol=1e-11)
+            if np.abs(solved.fun).max() < 1e-9:
+                break
+        found[k] = solved.x[0] + 1j * solved.x[HARMONICS]
     return found
+
+
+def starts(frequency: float, drive: float, cubic: float, *, rising: bool) -> list[complex]:
+    """Complex amplitudes of the Duffing equation's fundamental, in the order in which a sweep meets them."""
+    s = 2j * np.pi * frequency
+    bracket, bent = s**2 + DAMPING * s + STIFFNESS, 0.75 * cubic
+    squares = np.roots([bent**2, 2.0 * bent * bracket.real, abs(bracket) ** 2, -((GAIN * drive) ** 2)])
+    real = sorted(float(one.real) for one in squares if abs(one.imag) < 1e-6 * abs(one) and one.real > 0.0)
+    ordered = real[::-1] if rising else real
+    return [GAIN * drive / (bracket + bent * one) for one in ordered]
 
 
 def noisy(amplitude: np.ndarray, sigma: float, seed: int) -> np.ndarray:
