@@ -1,4 +1,4 @@
-"""Blind: sweeps with a hidden effect, by harmonic balance, and the diagnosis names it; or says that nothing is wrong."""
+"""Blind: sweeps with a hidden effect, by harmonic balance: the diagnosis names it, or says that nothing is wrong."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CANDIDATES = [
     "friction.coulomb",
     "drive.delay",
     "mode.second",
-]  # noqa: E501
+]
 Force = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
