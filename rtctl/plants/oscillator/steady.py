@@ -41,7 +41,7 @@ BACKGROUNDS = (
 """Readings that are there beside the motion, in proportion to the drive: a feedthrough, and one that changes."""
 LINEAR = ("z along the sweep", "v along the sweep", "u along the sweep")
 """Linear forces whose size changes along the sweep: a stiffness, a damping, a gain that drift."""
-UNJUDGED = "sweeps of frequencies do not show these causes, and the diagnosis did not judge them (records in time do): {}"
+UNJUDGED = "no sweep of frequencies shows these causes, and the diagnosis did not judge them (records in time do): {}"
 
 
 def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
