@@ -217,7 +217,8 @@ def _steps(steps_per_period: float, fastest: float, settling: int) -> int:
             f"the model's fastest motion is {fastest:.3g} times as fast as the drive: no sensible number of steps "
             "follows it"
         )
-    return 2 * math.ceil(0.5 * wanted)
+    count: int = 2 * math.ceil(0.5 * wanted)
+    return count
 
 
 def steady_simulation(simulation: OscillatorSimulation, source: str) -> SteadySimulation:

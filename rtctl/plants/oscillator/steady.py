@@ -64,7 +64,7 @@ def steady_force_sensitivities(hypothesis: FittedModel, problem: FittedRecords, 
     moved = [slope * push.real + 1j * per_drive * push.imag for push in pushes]
     along = np.linspace(-1.0, 1.0, len(z))
     size = problem.size(output) * drive / (problem.scales.drive or 1.0)
-    moved += [size.astype(complex), 1j * size, size * along + 0j, 1j * size * along]
+    moved += [np.asarray(turn * one, np.complex128) for one in (size, size * along) for turn in (1.0, 1j)]
     return np.array([_interleaved(one)[None, record.first :] for one in moved])
 
 
