@@ -379,7 +379,7 @@ def test_a_neutral_contribution_to_the_reading_changes_no_bit_of_it(identity: st
 
     watched = replace(bound, mechanisms=(replace(MECHANISMS[identity], sensor=spy),))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(type(bound), "_acts", always)
+        patch.setattr(type(bound), "acts", always)
         watched.predict(stimulus(multisine()), values)
     ((z_before, v_before, z_after, v_after),) = seen
     assert np.ptp(z_before) > 0.0
