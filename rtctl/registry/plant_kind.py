@@ -124,6 +124,8 @@ class PlantKind:
     `initial` of a record then names states of the model, as quantities, which are held in SI base units."""
     responses: tuple[str, ...] = ()
     """Outputs of which at least one must be there; empty: `SignalKind.optional` says all."""
+    has_sweeps: bool = False
+    """Whether records may be sweeps of frequencies: steady states under a sine."""
     initial: tuple[str, ...] = ()
     """Signals whose value at the first sample a record may set under `initial`."""
     model: ModelFiles | None = None

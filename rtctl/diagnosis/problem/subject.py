@@ -227,6 +227,8 @@ class Subject:
     """Mechanism that adds a constant to the reading; "": none is needed."""
     levels: Mapping[str, Levels]
     """Parameters that round a signal, by signal."""
+    is_steady: bool = False
+    """Whether it is diagnosed by sweeps of frequencies, whose rows are steady states."""
     reads_initial_states: bool = True
     """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
     each from its own initial state."""
