@@ -1,0 +1,32 @@
+/** Colours of the signals by their role, from the style sheet, so that dark and light have their own. */
+
+const ALWAYS = {
+  setpoint: "--ink", measured: "--measured", estimate: "--estimate", band: "--band", error: "--ink",
+  sensing_error: "--estimate",
+};
+const FIRST = { command: "--command", reading: "--reading" };
+
+/** Return a colour of the style sheet. */
+export function colour(name) {
+  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+}
+
+/** Return the colour of a signal that is the `place`-th one of its panel. */
+export function colourOf(signal, place) {
+  const other = `--other-${(place % 6) + 1}`;
+  return colour(ALWAYS[signal.role] ?? (place === 0 ? FIRST[signal.role] : undefined) ?? other);
+}
+
+/** Return words for a signal's name. */
+export function words(name) {
+  return name.replaceAll("_", " ");
+}
+
+/** Return a number with as many digits as a person reads. */
+export function figure(value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e6 || size < 1e-4) return value.toExponential(3);
+  return value.toPrecision(5).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+}
