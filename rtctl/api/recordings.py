@@ -143,10 +143,18 @@ def watch(
     from rtctl.live_page import watching
     from rtctl.output.interrupt import stop_on_interrupt
 
-    if (run is None) == (live is None):
+    if live is None and run is not None:
+        source: Path | str = watching.watched_folder(path_of("run", run))
+    elif live is not None and run is None:
+        source = watching.live_source(live)
+    else:
         raise InputError("watch: give either the folder of a run, or live")
-    source = watching.watched_folder(path_of("run", run)) if live is None else watching.live_source(live)
     with stop_on_interrupt() as stop_requested:
         watching.watch(
-            source, port=port, may_change=control, plotjuggler=plotjuggler, ready=ready, stop_requested=stop_requested
+            source,
+            port=port,
+            may_change=control,
+            plotjuggler=plotjuggler,
+            ready=ready,
+            stop_requested=stop_requested,
         )

@@ -89,5 +89,7 @@ def live_source(address: str) -> Path | str:
             f"--live {address}: neither the folder of a run, nor its {NAME}, nor the address of a page (http://...)"
         )
     if not any(is_recording(place.folder / SIGNALS) for place in places_in(folder)):
-        raise InputError(f"--live {address}: no run is under way there; rtctl watch {folder} shows what was recorded")
+        raise InputError(
+            f"--live {address}: no run is under way there; rtctl watch {folder} shows what was recorded"
+        )
     return folder

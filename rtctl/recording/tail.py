@@ -45,7 +45,7 @@ class Tail:
         return self.count
 
     def read(self, first: int, last: int) -> dict[str, FloatArray]:
-        """Return the columns (rows,) of the rows from `first` on, counted from 0, before `last`, which must be whole."""
+        """Return the columns (rows,) of the whole rows from `first` on, counted from 0, before `last`."""
         data = os.pread(self._file, (last - first) * self._stride, self._begin + first * self._stride)
         rows = np.frombuffer(data, dtype="<f8", count=len(data) // self._stride * (self._stride // 8))
         table = rows.reshape(-1, self._stride // 8)

@@ -49,9 +49,7 @@ def identify_first(
     def indented(text: str) -> None:
         report(f"  {text}")
 
-    manifest = acquire(
-        excitation, driver, folder / "dataset", stop_requested, indented, tables=tables
-    )
+    manifest = acquire(excitation, driver, folder / "dataset", stop_requested, indented, tables=tables)
     options = record.part(identification.options)()
     listener = Reporter(quiet=False, listener=lambda text, share: None if share else indented(text))
     fit: Fit = record.part(identification.fit)(read_dataset(manifest), None, options, listener)

@@ -47,7 +47,7 @@ def extremes(values: FloatArray, begins: IntArray) -> tuple[FloatArray, FloatArr
 
 
 def bin_begins(first: int, last: int, bins: int) -> IntArray:
-    """Return the first row of each of at most `bins` bins of nearly equal length in the rows `first` to before `last`."""
+    """Return the first row of each of at most `bins` bins of nearly equal length, from `first` to before `last`."""
     count = max(min(bins, last - first), 0)
     return first + np.arange(count, dtype=np.int64) * (last - first) // max(count, 1)
 

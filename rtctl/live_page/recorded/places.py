@@ -80,7 +80,13 @@ def _places_of(folder: Path, root: Path) -> Iterator[Place]:
     try:
         tables = tomllib.loads((folder / MANIFEST).read_text(encoding="utf-8")).get("records", [])
         names = [str(table.get("name") or Path(str(table["file"])).stem) for table in tables]
-    except (OSError, ValueError, KeyError, AttributeError, TypeError):  # no manifest, or not one that can be shown
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        AttributeError,
+        TypeError,
+    ):  # no manifest, or not one that can be shown
         return
     prefix = "" if name == HERE else f"{name}:"
     for number, one in enumerate(names):
@@ -95,5 +101,3 @@ def _freshness(place: Place) -> tuple[bool, float]:
         return False, (place.folder / (PARQUET if place.record is None else MANIFEST)).stat().st_mtime
     except OSError:
         return False, 0.0
-
-

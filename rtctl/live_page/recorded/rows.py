@@ -50,6 +50,9 @@ class RecordedRows(Protocol):
 class GrowingRows:
     """The rows of a `signals.rec`, under way or left by a run that was killed."""
 
+    columns: Sequence[tuple[str, str]]
+    metadata: Mapping[str, str]
+
     def __init__(self, path: Path) -> None:
         """Open the file. Raises InputError before its first row is whole, OSError if there is no such file."""
         self._tail = Tail(path)
@@ -67,6 +70,9 @@ class GrowingRows:
 class ParquetRows:
     """The rows of a `signals.parquet`, read a row group at a time."""
 
+    columns: Sequence[tuple[str, str]]
+    metadata: Mapping[str, str]
+
     def __init__(self, path: Path) -> None:
         """Open the file. Raises InputError if it is none or has no row, OSError if there is no such file."""
         import pyarrow as pa
@@ -80,9 +86,7 @@ class ParquetRows:
         schema = self._file.schema_arrow
         self.columns = [(one.name, (one.metadata or {}).get(b"unit", b"").decode()) for one in schema]
         self.metadata = {key.decode(): value.decode() for key, value in (schema.metadata or {}).items()}
-        sizes = [
-            self._file.metadata.row_group(k).num_rows for k in range(self._file.metadata.num_row_groups)
-        ]
+        sizes = [self._file.metadata.row_group(k).num_rows for k in range(self._file.metadata.num_row_groups)]
         self._begins = np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
         self._groups: OrderedDict[int, dict[str, FloatArray]] = OrderedDict()
         if not self.count():
@@ -97,9 +101,7 @@ class ParquetRows:
     def read(self, first: int, last: int) -> dict[str, FloatArray]:
         """Return the columns (rows,) of the rows from `first` on, before `last`."""
         parts = []
-        groups = range(
-            int(np.searchsorted(self._begins, first, side="right")) - 1, len(self._begins) - 1
-        )
+        groups = range(int(np.searchsorted(self._begins, first, side="right")) - 1, len(self._begins) - 1)
         for number in groups:
             begin = int(self._begins[number])
             if begin >= last:
@@ -134,6 +136,9 @@ class ParquetRows:
 
 class RecordRows:
     """The rows of a record of a dataset."""
+
+    columns: Sequence[tuple[str, str]]
+    metadata: Mapping[str, str]
 
     def __init__(self, manifest: Path, number: int) -> None:
         """Read a record by its place in the manifest. Raises InputError if there is none, or the manifest is wrong."""

@@ -11,8 +11,8 @@ import hashlib
 import hmac
 import os
 import secrets
-from collections.abc import Mapping
 from contextlib import suppress
+from email.message import Message
 from http import HTTPStatus
 from pathlib import Path
 from typing import NamedTuple
@@ -37,7 +37,7 @@ class Access(NamedTuple):
     may_change: bool
     """Whether changes of the run are taken at all."""
 
-    def refuse_reading(self, token: str, headers: Mapping[str, str]) -> Refusal | None:
+    def refuse_reading(self, token: str, headers: Message) -> Refusal | None:
         """Return why a request may not read, or None.
 
         Args:
@@ -61,10 +61,13 @@ class Access(NamedTuple):
             )
         return None
 
-    def refuse_change(self, headers: Mapping[str, str]) -> Refusal | None:
+    def refuse_change(self, headers: Message) -> Refusal | None:
         """Return why a request that may read may not change the run, or None."""
         if not self.may_change:
-            return Refusal(HTTPStatus.FORBIDDEN, "this page only shows; start rtctl watch with --control to change the run")
+            return Refusal(
+                HTTPStatus.FORBIDDEN,
+                "this page only shows; start rtctl watch with --control to change the run",
+            )
         if headers.get("Content-Type", "").partition(";")[0].strip() != "application/json":
             return Refusal(
                 HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "a change is sent as Content-Type: application/json"
@@ -76,7 +79,7 @@ def token_of(folder: Path) -> str:
     """Return the token of a watched folder: random, and the same when the page is served again.
 
     It is derived from a random key that only this user can read, `rtctl/watch.key` below XDG_STATE_HOME, so that an
-    open page goes on after the server was started again. Where there is no place for the key, the token is new each time.
+    open page goes on after the server was started again. Without a place for the key, the token is new each time.
     """
     try:
         state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")

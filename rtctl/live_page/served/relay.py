@@ -39,7 +39,9 @@ def upstream_of(address: str) -> Upstream:
     except ValueError as error:
         raise InputError(f"--live {address}: {error}") from None
     if url.scheme != "http" or not host or not token:
-        raise InputError(f"--live {address}: the whole address is needed that rtctl watch printed: http://HOST:PORT/TOKEN/")
+        raise InputError(
+            f"--live {address}: the whole address is needed that rtctl watch printed: http://HOST:PORT/TOKEN/"
+        )
     upstream = Upstream(host, port, token)
     try:
         connection = http.client.HTTPConnection(host, port, timeout=PATIENCE_S)
@@ -97,7 +99,10 @@ class RelayRequest(PageRequest):
             answer = connection.getresponse()
         except (OSError, http.client.HTTPException) as error:
             connection.close()
-            self._say(HTTPStatus.BAD_GATEWAY, f"the page at {upstream.host}:{upstream.port} does not answer: {error}")
+            self._say(
+                HTTPStatus.BAD_GATEWAY,
+                f"the page at {upstream.host}:{upstream.port} does not answer: {error}",
+            )
             return
         try:
             self.close_connection = True
@@ -115,8 +120,6 @@ class RelayRequest(PageRequest):
 
 @contextmanager
 def page_relayed(upstream: Upstream, access: Access, port: int | None) -> Iterator[RelayServer]:
-    """Serve the page of `upstream` in threads of this process inside the block; arguments and errors as `page_served`."""
+    """Serve the page of `upstream` inside the block; other arguments and errors as `page_served`."""
     with serving(bound(lambda number: RelayServer(upstream, access, number), port)) as server:
         yield server
-
-

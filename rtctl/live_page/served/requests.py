@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 from collections.abc import Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from rtctl.border.errors import InputError, RtctlError
 from rtctl.evaluation.metrics import finite
 from rtctl.live_page.recorded.places import newest_of, places_in
+from rtctl.live_page.served.access import Access
 from rtctl.live_page.served.control import LARGEST_REQUEST, change, changeable
+from rtctl.live_page.served.history import History
 from rtctl.live_page.served.stream import FRAMES_A_SECOND, Stream
-
-if TYPE_CHECKING:
-    from rtctl.live_page.served.server import PageServer
 
 PAGE = Path(__file__).parent.parent / "page"
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
@@ -33,12 +33,24 @@ PATIENCE_S = 20.0
 """A browser that takes nothing for so long is taken as gone."""
 
 
+class Served(Protocol):
+    """What a request needs of its server."""
+
+    folder: Path
+    """The watched folder."""
+    access: Access
+    history: History
+    seats: threading.BoundedSemaphore
+    """One for each viewer that may be there."""
+    ended: threading.Event
+
+
 class PageRequest(BaseHTTPRequestHandler):
     """Answers one connection; paths are /TOKEN/WHAT?QUERY."""
 
     protocol_version = "HTTP/1.1"
     timeout = PATIENCE_S
-    server: PageServer
+    server: Served  # type: ignore[assignment]
 
     def do_GET(self) -> None:
         """Answer a request that reads."""
@@ -76,7 +88,8 @@ class PageRequest(BaseHTTPRequestHandler):
             self._say(HTTPStatus.NOT_FOUND, f"{what}: nothing here takes a change; it is control that does")
         elif not length.isdecimal() or int(length) > LARGEST_REQUEST:
             self._say(
-                HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a change has at most {LARGEST_REQUEST} bytes, and says how many"
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                f"a change has at most {LARGEST_REQUEST} bytes, and says how many",
             )
         else:
             try:
@@ -107,7 +120,10 @@ class PageRequest(BaseHTTPRequestHandler):
     def _stream(self, query: Mapping[str, str]) -> None:
         """Send events until the browser goes away or the server ends."""
         if not self.server.seats.acquire(blocking=False):
-            self._say(HTTPStatus.SERVICE_UNAVAILABLE, "too many viewers at once; close a page that is open elsewhere")
+            self._say(
+                HTTPStatus.SERVICE_UNAVAILABLE,
+                "too many viewers at once; close a page that is open elsewhere",
+            )
             return
         last = self.headers.get("Last-Event-ID") or query.get("last", "")
         stream = Stream(self.server.folder, query.get("run", ""), last)
@@ -125,7 +141,11 @@ class PageRequest(BaseHTTPRequestHandler):
     def _file(self, name: str) -> None:
         """Send a file of the page."""
         path = PAGE / name
-        if path.suffix not in KINDS or not path.resolve().is_relative_to(PAGE.resolve()) or not path.is_file():
+        if (
+            path.suffix not in KINDS
+            or not path.resolve().is_relative_to(PAGE.resolve())
+            or not path.is_file()
+        ):
             self._say(HTTPStatus.NOT_FOUND, f"{name}: there is no such page here")
             return
         content = path.read_bytes()
@@ -157,5 +177,3 @@ class PageRequest(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Print nothing of a request."""
-
-

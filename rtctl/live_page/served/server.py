@@ -110,4 +110,6 @@ def bound(made: Callable[[int], Bound], port: int | None) -> Bound:
             raise InputError(
                 f"--port {port}: is taken by another program; choose another one, or 0 for a free one"
             ) from None
-        raise InputError(f"--port {port}: cannot be used: {getattr(error, 'strerror', None) or error}") from None
+        raise InputError(
+            f"--port {port}: cannot be used: {getattr(error, 'strerror', None) or error}"
+        ) from None

@@ -111,7 +111,9 @@ class Taken(NamedTuple):
         """Return `setpoint: 20 um -> 30 um from the next step on; REMARK`."""
 
         def told(value: float | None) -> str:
-            return "not known" if value is None else "the plan" if value != value else readable(value, self.unit)
+            return (
+                "not known" if value is None else "the plan" if value != value else readable(value, self.unit)
+            )
 
         remark = f"; {self.remark}" if self.remark else ""
         return f"{self.name}: {told(self.before)} -> {told(self.value)} from the next step on{remark}"

@@ -23,12 +23,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="a run under way: its folder or the control.sock in it; or a page served elsewhere: http://HOST:PORT/TOKEN/",
     )
-    parser.add_argument("--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)")
+    parser.add_argument(
+        "--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)"
+    )
     parser.add_argument(
         "--control", action="store_true", help="let the page change set-point and gains, and stop the run"
     )
     parser.add_argument(
-        "--plotjuggler", metavar="HOST:PORT", help="also send the rows there as UDP packets of JSON (usual port: 9870)"
+        "--plotjuggler",
+        metavar="HOST:PORT",
+        help="also send the rows there as UDP packets of JSON (usual port: 9870)",
     )
 
 
@@ -46,13 +50,16 @@ def run(args: argparse.Namespace) -> int:
             print(json.dumps({"address": address}), flush=True)
             return
         print(address, flush=True)
-        say(
-            "open it in a browser of this machine" + ("" if args.control else " (it only shows; --control lets it change the run)")
-            + "; Ctrl-C ends it", quiet=args.quiet,
-        )  # fmt: skip
+        only = "" if args.control else " (it only shows; --control lets it change the run)"
+        say(f"open it in a browser of this machine{only}; Ctrl-C ends it", quiet=args.quiet)
 
     os.nice(NICENESS)
     watch(
-        args.run, live=args.live, port=args.port, control=args.control, plotjuggler=args.plotjuggler, ready=ready
+        args.run,
+        live=args.live,
+        port=args.port,
+        control=args.control,
+        plotjuggler=args.plotjuggler,
+        ready=ready,
     )
     return 0

@@ -6,6 +6,9 @@ const HEIGHTS = { first: 230, other: 150 };
 const TALL_ROLES = new Set(["setpoint", "measured", "estimate", "signal"]);
 const SPARE = 0.06; // of the height, above and below the lines
 const SHRINK_BELOW = 0.55; // share of an axis that the lines fill before it shrinks
+const ERROR_ROLES = new Set(["error", "sensing_error"]);
+const USUAL = 0.98; // share of the errors that decide about an axis of errors
+const BEYOND = 3; // times these errors that the axis reaches
 const MARKED = new Set(["change", "refused", "fault", "rearmed"]);
 const TEXTS_OF_MARKS = 12;
 
@@ -39,6 +42,7 @@ export class Charts {
       if (chart.box.hidden) continue;
       chart.keys.forEach((key, number) => (key.hidden = !filled.includes(number)));
       const columns = chart.panel.signals.map((number) => data.values[number]);
+      if (chart.errors) this.#limit(chart, columns);
       chart.plot.batch(() => {
         chart.plot.setData([data.time, ...columns], false);
         chart.plot.setScale("x", { min: range[0], max: range[1] });
@@ -64,11 +68,13 @@ export class Charts {
     head.append(title);
     box.append(head);
     place.append(box);
-    const chart = { panel, box, head, keys: new Map(), range: null };
+    const errors = panel.signals.every((one) => ERROR_ROLES.has(this.run.signals[one].role));
+    const chart = { panel, box, head, keys: new Map(), range: null, errors, limit: Infinity, whole: false };
     const tall = panel.signals.some((one) => TALL_ROLES.has(this.run.signals[one].role));
     chart.height = tall && number === 0 ? HEIGHTS.first : HEIGHTS.other;
     chart.plot = new uPlot(this.#options(chart, place.clientWidth - 20), [[], ...panel.signals.map(() => [])], box);
     this.#keys(chart);
+    if (errors) this.#peaks(chart);
     this.#touch(chart);
     return chart;
   }
@@ -79,6 +85,7 @@ export class Charts {
     const axis = { stroke: colour("--dim"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { show: false } };
     return {
       width: Math.max(width, 200),
+      padding: [8, 12, 0, 0],
       height: chart.height,
       legend: { show: false },
       cursor: { sync: { key: "time", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
@@ -104,7 +111,7 @@ export class Charts {
       const signal = this.run.signals[number];
       if (signal.role === "band") return { width: 0, stroke: "transparent", points: { show: false } };
       place += 1;
-      const width = signal.role === "measured" ? 2 : 1.3;
+      const width = signal.role === "measured" ? 2.4 : 1.3;
       return { label: signal.name, stroke: colourOf(signal, place), width, points: { show: false } };
     });
   }
@@ -132,6 +139,29 @@ export class Charts {
     });
   }
 
+  /** An axis of errors is set by the usual ones; a button shows the peaks of steps and faults, too. */
+  #peaks(chart) {
+    chart.peak = document.createElement("button");
+    chart.peak.className = "small";
+    chart.peak.title = "Show the whole range of the errors, or the usual ones";
+    chart.peak.hidden = true;
+    chart.peak.onclick = () => {
+      chart.whole = !chart.whole;
+      chart.range = null;
+      if (chart.data) this.draw(chart.data, chart.data.range);
+    };
+    chart.head.append(chart.peak);
+  }
+
+  #limit(chart, columns) {
+    const sizes = columns.flatMap((column) => sampled(column).map(Math.abs)).sort((a, b) => a - b);
+    const largest = Math.max(...columns.map(largestOf));
+    const limit = BEYOND * (sizes[Math.floor(USUAL * (sizes.length - 1))] || largest);
+    chart.peak.hidden = limit >= largest;
+    chart.peak.textContent = chart.whole ? "usual errors" : `peaks to ${figure(largest)}`;
+    chart.limit = chart.whole ? Infinity : limit;
+  }
+
   /** Write the values at the cursor, or the newest ones, into the head of a chart. */
   #values(chart, data) {
     if (data) chart.data = data;
@@ -147,6 +177,8 @@ export class Charts {
   /** Return the range of an axis: it grows at once, and shrinks only if the lines fill little of it. */
   #range(chart, low, high) {
     if (low === null || high === null || !Number.isFinite(low) || !Number.isFinite(high)) return chart.range ?? [0, 1];
+    low = Math.max(low, -chart.limit);
+    high = Math.min(high, chart.limit);
     const height = high - low || Math.abs(high) * 0.1 || 1;
     const wanted = [low - SPARE * height, high + SPARE * height];
     const old = chart.range;
@@ -206,6 +238,19 @@ function swatch(shade) {
   const mark = document.createElement("i");
   mark.style.setProperty("--colour", shade);
   return mark;
+}
+
+/** Return about a thousand of the numbers in a column. */
+function sampled(column) {
+  const stride = Math.max(1, Math.floor(column.length / 1000));
+  const count = Math.floor(column.length / stride);
+  return Array.from({ length: count }, (_, k) => column[k * stride]).filter((one) => !Number.isNaN(one));
+}
+
+function largestOf(column) {
+  let largest = 0;
+  for (const value of column) if (Math.abs(value) > largest) largest = Math.abs(value);
+  return largest;
 }
 
 function hasNumbers(values) {

@@ -6,9 +6,16 @@ const ALWAYS = {
 };
 const FIRST = { command: "--command", reading: "--reading" };
 
+const known = new Map(); // a look into the style sheet costs more than a line of a chart
+let theme = "";
+
 /** Return a colour of the style sheet. */
 export function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const root = document.documentElement;
+  if (theme !== root.dataset.theme) known.clear();
+  theme = root.dataset.theme;
+  if (!known.has(name)) known.set(name, getComputedStyle(root).getPropertyValue(name).trim());
+  return known.get(name);
 }
 
 /** Return the colour of a signal that is the `place`-th one of its panel. */
@@ -27,6 +34,11 @@ export function figure(value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e6 || size < 1e-4) return value.toExponential(3);
-  return value.toPrecision(5).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");
+  if (size >= 1e7 || size < 1e-3) return Number(value.toPrecision(4)).toExponential().replace("e+", "e");
+  return `${Number(value.toPrecision(5))}`;
+}
+
+/** Return words with a capital letter. */
+export function capital(text) {
+  return text.slice(0, 1).toUpperCase() + text.slice(1);
 }

@@ -56,6 +56,7 @@ export class Control {
     plan.title = "The set-points of the scenario again";
     plan.onclick = () => this.#send(name, "plan");
     const both = document.createElement("span");
+    both.className = "together";
     both.append(set, " ", plan);
     return [label, input, said, both];
   }

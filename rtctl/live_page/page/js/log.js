@@ -5,6 +5,7 @@ import { figure } from "./colours.js";
 /** Write the events, the newest first. @param {Function} show called with the time [s] of an event that is clicked */
 export function writeEvents(events, show) {
   const list = document.getElementById("log");
+  list.parentElement.hidden = events.length === 0;
   list.replaceChildren(
     ...events.toReversed().map((event) => {
       const item = document.createElement("li");

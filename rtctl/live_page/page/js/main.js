@@ -146,12 +146,14 @@ function draw(now) {
   if (!data) return;
   page.dirty = false;
   page.drawn = now;
+  const begun = performance.now();
   page.charts.draw(data, data.range);
   if (page.pictures++ % PLANES_EVERY === 0 || !page.view.live) {
     page.planes.draw(data, page.view.live);
     page.overview.draw(data.range, page.view.growing, page.view.end_s);
   }
   counters.redraws += 1;
+  counters.drawing_ms += performance.now() - begun;
 }
 
 async function listRuns() {

@@ -30,7 +30,7 @@ export class Overview {
       this.renewed = now;
       this.#fetch();
     }
-    this.span = [this.data?.range[0] ?? 0, Math.max(end_s, this.data?.range[1] ?? 0)];
+    this.end_s = end_s;
     this.#paint();
   }
 
@@ -38,7 +38,9 @@ export class Overview {
     try {
       const response = await fetch(`history?${new URLSearchParams({ run: this.run.name, points: POINTS })}`);
       const answer = response.ok ? await response.json() : null;
-      if (answer?.key === this.run.key) this.data = drawable(answer, this.run.signals.length, null);
+      if (answer?.key !== this.run.key) return;
+      this.data = drawable(answer, this.run.signals.length, null);
+      this.#paint();
     } catch {
       // the stream says that the server is lost
     }
@@ -46,6 +48,7 @@ export class Overview {
 
   #paint() {
     const { canvas, data } = this;
+    this.span = [data?.range[0] ?? 0, Math.max(this.end_s, data?.range[1] ?? 0)];
     const width = canvas.clientWidth;
     canvas.width = width * devicePixelRatio;
     canvas.height = HEIGHT * devicePixelRatio;

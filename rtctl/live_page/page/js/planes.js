@@ -1,13 +1,15 @@
 /** Planes of two signals: the path of the newest rows with a trail that fades, or the samples of a range as dots. */
 
-import { colour, colourOf, figure, words } from "./colours.js";
+import { capital, colour, colourOf, figure, words } from "./colours.js";
 
 const HEIGHT = 210;
-const EDGE = { left: 50, right: 10, top: 8, bottom: 34 };
-const MOST_POINTS = 1500;
+const EDGE = { left: 62, right: 10, top: 8, bottom: 34 };
+const TRAIL_ROWS = 2000; // newest rows of which a live plane shows the path
 const FADES = 6; // parts of a trail, each fainter than the next newer one
 const JUMP = 0.2; // share of the plane from which a move between two samples is no line
-const SPARE = 0.05;
+const SPARE = 0.07;
+const SHRINK_BELOW = 0.6; // share of an axis that the loop fills before it shrinks
+const OUTSIDE = 0.003; // share of the values that an axis may leave outside, at each end
 
 export class Planes {
   constructor(place, run) {
@@ -18,19 +20,21 @@ export class Planes {
 
   /** Draw. @param {{plane: Float32Array[], step: number}} data  @param {boolean} live whether the trail fades */
   draw(data, live) {
+    const columns = live ? data.plane.map((column) => column.subarray(-TRAIL_ROWS)) : data.plane;
     for (const plane of this.planes) {
-      const curves = plane.y.filter((number) => data.plane[number].some((one) => !Number.isNaN(one)));
-      plane.box.hidden = curves.length === 0 || !data.plane[plane.x].length;
+      const curves = plane.y.filter((number) => columns[number].some((one) => !Number.isNaN(one)));
+      plane.box.hidden = curves.length === 0 || !columns[plane.x].length;
       if (plane.box.hidden) continue;
-      this.#fit(plane, [data.plane[plane.x]], "across", live);
-      this.#fit(plane, curves.map((number) => data.plane[number]), "up", live);
+      this.#fit(plane, [columns[plane.x]], "across", live);
+      this.#fit(plane, curves.map((number) => columns[number]), "up", live);
       const ctx = this.#frame(plane);
       for (const number of curves) {
         ctx.strokeStyle = ctx.fillStyle = colourOf(this.run.signals[number], 0);
-        const points = this.#points(plane, data.plane[plane.x], data.plane[number]);
+        const points = this.#points(plane, columns[plane.x], columns[number]);
         if (live) trail(ctx, plane, points);
         else path(ctx, plane, points, data.step > 1);
       }
+      ctx.restore(); // what `#frame` clips
     }
   }
 
@@ -41,7 +45,7 @@ export class Planes {
     head.className = "head";
     const [x, y] = [this.run.signals[plane.x], this.run.signals[plane.y[0]]];
     const title = document.createElement("h2");
-    title.textContent = `${words(y.name)} over ${words(x.name)}`;
+    title.textContent = capital(`${words(y.name)} over ${words(x.name)}`);
     head.append(title);
     const canvas = document.createElement("canvas");
     box.append(head, canvas);
@@ -49,30 +53,20 @@ export class Planes {
     return { ...plane, box, canvas, across: null, up: null, labels: [axisLabel(x), axisLabel(y)] };
   }
 
-  /** Fit an axis: while live it only grows, so that the loop stands still and is drawn on. */
+  /** Fit an axis: while live it stays unless the loop leaves it or fills little of it, so that the loop stands still. */
   #fit(plane, columns, axis, live) {
-    let low = Infinity;
-    let high = -Infinity;
-    for (const column of columns) {
-      for (const value of column) {
-        if (value < low) low = value;
-        if (value > high) high = value;
-      }
-    }
+    const [low, high] = most(columns);
     const spare = SPARE * (high - low || Math.abs(high) || 1);
     const old = live ? plane[axis] : null;
-    if (old && old[0] <= low && old[1] >= high) return;
-    plane[axis] = [Math.min(old?.[0] ?? Infinity, low - spare), Math.max(old?.[1] ?? -Infinity, high + spare)];
+    if (old && old[0] <= low && old[1] >= high && high - low > SHRINK_BELOW * (old[1] - old[0])) return;
+    plane[axis] = [low - spare, high + spare];
   }
 
   #points(plane, across, up) {
-    const stride = Math.max(1, Math.ceil(across.length / MOST_POINTS));
-    const count = Math.floor(across.length / stride);
-    const points = new Float32Array(2 * count);
-    const first = across.length - count * stride;
-    for (let k = 0; k < count; k++) {
-      points[2 * k] = plane.px(across[first + k * stride + stride - 1]);
-      points[2 * k + 1] = plane.py(up[first + k * stride + stride - 1]);
+    const points = new Float32Array(2 * across.length);
+    for (let k = 0; k < across.length; k++) {
+      points[2 * k] = plane.px(across[k]);
+      points[2 * k + 1] = plane.py(up[k]);
     }
     return points;
   }
@@ -94,6 +88,10 @@ export class Planes {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.clearRect(0, 0, width, HEIGHT);
     axes(ctx, plane);
+    ctx.beginPath();
+    ctx.rect(EDGE.left, EDGE.top, plane.width, plane.height);
+    ctx.save();
+    ctx.clip();
     return ctx;
   }
 }
@@ -124,6 +122,17 @@ function axes(ctx, plane) {
   ctx.restore();
 }
 
+/** Return the range of the values without the few outermost ones, which would squeeze the loop: a start, a fault. */
+function most(columns) {
+  const values = columns.flatMap((column) => {
+    const stride = Math.max(1, Math.floor(column.length / 1000));
+    return Array.from({ length: Math.floor(column.length / stride) }, (_, k) => column[k * stride]);
+  });
+  const sorted = values.filter((one) => !Number.isNaN(one)).sort((a, b) => a - b);
+  const place = Math.floor(OUTSIDE * sorted.length);
+  return [sorted[place], sorted[sorted.length - 1 - place]];
+}
+
 /** Draw the path of the newest rows, the older the fainter, and where it is now. */
 function trail(ctx, plane, points) {
   const count = points.length / 2;
@@ -146,7 +155,7 @@ function path(ctx, plane, points, dotted) {
     if (Number.isNaN(x) || Number.isNaN(y)) {
       drawn = false;
     } else if (dotted) {
-      ctx.fillRect(x - 0.9, y - 0.9, 1.8, 1.8);
+      ctx.fillRect(x - 1.2, y - 1.2, 2.4, 2.4);
     } else {
       const far = Math.abs(x - points[k - 2]) > JUMP * plane.width || Math.abs(y - points[k - 1]) > JUMP * plane.height;
       if (!drawn || far) {

@@ -19,6 +19,7 @@ export const counters = {
   connections: 0, // times that a server has answered
   recordings: 0, // recordings that were begun
   redraws: 0, // pictures drawn
+  drawing_ms: 0, // time that this took [ms]
   sum: 0, // of the numbers of all rows, so that no error cancels another one
 };
 

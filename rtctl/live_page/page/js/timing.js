@@ -75,9 +75,10 @@ function bars(ctx, counts, edges_us, width) {
     ctx.fillStyle = colour("--dim");
     if (counts[bin]) ctx.fillText(short(counts[bin]), x + each / 2, HEIGHT - BOTTOM - height - 3);
     const text = time(edges_us[bin]);
-    if (x >= free && bin > 0) {
-      ctx.fillText(text, Math.max(x, 12), HEIGHT - 6);
-      free = x + ctx.measureText(text).width + 8;
+    const half = ctx.measureText(text).width / 2;
+    if (x - half >= free && bin > 0) {
+      ctx.fillText(text, x, HEIGHT - 6);
+      free = x + half + 6;
     }
   }
 }
