@@ -31,6 +31,8 @@ class Extremes(NamedTuple):
     """Smallest values (columns, bins); NaN where a bin has no number."""
     high: FloatArray
     """Largest values (columns, bins)."""
+    last: int
+    """The row behind the last bin."""
 
 
 def extremes(values: FloatArray, begins: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -89,7 +91,7 @@ class Pyramid:
         """
         if last <= first:
             empty = np.zeros((len(self._low), 0))
-            return Extremes(np.zeros(0, dtype=np.int64), empty, empty)
+            return Extremes(np.zeros(0, dtype=np.int64), empty, empty, last)
         block = first // self.block_rows
         end = min(-(-last // self.block_rows), self._blocks)
         if 2 * (end - block) < bins:
@@ -102,7 +104,7 @@ class Pyramid:
             rest = read(self.rows, last)
             low[:, -1] = np.fmin(low[:, -1], np.fmin.reduce(rest, axis=1, initial=np.nan))
             high[:, -1] = np.fmax(high[:, -1], np.fmax.reduce(rest, axis=1, initial=np.nan))
-        return Extremes(begins * self.block_rows, low, high)
+        return Extremes(begins * self.block_rows, low, high, max(end * self.block_rows, last))
 
     def _merge(self) -> None:
         """Merge neighbouring blocks."""
@@ -123,4 +125,5 @@ def _of_rows(first: int, last: int, bins: int, read: Read) -> Extremes:
         part = begins[k : k + together]
         values = read(int(part[0]), int(borders[min(k + together, len(begins))]))
         found.append(extremes(values, part - part[0]))
-    return Extremes(begins, *(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True)))
+    low, high = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+    return Extremes(begins, low, high, last)
