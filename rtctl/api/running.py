@@ -166,6 +166,7 @@ def run(  # noqa: PLR0913
         RunError: The identification of the device failed.
     """
     from rtctl.scenario.command_sequence import steps_of
+    from rtctl.session.run_folder import watch_words
 
     folder, report = None if out is None else path_of("out", out), reporter(progress)
     own = driver_of(driver)
@@ -181,6 +182,7 @@ def run(  # noqa: PLR0913
         if folder is None:
             stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
         else:  # its recording tells how it goes
+            report.say(watch_words(folder))
             stop = stack.enter_context(stop_on_interrupt())
         content, file, identified = _model(loaded, given, device, place, stop, report)
         if identified and own is None:

@@ -24,7 +24,7 @@ from rtctl.session.acquisition import acquire
 from rtctl.session.closed_loop import track
 from rtctl.session.live.control_socket import listening
 from rtctl.session.run_files import write_run
-from rtctl.session.run_folder import RunFolder, run_metadata
+from rtctl.session.run_folder import RunFolder, run_metadata, watch_words
 from rtctl.wiring import build_driver
 
 PLANT = "vo2"
@@ -35,6 +35,7 @@ def demonstrate(
     device: str, seed: int, folder: Path, stop_requested: Callable[[], bool], report: Report
 ) -> list[dict[str, Any]]:
     """Acquire, identify and run every bundled tracking scenario over Modbus RTU; their summaries."""
+    report(watch_words(folder))
     with served_device(device, seed, report) as port:
         wire = ["driver.kind=modbus-rtu", f'driver.port="{port}"']
         files = bundled_scenarios()

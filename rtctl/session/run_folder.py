@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shlex
 import shutil
 import tomllib
 from collections.abc import Callable, Mapping
@@ -89,6 +90,11 @@ def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
     import tomli_w
 
     return {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
+
+
+def watch_words(folder: Path) -> str:
+    """Return the line that says how to watch what is recorded below `folder`."""
+    return f"watch it: {shlex.join(['rtctl', 'watch', str(folder)])}"
 
 
 def write_tables(

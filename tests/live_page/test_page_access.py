@@ -54,7 +54,12 @@ def test_a_page_of_another_origin_is_refused(tmp_path: Path, origin: str) -> Non
         assert asked(server.address, "runs", Origin=origin)[0] == 403
         assert asked(server.address, "runs", Origin=own)[0] == 200
         status, _, _ = asked(
-            server.address, "control", method="POST", body=CHANGE, Origin=origin, Content_Type="application/json"
+            server.address,
+            "control",
+            method="POST",
+            body=CHANGE,
+            Origin=origin,
+            Content_Type="application/json",
         )
         assert status == 403
 
@@ -104,7 +109,9 @@ def test_a_wrong_question_is_answered_in_words(tmp_path: Path, what: str, status
         assert text.strip()
 
 
-def test_more_viewers_than_seats_are_turned_away_and_a_seat_is_free_again_when_one_goes(tmp_path: Path) -> None:
+def test_more_viewers_than_seats_are_turned_away_and_a_seat_is_free_again_when_one_goes(
+    tmp_path: Path,
+) -> None:
     RecordedLoop(tmp_path).append(3)
     with served(tmp_path) as server:
         for _ in range(MOST_VIEWERS - 1):

@@ -29,7 +29,10 @@ def test_the_command_prints_the_address_serves_and_ends_on_a_signal(tmp_path: Pa
         process.send_signal(signal.SIGTERM)
         _, said = process.communicate(timeout=10.0)
     assert process.returncode == 0
-    assert said == "open it in a browser of this machine (it only shows; --control lets it change the run); Ctrl-C ends it\n"
+    assert (
+        said
+        == "open it in a browser of this machine (it only shows; --control lets it change the run); Ctrl-C ends it\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -37,7 +40,10 @@ def test_the_command_prints_the_address_serves_and_ends_on_a_signal(tmp_path: Pa
     [
         (["missing"], "missing: there is no run; give the folder of a run"),
         (["file"], "file: is a file; give the folder"),
-        (["--live", "missing"], "neither the folder of a run, nor its control.sock, nor the address of a page"),
+        (
+            ["--live", "missing"],
+            "neither the folder of a run, nor its control.sock, nor the address of a page",
+        ),
         (["--live", "."], "no run is under way there; rtctl watch"),
         (["--live", "http://127.0.0.1:1/TOKEN/"], "no page is served there"),
         (["--live", "http://127.0.0.1:1"], "the whole address is needed"),
@@ -47,7 +53,11 @@ def test_the_command_prints_the_address_serves_and_ends_on_a_signal(tmp_path: Pa
     ],
 )
 def test_what_is_wrong_is_said_without_a_traceback(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()

@@ -32,7 +32,9 @@ def run(tmp_path: Path) -> Iterator[tuple[PageServer, ParameterChannel]]:
 def changed(server: PageServer, **request: str) -> tuple[int, str]:
     """Ask for a change as the page does; return status and words."""
     body = json.dumps({"run": "steps", **request})
-    status, text, _ = asked(server.address, "control", method="POST", body=body, Content_Type="application/json")
+    status, text, _ = asked(
+        server.address, "control", method="POST", body=body, Content_Type="application/json"
+    )
     return status, json.loads(text)["said"] if status == 200 else text.strip()
 
 
@@ -44,7 +46,9 @@ def test_a_set_point_arrives_in_the_unit_of_the_run(run: tuple[PageServer, Param
     assert changed(server, name="setpoint", value="plan")[1].endswith("-> the plan from the next step on")
 
 
-def test_the_page_is_told_what_can_be_changed_and_its_values(run: tuple[PageServer, ParameterChannel]) -> None:
+def test_the_page_is_told_what_can_be_changed_and_its_values(
+    run: tuple[PageServer, ParameterChannel],
+) -> None:
     server, _ = run
     known = json.loads(asked(server.address, "parameters?run=steps")[1])
     assert known == [
@@ -90,7 +94,10 @@ def test_stop_ends_an_acquisition_that_is_under_way(tmp_path: Path) -> None:
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        assert "an excitation is being played" in changed(server, run=f"data/{FOLDER}", name="setpoint", value="1")[1]
+        assert (
+            "an excitation is being played"
+            in changed(server, run=f"data/{FOLDER}", name="setpoint", value="1")[1]
+        )
         assert changed(server, run=f"data/{FOLDER}", name="stop")[0] == 200
         said = process.communicate(timeout=20.0)[1]
     assert process.returncode == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 import pytest
 
@@ -28,7 +27,9 @@ def test_a_panel_shows_each_signal_of_a_bundled_scenario(name: str) -> None:
     names = {signal.name for signal in shown.signals}
     hidden = NOT_DRAWN | {"estimate_standard_error"} | (set() if scenario.reference else {"setpoint"})
     assert {column for column, _ in columns} - names == hidden
-    planes = [(shown.signals[plane["x"]].name, shown.signals[plane["y"][0]].name) for plane in planes_of(shown, {})]
+    planes = [
+        (shown.signals[plane["x"]].name, shown.signals[plane["y"][0]].name) for plane in planes_of(shown, {})
+    ]
     assert planes[0] == (profile.commands[-1].name, profile.sensed[0].name)
     assert planes[1] == (profile.commands[-1].name, profile.reference.name)
     assert ("setpoint" in names) == (scenario.reference is not None)

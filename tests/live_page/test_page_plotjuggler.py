@@ -38,7 +38,7 @@ def test_every_new_row_is_a_record_and_time_goes_on_with_the_next_run(
 ) -> None:
     loop = RecordedLoop(tmp_path, begin=40.0)
     loop.append(10)
-    sender = PlotJugglerSender(tmp_path, "127.0.0.1:%d" % receiver.getsockname()[1])
+    sender = PlotJugglerSender(tmp_path, f"127.0.0.1:{receiver.getsockname()[1]}")
     assert sender.look() == 1, "it begins with the newest row"
     loop.append(200)
     assert sender.look() == 200
@@ -66,7 +66,9 @@ def test_packets_hold_all_records_in_order() -> None:
     assert list(packets([])) == []
 
 
-@pytest.mark.parametrize("address", ["", "9870", "host:", "host:x", "localhost:0", "localhost:70000", "no such.invalid:1"])
+@pytest.mark.parametrize(
+    "address", ["", "9870", "host:", "host:x", "localhost:0", "localhost:70000", "no such.invalid:1"]
+)
 def test_an_address_that_is_none_is_refused_in_words(tmp_path: Path, address: str) -> None:
     with pytest.raises(InputError, match="--plotjuggler"):
         PlotJugglerSender(tmp_path, address)

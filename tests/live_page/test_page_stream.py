@@ -20,7 +20,9 @@ from rtctl.live_page.served.stream import Stream
 
 def numbers(events: list[Event]) -> list[int]:
     """Return the numbers of the rows in events."""
-    return [k for one in events for k in range(one.content["first"], one.content["first"] + one.content["count"])]
+    return [
+        k for one in events for k in range(one.content["first"], one.content["first"] + one.content["count"])
+    ]
 
 
 def test_a_viewer_that_loses_the_server_gets_each_row_once(tmp_path: Path) -> None:
@@ -37,7 +39,10 @@ def test_a_viewer_that_loses_the_server_gets_each_row_once(tmp_path: Path) -> No
         assert next(events).content["next"] == 541
         after = rows_until(events, 7540)
         loop.end()
-        assert next(event for event in events if event.kind == "state").content["state"] in ("recording", "ended")
+        assert next(event for event in events if event.kind == "state").content["state"] in (
+            "recording",
+            "ended",
+        )
     assert numbers([*before, *after]) == list(range(1, 7541))
     setpoints = [value for event in (*before, *after) for value in event.setpoints]
     assert setpoints == [100.0 + k for k in range(7540)]
