@@ -90,7 +90,7 @@ def test_stop_ends_an_acquisition_that_is_under_way(tmp_path: Path) -> None:
     with served(tmp_path, control=True) as server:
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         deadline = time.monotonic() + 60.0
-        while not asked(server.address, "history")[0] == 200:  # until its first row is recorded
+        while asked(server.address, "history")[0] != 200:  # until its first row is recorded
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < deadline
             time.sleep(0.05)

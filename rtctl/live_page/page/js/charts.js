@@ -10,7 +10,6 @@ const ERROR_ROLES = new Set(["error", "sensing_error"]);
 const USUAL = 0.98; // share of the errors that decide about an axis of errors
 const BEYOND = 3; // times these errors that the axis reaches
 const MARKED = new Set(["change", "refused", "fault", "rearmed"]);
-const TEXTS_OF_MARKS = 12;
 
 export class Charts {
   /**
@@ -200,6 +199,7 @@ export class Charts {
     const shown = this.marks.filter((one) => MARKED.has(one.kind) && one.time_s >= plot.scales.x.min && one.time_s <= plot.scales.x.max);
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px sans-serif`;
+    let free = 0;
     for (const mark of shown) {
       const x = Math.round(plot.valToPos(mark.time_s, "x", true));
       ctx.strokeStyle = ctx.fillStyle = colour(mark.kind === "fault" || mark.kind === "refused" ? "--alarm" : "--mark");
@@ -208,12 +208,13 @@ export class Charts {
       ctx.moveTo(x, bbox.top);
       ctx.lineTo(x, bbox.top + bbox.height);
       ctx.stroke();
-      if (withText && shown.length <= TEXTS_OF_MARKS) {
-        const text = mark.text.length > 28 ? `${mark.text.slice(0, 27)}…` : mark.text;
-        const room = x + ctx.measureText(text).width + 8 < bbox.left + bbox.width;
-        ctx.textAlign = room ? "left" : "right";
-        ctx.fillText(text, x + (room ? 4 : -4) * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
-      }
+      if (!withText) continue;
+      const text = mark.text.length > 28 ? `${mark.text.slice(0, 27)}…` : mark.text;
+      const width = ctx.measureText(text).width + 8 * devicePixelRatio;
+      const left = x + width < bbox.left + bbox.width ? x : x - width;
+      if (left < free) continue; // the list of events has it
+      free = left + width;
+      ctx.fillText(text, left + 4 * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
     }
     ctx.restore();
   }

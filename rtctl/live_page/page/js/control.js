@@ -44,17 +44,13 @@ export class Control {
     const said = document.createElement("span");
     said.className = "dim";
     said.textContent = unit;
-    const set = document.createElement("button");
-    set.textContent = "Set";
-    set.onclick = () => this.#send(name, input.value);
+    const set = button("Set", () => this.#send(name, input.value));
     input.onkeydown = (event) => {
       if (event.key === "Enter") this.#send(name, input.value);
     };
     if (name !== "setpoint") return [label, input, said, set];
-    const plan = document.createElement("button");
-    plan.textContent = "Plan";
+    const plan = button("Plan", () => this.#send(name, "plan"));
     plan.title = "The set-points of the scenario again";
-    plan.onclick = () => this.#send(name, "plan");
     const both = document.createElement("span");
     both.className = "together";
     both.append(set, " ", plan);
@@ -80,4 +76,12 @@ export class Control {
     message.hidden = !refused;
     message.textContent = text;
   }
+}
+
+function button(text, press) {
+  const made = document.createElement("button");
+  made.type = "button"; // else Enter in any field would press the first one
+  made.textContent = text;
+  made.onclick = press;
+  return made;
 }
