@@ -43,7 +43,6 @@ def acquire(
     """
     from rtctl.scenario.command_sequence import steps_of
     from rtctl.session import acquisition
-    from rtctl.session.run_folder import watch_words
     from rtctl.wiring import build_driver
 
     folder, report = path_of("out", out), reporter(progress)
@@ -51,7 +50,6 @@ def acquire(
     loaded = load_scenario(scenario, settings, {"driver": None if own is not None else driver})
     device = own or build_driver(loaded.scenario, loaded.folder)
     title = loaded.scenario.scenario.title
-    report.say(watch_words(folder))
     with watched_run(title, steps_of(loaded.scenario), report) as stop_requested:
         manifest = acquisition.acquire(
             loaded.scenario, device, folder, stop_requested, report.say, lambda: _make_room(folder, report),

@@ -166,7 +166,6 @@ def run(  # noqa: PLR0913
         RunError: The identification of the device failed.
     """
     from rtctl.scenario.command_sequence import steps_of
-    from rtctl.session.run_folder import watch_words
 
     folder, report = None if out is None else path_of("out", out), reporter(progress)
     own = driver_of(driver)
@@ -182,7 +181,6 @@ def run(  # noqa: PLR0913
         if folder is None:
             stop = stack.enter_context(watched_run(title, steps_of(loaded.scenario), report))
         else:  # its recording tells how it goes
-            report.say(watch_words(folder))
             stop = stack.enter_context(stop_on_interrupt())
         content, file, identified = _model(loaded, given, device, place, stop, report)
         if identified and own is None:
@@ -209,7 +207,7 @@ def _track(
     changes, run_folder = ParameterChannel(), None
     if folder is not None:
         metadata = run_metadata(loaded.tables)
-        run_folder = RunFolder(path=folder, metadata=metadata, model=file, report=report.say)
+        run_folder = RunFolder(path=folder, metadata=metadata, model=file, report=report.say, is_announced=True)
     with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:

@@ -59,6 +59,8 @@ class RunFolder:
     model: Path | None
     """The model file that the run uses; copied beside the recording."""
     report: Callable[[str], None] = lambda text: None
+    is_announced: bool = False
+    """Whether `report` is told how to watch the run."""
 
     def record(self, signals: Columns, timing: Columns) -> Recording:
         """Start recording; move the recording of a killed run into a folder of its own.
@@ -77,6 +79,8 @@ class RunFolder:
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
             shutil.copyfile(self.model, folder / MODEL)
+        if self.is_announced:
+            self.report(watch_words(folder))
         keeper = Keeper()
         return Recording(
             signals=MappedRecorder(folder / SIGNALS, signals, self.metadata, keeper),
