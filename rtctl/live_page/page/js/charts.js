@@ -199,6 +199,7 @@ export class Charts {
     const shown = this.marks.filter((one) => MARKED.has(one.kind) && one.time_s >= plot.scales.x.min && one.time_s <= plot.scales.x.max);
     ctx.save();
     ctx.font = `${11 * devicePixelRatio}px sans-serif`;
+    ctx.textAlign = "left";
     let free = 0;
     for (const mark of shown) {
       const x = Math.round(plot.valToPos(mark.time_s, "x", true));
@@ -214,6 +215,10 @@ export class Charts {
       const left = x + width < bbox.left + bbox.width ? x : x - width;
       if (left < free) continue; // the list of events has it
       free = left + width;
+      const shade = ctx.fillStyle;
+      ctx.fillStyle = colour("--card");
+      ctx.fillRect(left + 2 * devicePixelRatio, bbox.top, width - 2 * devicePixelRatio, 16 * devicePixelRatio);
+      ctx.fillStyle = shade;
       ctx.fillText(text, left + 4 * devicePixelRatio, bbox.top + 12 * devicePixelRatio);
     }
     ctx.restore();

@@ -102,13 +102,13 @@ function axes(ctx, plane) {
   ctx.fillStyle = colour("--dim");
   ctx.lineWidth = 1;
   ctx.textAlign = "center";
-  for (const value of ticks(plane.across, plane.width / 70)) {
+  for (const value of ticks(plane.across, plane.width / 55)) {
     const x = Math.round(plane.px(value)) + 0.5;
     line(ctx, x, EDGE.top, x, EDGE.top + plane.height);
     ctx.fillText(figure(value), x, EDGE.top + plane.height + 13);
   }
   ctx.textAlign = "right";
-  for (const value of ticks(plane.up, plane.height / 40)) {
+  for (const value of ticks(plane.up, plane.height / 32)) {
     const y = Math.round(plane.py(value)) + 0.5;
     line(ctx, EDGE.left, y, EDGE.left + plane.width, y);
     ctx.fillText(figure(value), EDGE.left - 5, y + 4);
