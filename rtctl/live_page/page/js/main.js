@@ -25,7 +25,6 @@ window.rtctl = { counters, page };
 
 function begin(run) {
   page.run = run;
-  page.charts?.destroy();
   page.ring = new Ring(run.signals.length, ROWS);
   page.view = new View(run, page.ring, () => {
     page.dirty = true;
@@ -88,7 +87,10 @@ function state(content) {
   pill();
   element("state").title = content.words;
   writeVerdict(content.summary);
-  if (!page.run) return;
+  if (!page.run) {
+    element("charts").textContent = content.words;
+    return;
+  }
   page.view.growing = content.state === "recording";
   if (content.state === "killed") say(content.words);
   if (before !== content.state || content.state === "recording") control.follow(page.view.growing);
