@@ -107,7 +107,7 @@ def test_stop_ends_the_run_at_the_safe_levels_before_all_that_waits(settle: int,
     assert outcome.fault is Fault.INTERRUPTED
     assert "stopped from outside" in outcome.message
     assert driver.closed_with == [(SAFE,)]
-    assert len(signals) == rows
+    assert (len(driver.commands), len(signals)) == (at + 1, rows), "not one more exchange"
     assert [event.kind for event in parts.events.noted if event.kind == "change"] == []
 
 
