@@ -30,7 +30,7 @@ RESUME_ROWS = 1 << 18
 ROWS_OF_A_FRAME = 4096
 STATE_EVERY_S = 0.25
 TIMING_EVERY_S = 1.0
-BEAT_EVERY_S = 5.0
+BEAT_EVERY_S = 2.0
 """How often something is sent in any case, which shows whether the viewer is still there [s]."""
 RETRY_MS = 500
 """After which time a browser that lost the server asks again [ms]."""
