@@ -6,6 +6,7 @@ const HEIGHTS = { first: 230, other: 150 };
 const TALL_ROLES = new Set(["setpoint", "measured", "estimate", "signal"]);
 const SPARE = 0.06; // of the height, above and below the lines
 const SHRINK_BELOW = 0.55; // share of an axis that the lines fill before it shrinks
+const DENSE = 4; // points a pixel from which no line is wider than one pixel: wider ones take five times as long to draw
 const ERROR_ROLES = new Set(["error", "sensing_error"]);
 const USUAL = 0.98; // share of the errors that decide about an axis of errors
 const BEYOND = 3; // times these errors that the axis reaches
@@ -42,6 +43,10 @@ export class Charts {
       chart.keys.forEach((key, number) => (key.hidden = !filled.includes(number)));
       const columns = chart.panel.signals.map((number) => data.values[number]);
       if (chart.errors) this.#limit(chart, columns);
+      const dense = data.time.length > DENSE * chart.plot.width;
+      chart.panel.signals.forEach((number, column) => {
+        if (this.run.signals[number].role === "measured") chart.plot.series[column + 1].width = dense ? 1 : 2;
+      });
       chart.plot.batch(() => {
         chart.plot.setData([data.time, ...columns], false);
         chart.plot.setScale("x", { min: range[0], max: range[1] });
@@ -110,8 +115,7 @@ export class Charts {
       const signal = this.run.signals[number];
       if (signal.role === "band") return { width: 0, stroke: "transparent", points: { show: false } };
       place += 1;
-      const width = signal.role === "measured" ? 2.4 : 1.3;
-      return { label: signal.name, stroke: colourOf(signal, place), width, points: { show: false } };
+      return { label: signal.name, stroke: colourOf(signal, place), width: 1, points: { show: false } };
     });
   }
 

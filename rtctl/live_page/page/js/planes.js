@@ -147,7 +147,7 @@ function trail(ctx, plane, points) {
 }
 
 function path(ctx, plane, points, dotted) {
-  ctx.lineWidth = 1.3;
+  ctx.lineWidth = 1; // wider lines take several times as long to draw
   ctx.beginPath();
   let drawn = false;
   for (let k = 0; k < points.length; k += 2) {
