@@ -78,12 +78,16 @@ def page(seconds: float) -> None:
         used_s = processor_s(server.pid) - used_s
         charts = len(browser.find_elements("css selector", ".chart:not([hidden])"))
     drawn = last["redraws"] - first["redraws"]
-    print(f"{charts} charts, {(last['rows'] - first['rows']) / passed:.0f} rows/s for {passed:.0f} s: ", end="")
+    print(
+        f"{charts} charts, {(last['rows'] - first['rows']) / passed:.0f} rows/s for {passed:.0f} s: ", end=""
+    )
     print(f"{drawn / passed:.1f} redraws/s, {(last['drawing_ms'] - first['drawing_ms']) / drawn:.1f} ms each")
     print(f"rows lost {last['lost']}, doubled {last['doubled']}, skipped {last['skipped']}")
     print(f"server: {1e3 * used_s / passed:.0f} ms of processor time a second")
     for name, values in zip(("page's heap", "server's memory"), zip(*memory, strict=True), strict=True):
-        print(f"{name}: {values[0]:.1f} MB at first, {max(values):.1f} MB at most, {values[-1]:.1f} MB at last")
+        print(
+            f"{name}: {values[0]:.1f} MB at first, {max(values):.1f} MB at most, {values[-1]:.1f} MB at last"
+        )
 
 
 def lateness(rounds: int, seconds: float, priority: int, browsers: bool) -> None:

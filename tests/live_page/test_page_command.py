@@ -16,6 +16,7 @@ from rtctl.cli import main
 from rtctl.live_page.served.access import Access
 from rtctl.live_page.served.relay import page_relayed, upstream_of
 from rtctl.live_page.watching import live_source
+from rtctl.session.run_folder import RunFolder
 
 
 def test_the_command_prints_the_address_serves_and_ends_on_a_signal(tmp_path: Path) -> None:
@@ -63,6 +64,16 @@ def test_what_is_wrong_is_said_without_a_traceback(
     (tmp_path / "file").touch()
     assert main(["watch", *words]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_run_says_how_to_watch_it_once_it_records(tmp_path: Path) -> None:
+    said: list[str] = []
+    folder = RunFolder(
+        path=tmp_path / "my run", metadata={}, model=None, report=said.append, is_announced=True
+    )
+    assert said == []
+    folder.record([("index", "")], [("lateness", "us")]).close()
+    assert said == [f"watch it: rtctl watch '{tmp_path}/my run'"]
 
 
 def test_a_run_under_way_is_named_by_its_folder_or_its_socket(tmp_path: Path) -> None:

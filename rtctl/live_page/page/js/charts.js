@@ -89,7 +89,7 @@ export class Charts {
     const axis = { stroke: colour("--dim"), grid: { stroke: colour("--grid"), width: 1 }, ticks: { show: false } };
     return {
       width: Math.max(width, 200),
-      padding: [8, 12, 0, 0],
+      padding: [8, 20, 0, 0],
       height: chart.height,
       legend: { show: false },
       cursor: { sync: { key: "time", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 6 } },
