@@ -36,7 +36,7 @@ from rtctl.session.run_folder import RunFolder
 from rtctl.wiring import build_driver
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "live_page"))
-from browser_cases import chromium, counters  # noqa: E402
+from browser_cases import chromium, counters
 
 VIEWERS = 3
 PERIOD_S = 1e-3

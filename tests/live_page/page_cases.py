@@ -6,6 +6,7 @@ import base64
 import http.client
 import json
 import math
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,7 @@ from rtctl.scenario.schema import load_scenario
 from rtctl.session.run_folder import RunFolder, run_metadata, write_tables
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+PATIENCE_S = 30.0
 TOKEN = "a-token-of-the-tests-1"
 
 
@@ -121,7 +123,9 @@ def rows_until(events: Iterator[Event], last_row: int) -> list[Event]:
 
 def _events(answer: http.client.HTTPResponse) -> Iterator[Event]:
     fields: dict[str, str] = {}
+    deadline = time.monotonic() + PATIENCE_S
     while line := answer.readline().decode():
+        assert time.monotonic() < deadline, "what the test waits for never came"
         name, _, value = line.rstrip("\n").partition(": ")
         if line == "\n" and "data" in fields:
             yield Event(fields.get("event", ""), fields.get("id", ""), json.loads(fields["data"]))

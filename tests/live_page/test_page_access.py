@@ -96,7 +96,8 @@ def test_what_is_no_change_is_refused_in_words(
 @pytest.mark.parametrize(
     ("what", "status"),
     [
-        ("../served/access.py", 404), ("js/../../watching.py", 404), ("%2e%2e/plotjuggler.py", 404), ("nothing", 404), ("/etc/hosts.txt", 404),
+        ("../served/access.py", 404), ("js/../../watching.py", 404), ("%2e%2e/plotjuggler.py", 404), ("nothing", 404),
+        ("/etc/hosts.txt", 404),
         ("history?points=0", 409), ("history?points=1e9", 409), ("history?from=x", 409), ("history?from=nan", 409),
         ("history?from=2&to=1", 409), ("history?run=../..", 409), ("history", 409), ("parameters", 409),
     ],

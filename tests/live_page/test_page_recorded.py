@@ -45,15 +45,21 @@ def test_the_rows_of_a_run_keep_their_numbers_when_they_become_parquet(tmp_path:
     run.close()
 
 
-def test_another_run_in_the_same_folder_is_another_recording(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seen_ended", [False, True])
+def test_another_run_in_the_same_folder_is_another_recording(tmp_path: Path, seen_ended: bool) -> None:
     first = RecordedLoop(tmp_path)
     first.append(50)
     run = FollowedRun(tmp_path)
     assert run.look()
     first.end()
+    if seen_ended:
+        assert not run.look()
+        assert run.state() == "ended"
     second = RecordedLoop(tmp_path, begin=5.0)
+    assert not run.look(), "it has no row yet; the Parquet file of the first one is still there"
     second.append(10)
     assert run.look()
+    assert run.state() == "recording"
     assert run.rows is not None
     assert run.rows.count() == 10
     second.end()

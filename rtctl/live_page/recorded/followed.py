@@ -31,7 +31,7 @@ class FollowedRun:
     def look(self) -> bool:
         """Look whether there is another recording than at the last look; return whether there is."""
         now_s = time.monotonic()
-        if self.rows is None or self.rows.replaced() or now_s - self._searched_s > PLACES_EVERY_S:
+        if self._is_outdated() or now_s - self._searched_s > PLACES_EVERY_S:
             self._searched_s = now_s
             return self._reopen(self._wanted())
         return False
@@ -58,6 +58,11 @@ class FollowedRun:
             self.rows.close()
             self.rows = None
 
+    def _is_outdated(self) -> bool:
+        """Return whether the rows that are open are not those of the place, or no longer."""
+        rows, place = self.rows, self.place
+        return rows is None or place is None or rows.replaced() or rows.path != place.file
+
     def _wanted(self) -> Place | None:
         places = places_in(self.folder)
         if not self._name:
@@ -66,7 +71,7 @@ class FollowedRun:
 
     def _reopen(self, wanted: Place | None) -> bool:
         """Open `wanted` unless it is open; return whether it is another recording."""
-        if wanted is None or (wanted == self.place and self.rows is not None and not self.rows.replaced()):
+        if wanted is None or (wanted == self.place and not self._is_outdated()):
             return False
         try:
             opened = wanted.open()

@@ -25,13 +25,20 @@ class Place(NamedTuple):
     record: int | None = None
     """Place of the record in the manifest of the folder's dataset; None: a run."""
 
+    @property
+    def file(self) -> Path:
+        """The file that holds its rows: those under way, where there are any, lie beside those of an earlier run."""
+        if self.record is not None:
+            return self.folder / MANIFEST
+        growing = self.folder / SIGNALS
+        return growing if growing.is_file() else self.folder / PARQUET
+
     def open(self) -> RecordedRows:
         """Open its rows. Raises InputError where there is none yet, OSError where a file has just gone."""
+        file = self.file
         if self.record is not None:
-            return RecordRows(self.folder / MANIFEST, self.record)
-        if (self.folder / SIGNALS).is_file():
-            return GrowingRows(self.folder / SIGNALS)
-        return ParquetRows(self.folder / PARQUET)
+            return RecordRows(file, self.record)
+        return GrowingRows(file) if file.name == SIGNALS else ParquetRows(file)
 
 
 def places_in(folder: Path) -> list[Place]:

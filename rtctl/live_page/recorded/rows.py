@@ -26,6 +26,8 @@ class RecordedRows(Protocol):
 
     key: str
     """Eight hexadecimal digits; the same for the same recording, whether it grows, has ended or was opened anew."""
+    path: Path
+    """The file that was opened."""
     columns: Sequence[tuple[str, str]]
     """Names and units."""
     metadata: Mapping[str, str]
@@ -55,7 +57,7 @@ class GrowingRows:
 
     def __init__(self, path: Path) -> None:
         """Open the file. Raises InputError before its first row is whole, OSError if there is no such file."""
-        self._tail = Tail(path)
+        self.path, self._tail = path, Tail(path)
         if self._tail.look() == 0:
             self._tail.close()
             raise InputError(f"{path}: no row yet")
@@ -78,7 +80,7 @@ class ParquetRows:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        self._path, self._stamp = path, _stamp(path)
+        self.path, self._stamp = path, _stamp(path)
         try:
             self._file = pq.ParquetFile(path)
         except pa.ArrowInvalid as error:
@@ -115,7 +117,7 @@ class ParquetRows:
     def replaced(self) -> bool:
         """Return whether another file, or none, has taken the place of this one."""
         try:
-            return _stamp(self._path) != self._stamp
+            return _stamp(self.path) != self._stamp
         except OSError:
             return True
 
@@ -144,7 +146,7 @@ class RecordRows:
         """Read a record by its place in the manifest. Raises InputError if there is none, or the manifest is wrong."""
         from rtctl.measured.reading import open_dataset
 
-        self._manifest, self._stamp = manifest, _stamp(manifest)
+        self.path, self._stamp = manifest, _stamp(manifest)
         dataset = open_dataset(manifest)
         if number >= len(dataset.heads):
             raise InputError(f"{manifest}: has no record {number + 1}, it ends with {len(dataset.heads)}")
@@ -169,7 +171,7 @@ class RecordRows:
     def replaced(self) -> bool:
         """Return whether the manifest is another one by now, or gone."""
         try:
-            return _stamp(self._manifest) != self._stamp
+            return _stamp(self.path) != self._stamp
         except OSError:
             return True
 
