@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rtctl.api.machines import Latency, demonstrate, measure_latency, serve, serve_device
     from rtctl.api.model import Model, Parameter, read_model
     from rtctl.api.parts import PartInfo, PartList, list_parts
-    from rtctl.api.recordings import Replayed, change, recover, replay
+    from rtctl.api.recordings import Replayed, change, recover, replay, watch
     from rtctl.api.running import Run, run
     from rtctl.border.errors import DriverError, Fault, InputError, RtctlError, RunError
     from rtctl.measured.dataset import Dataset, Record
@@ -60,6 +60,7 @@ _MODULES = {
     "change": "rtctl.api.recordings",
     "recover": "rtctl.api.recordings",
     "replay": "rtctl.api.recordings",
+    "watch": "rtctl.api.recordings",
     "Run": "rtctl.api.running",
     "run": "rtctl.api.running",
     "DriverError": "rtctl.border.errors",
@@ -119,6 +120,7 @@ __all__ = [
     "serve_device",
     "simulate",
     "sweep",
+    "watch",
     "write_dataset",
 ]
 

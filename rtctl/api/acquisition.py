@@ -52,8 +52,9 @@ def acquire(
     title = loaded.scenario.scenario.title
     with watched_run(title, steps_of(loaded.scenario), report) as stop_requested:
         manifest = acquisition.acquire(
-            loaded.scenario, device, folder, stop_requested, report.say, lambda: _make_room(folder, report)
-        )
+            loaded.scenario, device, folder, stop_requested, report.say, lambda: _make_room(folder, report),
+            loaded.tables,
+        )  # fmt: skip
     return read_dataset(manifest)
 
 

@@ -1,8 +1,8 @@
-"""Runs that were recorded or still are: `replay`, `recover`, `change`."""
+"""Runs that were recorded or still are: `replay`, `recover`, `change`, `watch`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -114,3 +114,47 @@ def change_in_words(run: PathText, text: str) -> Taken:
     folder = path_of("run", run)
     asked = read_change(folder, text)
     return send(folder, asked.name, asked.value)
+
+
+def watch(
+    run: PathText | None = None,
+    *,
+    live: str | None = None,
+    port: int | None = None,
+    control: bool = False,
+    plotjuggler: str | None = None,
+    ready: Callable[[str], None] = print,
+) -> None:
+    """Serve a page that shows a run while it lasts and afterwards, until Ctrl-C or SIGTERM; it blocks.
+
+    Args:
+        run: Folder of a run, of several, or of a dataset.
+        live: Instead of `run`: the folder or the control socket of a run under way, or the address of a page that is
+            served elsewhere.
+        port: Of this machine; 0: a free one; None: 8787, or a free one where that is taken.
+        control: Whether the page may change set-point and gains, and stop the run.
+        plotjuggler: HOST:PORT to which the rows are sent as UDP packets of JSON; None: none are.
+        ready: Is told the address of the page.
+
+    Raises:
+        InputError: There is no such folder, no run is under way, the port is taken, or an address is wrong.
+    """
+    from rtctl.border.errors import InputError
+    from rtctl.live_page import watching
+    from rtctl.output.interrupt import stop_on_interrupt
+
+    if live is None and run is not None:
+        source: Path | str = watching.watched_folder(path_of("run", run))
+    elif live is not None and run is None:
+        source = watching.live_source(live)
+    else:
+        raise InputError("watch: give either the folder of a run, or live")
+    with stop_on_interrupt() as stop_requested:
+        watching.watch(
+            source,
+            port=port,
+            may_change=control,
+            plotjuggler=plotjuggler,
+            ready=ready,
+            stop_requested=stop_requested,
+        )

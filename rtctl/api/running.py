@@ -207,7 +207,9 @@ def _track(
     changes, run_folder = ParameterChannel(), None
     if folder is not None:
         metadata = run_metadata(loaded.tables)
-        run_folder = RunFolder(path=folder, metadata=metadata, model=file, report=report.say)
+        run_folder = RunFolder(
+            path=folder, metadata=metadata, model=file, report=report.say, is_announced=True
+        )
     with _listening(folder, changes), _telling(folder, loaded, report):
         result, outcome = track(loaded.scenario, model, device, stop, run_folder, changes)
     if folder is not None:

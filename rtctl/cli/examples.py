@@ -10,6 +10,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "rtctl run steps --model model.toml --set driver.kind=modbus-tcp --set driver.address=192.0.2.7:502",
     ),
     "set": ('rtctl set out/steps setpoint="30 um"', "rtctl set out/steps controller.kp=0.02"),
+    "watch": ("rtctl watch out/steps", "rtctl watch out/steps --control --plotjuggler localhost:9870"),
     "replay": ("rtctl replay out/steps", "rtctl replay out/steps --out out/again"),
     "recover": ("rtctl recover out/steps", "rtctl recover out/steps --json"),
     "acquire": (

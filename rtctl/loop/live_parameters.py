@@ -17,6 +17,8 @@ from rtctl.border.errors import InputError
 from rtctl.border.records import DeviceProfile
 
 SETPOINT = "setpoint"
+STOP = "stop"
+"""The change that ends the run at the safe levels."""
 
 
 class Change(NamedTuple):
@@ -42,6 +44,8 @@ class ParameterChannel:
 
     def __init__(self) -> None:
         self._offered: deque[Change] = deque()
+        self.stopped = False
+        """Whether the run was asked to end; for the places where no change is taken."""
         self.attention = np.zeros(1, dtype=np.int64)
         """Not 0 if a change is waiting: for a compiled block."""
         self.judge: Callable[[str, float], str] = lambda name, value: ""
@@ -63,6 +67,12 @@ class ParameterChannel:
         self._offered.append(Change(name, value))
         self.attention[0] = 1
         return remark
+
+    def stop(self) -> None:
+        """Ask the run to end at its safe levels, before any other change that is waiting."""
+        self.stopped = True
+        self._offered.appendleft(Change(STOP, math.nan))
+        self.attention[0] = 1
 
     def __bool__(self) -> bool:
         return bool(self._offered)

@@ -18,7 +18,7 @@ from rtctl.border.errors import DriverError, Fault, InputError
 from rtctl.border.records import Driver, Measurement
 from rtctl.interfaces import Clock, Controller, Estimator, SignalRecorder
 from rtctl.loop.events import Events
-from rtctl.loop.live_parameters import SETPOINT, ParameterChannel
+from rtctl.loop.live_parameters import SETPOINT, STOP, ParameterChannel
 from rtctl.loop.step import Levels, Step, upcoming_setpoints
 from rtctl.safety.guards import EnergyGuard, ReadingGuard
 from rtctl.safety.limits import CommandLimits
@@ -237,6 +237,8 @@ def floats(values: FloatArray) -> Sequence[float]:
 def _apply_change(parts: LoopParts, step: Step, index: int, at: Position) -> None:
     """Apply one change; one per sample, so that a flood of them delays no sample by more."""
     change = parts.changes.take()
+    if change.name == STOP:
+        refuse_stopped(parts)
     try:
         if change.name == SETPOINT:
             at.setpoint = change.value
@@ -281,6 +283,14 @@ def refuse_unlikely(
         finding = parts.guard.judge(new, previous, level, elapsed_s, begun_ns, answered_ns)
         if finding is not None:
             raise DriverError(*finding)
+
+
+def refuse_stopped(parts: LoopParts) -> None:
+    """Raise DriverError if the run was asked to end through its channel."""
+    if parts.changes.stopped:
+        raise DriverError(
+            Fault.INTERRUPTED, "stopped from outside (stop); what was recorded until then is written"
+        )
 
 
 def refuse_interrupted(parts: LoopParts) -> None:

@@ -27,6 +27,7 @@ from rtctl.loop.sampler import (
     Sampler,
     refuse_implausible,
     refuse_interrupted,
+    refuse_stopped,
     refuse_unlikely,
 )
 from rtctl.loop.step import ReadableStep
@@ -114,6 +115,7 @@ def _reopened(parts: LoopParts, plan: LoopPlan) -> Measurement:
     for _ in range(math.ceil(plan.rearm_after_s / plan.period_s)):
         parts.clock.wait()
         refuse_interrupted(parts)
+        refuse_stopped(parts)
     assert parts.reopen is not None
     return parts.reopen()
 
@@ -126,6 +128,7 @@ def _settle(parts: LoopParts, plan: LoopPlan, first: Measurement, safe: Sequence
     parts.energy.start(safe)
     parts.clock.start(plan.period_s)
     for _ in range(plan.settle_steps):
+        refuse_stopped(parts)
         parts.clock.wait()
         begun_ns = time.perf_counter_ns()
         new = parts.driver.exchange(safe)

@@ -22,8 +22,9 @@ class Tail:
 
     def __init__(self, path: Path) -> None:
         """Open a recording. Raises InputError if the file is none, OSError if there is no such file."""
-        header = read_header(path)
+        self.header = header = read_header(path)
         self.names = [name for name, _ in header.columns]
+        self._path = path
         self._begin, self._stride = header.begin, stride_of(len(self.names))
         self._file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
         self.count = 0
@@ -35,12 +36,27 @@ class Tail:
 
     def new_rows(self) -> dict[str, FloatArray]:
         """Return the columns (rows,) of the rows since the last look, of very many the newest."""
-        before, self.count = self.count, self._whole_rows()
-        first = max(before, self.count - MOST_ROWS)
-        data = os.pread(self._file, (self.count - first) * self._stride, self._begin + first * self._stride)
+        before = self.count
+        return self.read(max(before, self.look() - MOST_ROWS), self.count)
+
+    def look(self) -> int:
+        """Return how many rows are whole by now."""
+        self.count = self._whole_rows()
+        return self.count
+
+    def read(self, first: int, last: int) -> dict[str, FloatArray]:
+        """Return the columns (rows,) of the whole rows from `first` on, counted from 0, before `last`."""
+        data = os.pread(self._file, (last - first) * self._stride, self._begin + first * self._stride)
         rows = np.frombuffer(data, dtype="<f8", count=len(data) // self._stride * (self._stride // 8))
         table = rows.reshape(-1, self._stride // 8)
         return {name: table[:, k] for k, name in enumerate(self.names)}
+
+    def replaced(self) -> bool:
+        """Return whether another file, or none, has taken the place of this one."""
+        try:
+            return os.stat(self._path).st_ino != os.fstat(self._file).st_ino
+        except OSError:
+            return True
 
     def _whole_rows(self) -> int:
         """Return how many rows are whole: their numbers are written in order, so by bisection from the last count."""

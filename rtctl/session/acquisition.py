@@ -8,20 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError, RtctlError, RunError
-from rtctl.border.records import Channel, DeviceStatus, Driver
+from rtctl.border.records import Channel, DeviceStatus, Driver, Measurement
 from rtctl.measured.dataset import Record
 from rtctl.measured.manifest.signal_kinds import measured_kinds
 from rtctl.measured.writer import write_dataset
 from rtctl.registry import plant_kind
 from rtctl.scenario.command_sequence import command_sequences
 from rtctl.scenario.schema import Scenario
+from rtctl.session.live.under_way import excitation_under_way
 from rtctl.session.loop_setup import open_driver
-from rtctl.session.open_loop import play
+from rtctl.session.open_loop import OpenLoopRun, play
 
 
 def acquire(
@@ -31,6 +33,7 @@ def acquire(
     stop_requested: Callable[[], bool],
     report: Callable[[str], None],
     make_room: Callable[[], None] = lambda: None,
+    tables: Mapping[str, Any] | None = None,
 ) -> Path:
     """Play every excitation, write the dataset and return the path of its manifest.
 
@@ -43,6 +46,7 @@ def acquire(
         stop_requested: returns True once the run is to end.
         report: takes a line of progress before each excitation.
         make_room: called once there is something to write, since what `folder` holds will be overwritten.
+        tables: the scenario as a file has it; with it the excitation under way can be watched and stopped.
 
     Raises:
         InputError: there is nothing to play, or the plant has no dataset.
@@ -55,7 +59,8 @@ def acquire(
             f'a "{scenario.scenario.plant}" has no dataset: those are of {", ".join(measured_kinds())}; play the '
             "excitation with rtctl run, which records every channel"
         )
-    records, failure = _play_all(scenario, driver, stop_requested, report)
+    player = _Player(scenario, driver, stop_requested, folder, tables)
+    records, failure = _play_all(player, report)
     if not records:
         raise RunError(f"{failure}; nothing was recorded")
     make_room()
@@ -75,25 +80,38 @@ def acquire(
     return path
 
 
-def _play_all(
-    scenario: Scenario,
-    driver: Driver,
-    stop_requested: Callable[[], bool],
-    report: Callable[[str], None],
-) -> tuple[list[Record], str]:
+class _Player(NamedTuple):
+    """What plays the excitations of a scenario."""
+
+    scenario: Scenario
+    driver: Driver
+    stop_requested: Callable[[], bool]
+    folder: Path
+    tables: Mapping[str, Any] | None
+
+    def play(self, own: Scenario, levels: FloatArray, first: Measurement, title: str) -> OpenLoopRun:
+        """Play `levels` (n,) on the open driver after a sample at rest; `own` has the period of this excitation."""
+        rest = np.concatenate(([_rest(self.scenario)], levels))
+        if self.tables is None:
+            return play(own, self.driver, rest, first, self.stop_requested)
+        with excitation_under_way(self.folder, own, self.tables, title) as place:
+            return play(own, self.driver, rest, first, self.stop_requested, place.folder, place.changes)
+
+
+def _play_all(player: _Player, report: Callable[[str], None]) -> tuple[list[Record], str]:
     """Play every excitation; return the records that are complete, and what ended the others ("": nothing)."""
+    scenario = player.scenario
     records: list[Record] = []
     for index, levels in enumerate(command_sequences(scenario)):
         kind, own = scenario.excitation[index].kind, scenario.at_period_of(index)
         report(f"{kind}: {len(levels) * own.scenario.period_s:.3g} s, {len(levels)} samples")
         try:
-            first = open_driver(driver, own)
+            first = open_driver(player.driver, own)
         except RtctlError as error:
             if not records:
                 raise
             return records, str(error)
-        rest = np.concatenate(([_rest(scenario)], levels))
-        run = play(own, driver, rest, first, stop_requested)
+        run = player.play(own, levels, first, f"{scenario.scenario.title}: {kind}")
         if run.outcome.fault is not None:
             return records, f"{run.outcome.fault}: {run.outcome.message}"
         if clamped := _clamped(run.signals, kind, scenario.profile.commands[0]):

@@ -15,14 +15,16 @@ from typing import Any
 from rtctl.border.errors import RunError
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
 from rtctl.identification.vo2.settling import assess_staircases, describe_settling
+from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.measured.reading import read_dataset
 from rtctl.models.vo2 import write_model
 from rtctl.scenario.bundled import bundled_scenarios
 from rtctl.scenario.schema import load_scenario
 from rtctl.session.acquisition import acquire
 from rtctl.session.closed_loop import track
+from rtctl.session.live.control_socket import listening
 from rtctl.session.run_files import write_run
-from rtctl.session.run_folder import RunFolder, run_metadata
+from rtctl.session.run_folder import RunFolder, run_metadata, watch_words
 from rtctl.wiring import build_driver
 
 PLANT = "vo2"
@@ -33,13 +35,14 @@ def demonstrate(
     device: str, seed: int, folder: Path, stop_requested: Callable[[], bool], report: Report
 ) -> list[dict[str, Any]]:
     """Acquire, identify and run every bundled tracking scenario over Modbus RTU; their summaries."""
+    report(watch_words(folder))
     with served_device(device, seed, report) as port:
         wire = ["driver.kind=modbus-rtu", f'driver.port="{port}"']
         files = bundled_scenarios()
-        scenario, _ = load_scenario(files / "acquire_vo2.toml", wire)
+        scenario, tables = load_scenario(files / "acquire_vo2.toml", wire)
         report("measuring the hysteresis through the line")
         manifest = acquire(
-            scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report
+            scenario, build_driver(scenario, files), folder / "dataset", stop_requested, report, tables=tables
         )
         report("identifying")
         dataset = read_dataset(manifest)
@@ -57,10 +60,10 @@ def demonstrate(
             report(f"running {file.stem}")
             place, metadata = folder / file.stem, run_metadata(tables)
             run_folder = RunFolder(path=place, metadata=metadata, model=folder / "model.toml", report=report)
-            result, outcome = track(
-                scenario, model, build_driver(scenario, files), stop_requested, run_folder
-            )
-            write_run(folder / file.stem, scenario, tables, result)
+            changes, driver = ParameterChannel(), build_driver(scenario, files)
+            with listening(place, changes):
+                result, outcome = track(scenario, model, driver, stop_requested, run_folder, changes)
+            write_run(place, scenario, tables, result)
             summaries.append(result.summary)
             if outcome.fault is not None:
                 raise RunError(f"{file.stem}: {outcome.fault}: {outcome.message}")

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import Driver, Measurement
 from rtctl.estimators.none import NoEstimator
+from rtctl.loop.live_parameters import ParameterChannel
 from rtctl.loop.supervisor import LoopOutcome, signal_columns
 from rtctl.scenario.schema import Scenario
 from rtctl.session.loop_setup import (
@@ -42,6 +43,7 @@ def play(
     first: Measurement,
     stop_requested: Callable[[], bool],
     folder: RunFolder | None = None,
+    changes: ParameterChannel | None = None,
 ) -> OpenLoopRun:
     """Play `levels` of the first command on an open driver, then close it.
 
@@ -52,13 +54,14 @@ def play(
         first: the reading with which the driver was opened.
         stop_requested: returns True once the run is to end.
         folder: where to record, as a closed-loop run does; None: into memory.
+        changes: asks the run to stop while it lasts; None: nothing does.
     """
     chain = ControlChain(
         estimator=NoEstimator(), controller=build_playback(scenario), limits=build_limits(scenario, None)
     )
     columns = signal_columns(driver.profile, chain.estimator, chain.controller)
     recording = start_recording(driver, chain.safe_levels, columns, folder)
-    parts = build_parts(scenario, driver, chain, recording, stop_requested)
+    parts = build_parts(scenario, driver, chain, recording, stop_requested, changes)
     try:
         outcome, requests = run_on_clock(scenario, parts, build_plan(scenario, levels), first)
     finally:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import shlex
 import shutil
 import tomllib
 from collections.abc import Callable, Mapping
@@ -58,6 +59,8 @@ class RunFolder:
     model: Path | None
     """The model file that the run uses; copied beside the recording."""
     report: Callable[[str], None] = lambda text: None
+    is_announced: bool = False
+    """Whether `report` is told how to watch the run."""
 
     def record(self, signals: Columns, timing: Columns) -> Recording:
         """Start recording; move the recording of a killed run into a folder of its own.
@@ -76,6 +79,8 @@ class RunFolder:
         (folder / "summary.json").unlink(missing_ok=True)  # of an earlier run in the same folder
         if self.model is not None and self.model.resolve() != (folder / MODEL).resolve():
             shutil.copyfile(self.model, folder / MODEL)
+        if self.is_announced:
+            self.report(watch_words(folder))
         keeper = Keeper()
         return Recording(
             signals=MappedRecorder(folder / SIGNALS, signals, self.metadata, keeper),
@@ -89,6 +94,11 @@ def run_metadata(tables: Mapping[str, Any]) -> dict[str, str]:
     import tomli_w
 
     return {"scenario": tomli_w.dumps(tables), "program": "rtctl"}
+
+
+def watch_words(folder: Path) -> str:
+    """Return the line that says how to watch what is recorded below `folder`."""
+    return f"watch it: {shlex.join(['rtctl', 'watch', str(folder)])}"
 
 
 def write_tables(

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from loop_cases import FIRST, ScriptedDriver, WrittenEstimator, parts_of
+from loop_cases import FIRST, SAFE, ScriptedDriver, WrittenEstimator, parts_of
 
-from rtctl.border.errors import InputError
+from rtctl.border.errors import Fault, InputError
 from rtctl.border.records import Measurement
 from rtctl.controllers.pi import NoFeedforward, PiController, PiGains
 from rtctl.loop.events import Events, append_to, read_events
@@ -80,6 +80,35 @@ def test_what_cannot_be_changed_is_refused_and_the_loop_goes_on(name: str, value
     assert current == plain
     assert words in changes.refused[0][1]
     assert events.noted[-1].kind == "refused"
+
+
+class StoppingDriver(ScriptedDriver):
+    """Asks the run to stop while a given exchange is under way, behind other changes that wait."""
+
+    def __init__(self, changes: ParameterChannel, at: int) -> None:
+        super().__init__()
+        self._changes, self._at = changes, at
+
+    def exchange(self, levels: tuple[float, ...]) -> Measurement:  # type: ignore[override]
+        if len(self.commands) == self._at:
+            for _ in range(5):
+                self._changes.offer("setpoint", 30.0)
+            self._changes.stop()
+        return super().exchange(levels)
+
+
+@pytest.mark.parametrize(("settle", "at", "rows"), [(0, 10, 10), (6, 2, 0)])
+def test_stop_ends_the_run_at_the_safe_levels_before_all_that_waits(settle: int, at: int, rows: int) -> None:
+    changes = ParameterChannel()
+    driver = StoppingDriver(changes, at)
+    pi = PiController(PiGains(kp=0.1, ki=1.0), NoFeedforward(), deadband=0.0)
+    parts, plan, signals = parts_of(driver, WrittenEstimator(), pi, settle=settle, samples=40)
+    outcome = run_loop(replace(parts, changes=changes), plan, FIRST)
+    assert outcome.fault is Fault.INTERRUPTED
+    assert "stopped from outside" in outcome.message
+    assert driver.closed_with == [(SAFE,)]
+    assert (len(driver.commands), len(signals)) == (at + 1, rows), "not one more exchange"
+    assert [event.kind for event in parts.events.noted if event.kind == "change"] == []
 
 
 def test_a_gain_that_is_no_number_is_not_even_offered() -> None:

@@ -43,13 +43,13 @@ def identify_first(
         raise InputError(
             f'a "{record.name}" is not identified on the way: give its model by --model or scenario.model'
         )
-    excitation, _ = load_scenario(bundled_scenarios() / f"{identification.excitation}.toml", [])
+    excitation, tables = load_scenario(bundled_scenarios() / f"{identification.excitation}.toml", [])
     excitation = excitation.model_copy(update={"clock": scenario.clock, "limits": scenario.limits})
 
     def indented(text: str) -> None:
         report(f"  {text}")
 
-    manifest = acquire(excitation, driver, folder / "dataset", stop_requested, indented)
+    manifest = acquire(excitation, driver, folder / "dataset", stop_requested, indented, tables=tables)
     options = record.part(identification.options)()
     listener = Reporter(quiet=False, listener=lambda text, share: None if share else indented(text))
     fit: Fit = record.part(identification.fit)(read_dataset(manifest), None, options, listener)

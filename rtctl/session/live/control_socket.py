@@ -2,8 +2,9 @@
 
 A helper thread waits on the socket, so the loop never does. A change is JSON, {"name": "setpoint", "value": 30.0}; the
 answer, if the sender's socket has a name, is "ok" or what is wrong. With "report": true an "ok" is followed by a line
-of JSON: {"before": the parameter's value, "remark": what to know of the change}. The loop notes what it does among the
-run's events.
+of JSON: {"before": the parameter's value, "remark": what to know of the change}. {"name": "stop"} ends the run at its
+safe levels; {"name": "parameters"} is answered by a line of JSON with their values. The loop notes what it does among
+the run's events.
 """
 
 from __future__ import annotations
@@ -17,12 +18,13 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rtctl.border.errors import InputError, RunError, nearest
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.quantities import parse_quantity
-from rtctl.loop.live_parameters import SETPOINT, Change, ParameterChannel, units_of_parameters
+from rtctl.loop.live_parameters import SETPOINT, STOP, Change, ParameterChannel, units_of_parameters
+from rtctl.output.readable_units import readable
 from rtctl.recording.layout import read_header
 from rtctl.recording.tail import Tail
 from rtctl.scenario.schema import checked_scenario
@@ -32,6 +34,8 @@ NAME = "control.sock"
 LARGEST_DATAGRAM = 4096
 """Largest request and answer [bytes]."""
 ANSWER_WITHIN_S = 2.0
+PARAMETERS = "parameters"
+"""Name of the question for the values of all parameters."""
 PLAN = "plan"
 """Value of the setpoint that goes back to the scenario's `[reference]`."""
 
@@ -103,6 +107,17 @@ class Taken(NamedTuple):
     remark: str
     """What to know of it, such as the margins that new gains leave."""
 
+    def in_words(self) -> str:
+        """Return `setpoint: 20 um -> 30 um from the next step on; REMARK`."""
+
+        def told(value: float | None) -> str:
+            return (
+                "not known" if value is None else "the plan" if value != value else readable(value, self.unit)
+            )
+
+        remark = f"; {self.remark}" if self.remark else ""
+        return f"{self.name}: {told(self.before)} -> {told(self.value)} from the next step on{remark}"
+
 
 def send(folder: Path, name: str, value: float) -> Taken:
     """Ask the run in `folder` for a change; return what it was from and to.
@@ -116,8 +131,25 @@ def send(folder: Path, name: str, value: float) -> Taken:
         InputError: no run is under way in `folder`, or it refuses the change.
         RunError: the run does not answer in time.
     """
-    path, unit = folder / NAME, plain_unit(parameter_units(folder).get(name, ""))
+    unit = plain_unit(parameter_units(folder).get(name, ""))
     before = _setpoint_in_force(folder) if name == SETPOINT else None
+    known = _asked(folder, {"name": name, "value": value, "report": True})
+    return Taken(name, known.get("before", before), value, unit, str(known.get("remark", "")))
+
+
+def stop(folder: Path) -> None:
+    """Ask the run in `folder` to end at its safe levels. Raises as `send`."""
+    _asked(folder, {"name": STOP})
+
+
+def parameters(folder: Path) -> dict[str, float]:
+    """Return the values of the controller's parameters of the run in `folder`, each in its unit. Raises as `send`."""
+    return {str(name): float(value) for name, value in _asked(folder, {"name": PARAMETERS}).items()}
+
+
+def _asked(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
+    """Send a request to the run in `folder`; return what follows its "ok". Raises InputError, RunError."""
+    path = folder / NAME
     with (
         tempfile.TemporaryDirectory(prefix="rtctl-") as place,
         socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as client,
@@ -125,7 +157,7 @@ def send(folder: Path, name: str, value: float) -> Taken:
         client.bind(str(Path(place) / "answer"))
         client.settimeout(ANSWER_WITHIN_S)
         try:
-            client.sendto(json.dumps({"name": name, "value": value, "report": True}).encode(), _shorter(path))
+            client.sendto(json.dumps(request).encode(), _shorter(path))
         except OSError:
             raise InputError(f"{folder}: no run is under way here (no answer at {NAME})") from None
         try:
@@ -135,8 +167,8 @@ def send(folder: Path, name: str, value: float) -> Taken:
     said, _, report = answer.partition("\n")
     if said != "ok":
         raise InputError(answer)
-    known = json.loads(report) if report else {}
-    return Taken(name, known.get("before", before), value, unit, str(known.get("remark", "")))
+    found: dict[str, Any] = json.loads(report) if report else {}
+    return found
 
 
 def _setpoint_in_force(folder: Path) -> float | None:
@@ -180,6 +212,11 @@ def _offer(datagram: bytes, changes: ParameterChannel) -> str:
     """Offer one change; return "ok", or what is wrong with it."""
     try:
         content = json.loads(datagram)
+        if content["name"] == STOP:
+            changes.stop()
+            return "ok"
+        if content["name"] == PARAMETERS:
+            return f"ok\n{json.dumps(dict(changes.parameters()))}"
         name, value, report = str(content["name"]), float(content["value"]), bool(content.get("report"))
     except (ValueError, KeyError, TypeError, AttributeError):
         return 'a change is {"name": ..., "value": ...}'

@@ -18,6 +18,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.api.machines import demonstrate
     from rtctl.cli.options import is_quiet, output_folder, print_json
     from rtctl.cli.printing.runs import print_scenarios
+    from rtctl.session.run_folder import watch_words
 
     summaries = demonstrate(args.device, output_folder(args.out), seed=args.seed, progress=not is_quiet(args))
     if args.json:
@@ -25,4 +26,5 @@ def run(args: argparse.Namespace) -> int:
     elif not args.quiet:
         print_scenarios(summaries)
         print(f"pictures, recordings and summaries in {args.out}/<scenario>/, model in {args.out}/model.toml")
+        print(watch_words(args.out))
     return 0 if all(summary["verdict"] == "pass" for summary in summaries) else 1

@@ -22,19 +22,10 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.api.recordings import change_in_words
     from rtctl.cli.options import print_json
     from rtctl.output.progress import say
-    from rtctl.output.readable_units import readable
 
     taken = change_in_words(args.run, args.change)
     if args.json:
         print_json(taken._asdict())
         return 0
-
-    def told(value: float | None) -> str:
-        return "not known" if value is None else "the plan" if value != value else readable(value, taken.unit)
-
-    remark = f"; {taken.remark}" if taken.remark else ""
-    say(
-        f"{taken.name}: {told(taken.before)} -> {told(taken.value)} from the next step on{remark}",
-        quiet=args.quiet,
-    )
+    say(taken.in_words(), quiet=args.quiet)
     return 0

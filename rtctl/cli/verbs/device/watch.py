@@ -1,0 +1,65 @@
+"""A page that shows a run while it lasts and afterwards, in a browser; also changes it, or feeds PlotJuggler."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+NICENESS = 5
+"""The page gives way to the loop where they share a processor."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `rtctl watch`."""
+    watched = parser.add_mutually_exclusive_group(required=True)
+    watched.add_argument(
+        "run",
+        nargs="?",
+        type=Path,
+        help="folder of a run (its --out), of several (rtctl demo), or of a dataset",
+    )
+    watched.add_argument(
+        "--live",
+        metavar="ADDRESS",
+        help="a run under way: its folder or the control.sock in it; or a page served elsewhere: http://HOST:PORT/TOKEN/",
+    )
+    parser.add_argument(
+        "--port", type=int, help="of this machine; 0: a free one (default: 8787, or a free one)"
+    )
+    parser.add_argument(
+        "--control", action="store_true", help="let the page change set-point and gains, and stop the run"
+    )
+    parser.add_argument(
+        "--plotjuggler",
+        metavar="HOST:PORT",
+        help="also send the rows there as UDP packets of JSON (usual port: 9870)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the verb: serve until Ctrl-C or SIGTERM."""
+    import os
+
+    from rtctl.api.recordings import watch
+    from rtctl.output.progress import say
+
+    def ready(address: str) -> None:
+        if args.json:
+            import json
+
+            print(json.dumps({"address": address}), flush=True)
+            return
+        print(address, flush=True)
+        only = "" if args.control else " (it only shows; --control lets it change the run)"
+        say(f"open it in a browser of this machine{only}; Ctrl-C ends it", quiet=args.quiet)
+
+    os.nice(NICENESS)
+    watch(
+        args.run,
+        live=args.live,
+        port=args.port,
+        control=args.control,
+        plotjuggler=args.plotjuggler,
+        ready=ready,
+    )
+    return 0

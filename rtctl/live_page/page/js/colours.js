@@ -1,0 +1,44 @@
+/** Colours of the signals by their role, from the style sheet, so that dark and light have their own. */
+
+const ALWAYS = {
+  setpoint: "--ink", measured: "--measured", estimate: "--estimate", band: "--band", error: "--ink",
+  sensing_error: "--estimate",
+};
+const FIRST = { command: "--command", reading: "--reading" };
+
+const known = new Map(); // a look into the style sheet costs more than a line of a chart
+let theme = "";
+
+/** Return a colour of the style sheet. */
+export function colour(name) {
+  const root = document.documentElement;
+  if (theme !== root.dataset.theme) known.clear();
+  theme = root.dataset.theme;
+  if (!known.has(name)) known.set(name, getComputedStyle(root).getPropertyValue(name).trim());
+  return known.get(name);
+}
+
+/** Return the colour of a signal that is the `place`-th one of its panel. */
+export function colourOf(signal, place) {
+  const other = `--other-${(place % 6) + 1}`;
+  return colour(ALWAYS[signal.role] ?? (place === 0 ? FIRST[signal.role] : undefined) ?? other);
+}
+
+/** Return words for a signal's name. */
+export function words(name) {
+  return name.replaceAll("_", " ");
+}
+
+/** Return a number with as many digits as a person reads. */
+export function figure(value) {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e7 || size < 1e-3) return Number(value.toPrecision(4)).toExponential().replace("e+", "e");
+  return `${Number(value.toPrecision(5))}`;
+}
+
+/** Return words with a capital letter. */
+export function capital(text) {
+  return text.slice(0, 1).toUpperCase() + text.slice(1);
+}

@@ -1,0 +1,116 @@
+"""The page in a real browser: each row once over a killed server, drawn while it comes; changes by its fields."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser_cases import chromium, counters, wait_for
+from page_cases import RecordedLoop, served
+
+from rtctl.loop.live_parameters import ParameterChannel
+from rtctl.session.live.control_socket import listening
+
+ROWS_OF_A_STEP = 20
+STEP_S = 0.02
+"""Together 1 kHz."""
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One browser for all tests of this file: it starts slowly."""
+    with chromium(tmp_path_factory.mktemp("profile")) as found:
+        yield found
+
+
+def started(folder: Path, port: int) -> tuple[subprocess.Popen[str], str]:
+    """Start a server as a user does; return its process and the page's address."""
+    command = [sys.executable, "-m", "rtctl", "watch", str(folder), "--port", str(port), "--quiet"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    return process, process.stdout.readline().strip()
+
+
+def killed(process: subprocess.Popen[str]) -> None:
+    """Kill a server so that it can do nothing about it."""
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+
+def test_each_row_arrives_once_over_a_killed_server_and_is_drawn(
+    tmp_path: Path, browser: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    folder = tmp_path / "run"
+    loop = RecordedLoop(folder, "clock.mode=live")
+    loop.append(1000)
+    process, address = started(folder, 0)
+    try:
+        browser.get(address)
+        wait_for(lambda: counters(browser)["rows"] == 1000, "the first rows")
+        for _ in range(100):
+            loop.append(ROWS_OF_A_STEP)
+            time.sleep(STEP_S)
+        wait_for(lambda: counters(browser)["rows"] == 3000, "the rows of two seconds")
+        assert counters(browser)["redraws"] > 10
+        killed(process)
+        wait_for(lambda: "no connection" in browser.find_element("id", "state").text, "the loss is said")
+        loop.append(1500)
+        process, again = started(folder, int(address.split(":")[2].split("/")[0]))
+        assert again == address, "an open page finds the server under the same address"
+        wait_for(lambda: counters(browser)["rows"] == 4500, "the rows that came meanwhile")
+        loop.end()
+        (folder / "summary.json").write_text(json.dumps(SUMMARY), encoding="utf-8")
+        wait_for(lambda: browser.find_element("id", "verdict").text.startswith("pass"), "the verdict")
+        browser.find_element("id", "whole").click()
+        wait_for(lambda: browser.execute_script(SHOWN) == [0, 4.499], "the whole run is shown")
+    finally:
+        killed(process)
+    found = counters(browser)
+    assert (found["lost"], found["doubled"], found["skipped"], found["recordings"]) == (0, 0, 0, 1)
+    assert found["sum"] == 4500 * 4501 / 2
+    assert found["connections"] == 2
+    titles = [one.text for one in browser.find_elements("css selector", "#charts h2")]
+    assert titles[:4] == ["Deflection [µm]", "Error [µm]", "Command [mA]", "Reading [Ω]"]
+    severe = [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert [line["message"] for line in severe if "ERR_" not in line["message"]] == []
+
+
+SHOWN = "return window.rtctl.page.view.data()?.range.map((one) => Math.round(1e4 * one) / 1e4)"
+ERRORS = {"mean_abs_um": 0.25, "max_abs_um": 0.5}
+SUMMARY = {
+    "verdict": "pass", "tracking": ERRORS, "self_sensing": ERRORS, "checks": [{"check": "x", "met": True}],
+    "timing": {"overruns": 0}, "faults": [],
+}  # fmt: skip
+
+
+def test_fields_and_the_stop_button_reach_the_run_also_on_a_tablet(tmp_path: Path, browser: Any) -> None:
+    changes = ParameterChannel()
+    changes.parameters = lambda: {"controller.kp": 0.02, "controller.ki": 8.0}
+    with listening(tmp_path, changes), served(tmp_path, control=True) as server:
+        loop = RecordedLoop(tmp_path, "clock.mode=live")
+        loop.append(300)
+        browser.set_window_size(768, 1024)
+        browser.get(server.address)
+        field = wait_for(lambda: browser.find_elements("id", "field-setpoint"), "the fields")[0]
+        field.send_keys("31\n")
+        wait_for(lambda: changes, "the set-point")
+        assert changes.take() == ("setpoint", 31.0)
+        gain = browser.find_element("id", "field-controller.kp")
+        gain.clear()
+        gain.send_keys("x\n")
+        wait_for(
+            lambda: "x" in browser.find_element("id", "message").text, "what is no number is refused in words"
+        )
+        browser.find_element("id", "stop").click()
+        wait_for(lambda: changes.stopped, "the stop, without a question")
+        width, room = browser.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
+        assert width <= room, "nothing sticks out at the side"
+        loop.end()
