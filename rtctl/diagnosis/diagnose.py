@@ -151,13 +151,8 @@ def _answer(
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
-<<<<<<< HEAD
-        shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
-        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *remarks),
-=======
         shape=estimate_missing_force(search.nominal, problem, coordinates, units)
         if verdict.leaves_gap and not problem.subject.is_steady else None,
-        warnings=(*verdict.notes, *named.notes, *remarks),
->>>>>>> 70f46d91273404a4c0319502eb82bfb438f9720b
+        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip
