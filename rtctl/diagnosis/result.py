@@ -119,7 +119,7 @@ class Diagnosis:
             return "no cause is claimed, so there is no extended model"
         if self.doubt:
             return "there is no extended model, because the model itself is to be identified again"
-        if self.gain is not None and not (self.gain.ratio_low > 1.0 or self.helps):
+        if self.gain is not None and not (self.gain.ratio_low > 1.0 or self.helps or self._helps_the_loop):
             return (
                 "there is no extended model, because a gain on the test records is not certain: with the causes the "
                 f"error is {self.gain.ratio:.3g} times less, 95 % between {self.gain.ratio_low:.3g} and "
@@ -132,6 +132,12 @@ class Diagnosis:
                 f"{self.loop.before:.3g} {self.loop.unit} with today's model, {self.loop.after:.3g} with the other"
             )
         return ""
+
+    @property
+    def _helps_the_loop(self) -> bool:
+        """Whether the loop's rehearsal is much better with the extended model."""
+        least = self.problem.thresholds.verification.helpful_loop_ratio
+        return self.loop is not None and self.loop.after * least <= self.loop.before
 
     @property
     def derived(self) -> tuple[Derived, ...]:

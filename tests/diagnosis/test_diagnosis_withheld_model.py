@@ -66,6 +66,17 @@ def test_an_uncertain_gain_withholds_the_model_and_keeps_the_name(
     assert said[1:] in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.parametrize(("after", "handed_out"), [(0.053, True), (1.5, False)])
+def test_a_model_that_helps_the_loop_alone_is_handed_out(
+    friction: rtctl.Diagnosis, after: float, handed_out: bool
+) -> None:
+    gain, loop = friction.answer.gain, Rehearsal("self-sensing", 1.64, after, "um")
+    assert gain is not None
+    none = gain._replace(ratio=0.992, ratio_low=0.984, ratio_high=0.999)
+    found = replace(friction.answer, gain=none, helps=False, loop=loop)
+    assert (found.withheld == "") is handed_out
+
+
 def test_a_rehearsal_of_the_next_experiment_has_a_model_all_the_same(tmp_path: Path) -> None:
     friction_case(tmp_path)
     wrong = ["damping.quadratic", "stiffness.cubic"]

@@ -23,6 +23,10 @@ class VerificationThresholds:
     records: where it follows them less well, their later parts would pull at the parameters."""
 
     # The loop, where one uses the model.
+    helpful_loop_ratio: float = 1.5
+    """Error of the loop's rehearsal with today's model over that with the extended one, from which the extended model
+    is handed out although the gain on the subject's output is not certain: ageing of a resistance leaves the simulated
+    deflection as it is, and misleads the loop."""
     worst_loop_ratio: float = 1.05
     """Largest error of the loop's rehearsal with the extended model over that with today's: above, no extended model is
     handed out. Nothing that a diagnosis tells may make a loop worse; 5 % are within what two records differ."""
