@@ -1,5 +1,7 @@
 """Time a step of the oscillator in equations beside the built-in one's Runge-Kutta steps, in one run; and first use.
 
+The same with an event that never takes place, and with a stop that turns the motion back.
+
 python benchmarks/equations_vs_builtin.py
 """
 
@@ -21,6 +23,14 @@ from plant_sim.oscillator.integration.rk4 import bind_rk4
 
 MODEL = Path(__file__).resolve().parents[1] / "scenarios" / "models" / "equations" / "oscillator.toml"
 STEPS, SUBSTEPS, ROUNDS = 200_000, 20, 40
+NEAR, FAR = 0.004, 1000.0
+"""Places [mm] of a stop."""
+EVENT = """
+[model.events.stop]
+when = "z - {level} * unit"
+direction = "rising"
+set = { v = "-v" }
+"""
 FIRST_USE = """
 import sys, time
 import numpy as np
@@ -44,9 +54,26 @@ def per_step(function) -> float:
     return 1e9 * (time.perf_counter() - begun) / STEPS
 
 
+def with_event(folder: Path, level: float):
+    """Return the oscillator with a stop at `level` mm, which turns it back."""
+    text = MODEL.read_text(encoding="utf-8") + 'unit = { value = 1.0, unit = "mm" }\n'
+    path = folder / "event.toml"
+    path.write_text(text + EVENT.replace("{level}", repr(level)), encoding="utf-8")
+    return system_of(read_equations(path), "oscillator")
+
+
+def passages(system, nodes) -> int:
+    """Return how often the speed of a run changes its sign beside the stop."""
+    p = np.array([[one.value * one.factor] for one in system.parameters])
+    z, v = march(system, np.zeros((2, 1)), nodes, 1e-4, Plan(1, implicit=False), p)[:, :, 0].T
+    return int(np.count_nonzero((v[:-1] > 0.0) & (v[1:] < 0.0) & (z[1:] > 0.98e-3 * NEAR)))
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     system = system_of(read_equations(MODEL), "oscillator")
+    with tempfile.TemporaryDirectory() as folder:
+        far, near = (with_event(Path(folder), level) for level in (FAR, NEAR))
     built_in = bind_rk4(nominal, 0)
     values = [4.0, 8882.6, 6e5, 300.0]
     nodes = np.random.default_rng(0).standard_normal((STEPS, 3))
@@ -55,10 +82,15 @@ def main() -> None:
         p = np.array([[one.value * one.factor] * lanes for one in system.parameters])
         rows = np.array([[values[k]] * lanes for k in (3, 0, 1, 2)])
         out = np.empty((2, STEPS // SUBSTEPS + 1, lanes))
+        with_unit = np.vstack((p, np.full((1, lanes), 1e-3)))
+        own_runs = [
+            lambda one=one, p=p if one is system else with_unit, lanes=lanes: march(
+                one, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, Plan(SUBSTEPS, implicit=False), p
+            )
+            for one in (system, far, near)
+        ]
         pair = (
-            lambda p=p, lanes=lanes: march(
-                system, np.zeros((2, lanes)), own, 1e-4 * SUBSTEPS, Plan(SUBSTEPS, implicit=False), p
-            ),
+            *own_runs,
             lambda rows=rows, out=out, lanes=lanes: built_in(
                 np.zeros(lanes),
                 np.zeros(lanes),
@@ -72,10 +104,12 @@ def main() -> None:
             ),
         )
         times = np.array([[per_step(one) for one in pair] for _ in range(ROUNDS)])[1:].min(axis=0)
-        own_ns, other_ns = times.tolist()
+        own_ns, far_ns, near_ns, other_ns = times.tolist()
         print(
-            f"{lanes:3d} lanes: equations {own_ns:6.1f} ns, built-in {other_ns:6.1f} ns, ratio {own_ns / other_ns:.2f}"
+            f"{lanes:3d} lanes: equations {own_ns:6.1f} ns, built-in {other_ns:6.1f} ns, "
+            f"ratio {own_ns / other_ns:.2f}; an event that is far {far_ns:6.1f} ns, that takes place {near_ns:6.1f} ns"
         )
+    print(f"the stop turns the motion back in {passages(near, own)} of {STEPS} steps")
     with tempfile.TemporaryDirectory() as folder:
         text = MODEL.read_text(encoding="utf-8").replace(
             "2)*z", f"2)*z + 0*{time.time_ns() % 10**9}*v*damping"

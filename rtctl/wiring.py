@@ -241,20 +241,34 @@ def unused_extensions(scenario: Scenario, model: Any) -> tuple[str, ...]:
 def build_estimator(scenario: Scenario, model: Any) -> Estimator:
     """Return the estimator of `[estimator]`. Raises InputError for one of another kind of plant."""
     kind, plant = scenario.estimator.kind, scenario.scenario.plant
+    if scenario.references and (
+        isinstance(scenario.estimator, OwnEstimator) or isinstance(scenario.controller, OwnController)
+    ):
+        raise InputError("[references]: own estimators and controllers have one output; leave the tables out")
     if isinstance(scenario.estimator, OwnEstimator):
         entry = scenario.estimator.entry
         _check_fits(entry, plant)
         return guarded_estimator(
             kind, build(entry, scenario.estimator.options, setup=setup_of(scenario, model))
         )
-    if kind == "none":
-        return ReadingEstimator(scenario.profile)
     known = _support_of(plant).estimators
-    if kind not in known:
+    if kind == "none":
+        made: Estimator = ReadingEstimator(scenario.profile)
+    elif kind in known:
+        made = known[kind](model)
+    else:
         raise InputError(
             f'key "estimator.kind": "{kind}" does not estimate a "{plant}"; known: {", ".join((*known, "none"))}'
         )
-    return known[kind](model)
+    return _of_several(made, scenario, model) if scenario.references else made
+
+
+def _of_several(estimator: Estimator, scenario: Scenario, model: Any) -> Estimator:
+    """Return an estimator of all outputs of a loop with [references]. Raises InputError."""
+    kind = plant_kind(scenario.scenario.plant)
+    assert kind.control is not None
+    made: Estimator = kind.part(kind.control.several)(estimator, scenario, model)
+    return made
 
 
 def build_control(scenario: Scenario, model: Any) -> Control:
@@ -319,7 +333,12 @@ def build_guard(scenario: Scenario, profile: DeviceProfile) -> ReadingGuard:
     period_s = scenario.scenario.period_s
     return ReadingGuard(
         scenario.safety.reading_rules(
-            scenario.limits, scenario.clock, profile, period_s, scenario.reading_delay
+            scenario.limits,
+            scenario.clock,
+            profile,
+            period_s,
+            delay=scenario.reading_delay,
+            open_loop=bool(scenario.excitation),
         )
     )
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from plant_sim.equations.compiled.kernels import law_of
+from plant_sim.equations.compiled.kernels import law_of, laws_of
 from plant_sim.equations.device_profile import profile_of
 from plant_sim.equations.device_table import InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Places, outputs_at, rates_at
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
+from rtctl.border.equations.controlled import ModelOutput, Passages
 
 
 class ControlledEquations:
@@ -27,22 +29,36 @@ class ControlledEquations:
         self._system: System = system_of(model, str(path))
         names = [one.name for one in self._system.outputs]
         instruments = [device.outputs.get(name, Instrument()) for name in names]
-        self._shown = names.index(device.reference) if device.reference else 0
+        self.shown = names.index(device.reference) if device.reference else 0
         self._sensed = [k for k, one in enumerate(instruments) if one.sensed]
         self.left_out = tuple(one.id for one in model.model.mechanisms)
         self.profile = profile_of(model, device, str(path))
         self.initial = np.array([one.initial for one in self._system.states])
         self.low = np.array([one.low for one in self._system.states])
         self.high = np.array([one.high for one in self._system.states])
+        self.switched = np.array(self._system.discrete)
         self.noise = np.array([instruments[k].noise for k in self._sensed])
         limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
         self.command_range = np.array([(one.low, one.high) for one in limits])
-        span = instruments[self._shown]
-        self.output_range = None if span.low is None or span.high is None else (span.low, span.high)
+        self.outputs = tuple(
+            ModelOutput(
+                one.name, one.unit, None if span.low is None or span.high is None else (span.low, span.high)
+            )
+            for one, span in zip(self._system.outputs, instruments, strict=True)
+        )
+        self.output_range = self.outputs[self.shown].reach
         self.parameters = np.array([[one.value * one.factor] for one in self._system.parameters]).reshape(
             -1, 1
         )
         self._factors = np.array([one.factor for one in self._system.inputs])
+
+    @cached_property
+    def passages(self) -> Passages | None:
+        """Return the compiled events."""
+        if not self._system.events:
+            return None
+        laws = laws_of(self._system)
+        return Passages(laws.guards, laws.resets, laws.directions)
 
     @property
     def law(self) -> Any:
@@ -59,13 +75,14 @@ class ControlledEquations:
 
     def readings(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the readings (m, readings) of states `x` (m, states)."""
-        return self._outputs(x, levels)[:, self._sensed]
+        return self.all_outputs(x, levels)[:, self._sensed]
 
     def controlled(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the controlled output (m,) of states `x` (m, states)."""
-        return self._outputs(x, levels)[:, self._shown]
+        return self.all_outputs(x, levels)[:, self.shown]
 
-    def _outputs(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+    def all_outputs(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return all outputs (m, outputs) of states `x` (m, states), each in its unit."""
         return outputs_at(self._system, self._places(x, levels), self.parameters[:, 0])
 
     def _places(self, x: FloatArray, levels: Sequence[float]) -> Places:

@@ -5,6 +5,7 @@ Its step is that of the fastest part along the way that it went, looked at anew 
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,16 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from plant_sim.equations.compiled.kernels import march
+from plant_sim.equations.compiled.passing import sides_at
 from plant_sim.equations.device_profile import model_file_of, profile_of
 from plant_sim.equations.device_table import DeviceTable, InputLimits, Instrument, read_device_table
 from plant_sim.equations.integration.steps import Places, Plan, outputs_at, places_of, plan, slopes
 from plant_sim.equations.reading import read_equations, system_of
 from plant_sim.equations.simulation import ABSURD
-from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.file import EquationsFile
 from rtctl.border.errors import InputError
 
+_log = logging.getLogger(__name__)
 LONGEST_HOLD_S = 600.0
 """A device that nobody has looked at for longer is moved through the last so many seconds alone."""
 SAME_STEPS = 64
@@ -43,7 +45,7 @@ class EquationsPlant:
                 f"{', '.join(one.id for one in model.model.mechanisms)} would be missing; write it as equations, or "
                 "take the table out"
             )
-        self._system: System = system_of(model, source)
+        self._source, self._system = source, system_of(model, source)
         limits = [device.inputs.get(one.name, InputLimits()) for one in self._system.inputs]
         sensors = [device.outputs.get(one.name, Instrument()) for one in self._system.outputs]
         self._noises = np.array([one.noise for one in sensors])
@@ -66,11 +68,15 @@ class EquationsPlant:
         self._u = np.array([self.safe]) * [one.factor for one in self._system.inputs]
         self._time_s, self._calls = 0.0, 0
         self._random = np.random.default_rng(self._seed)
+        self._side = sides_at(self._system, self._x, self._u[0], 0.0, self._p)
         self._plan, self._planned_s = Plan(1, False), 0.0
         self.diverged = False
 
     def advance(self, levels: Sequence[float], dt_s: float) -> None:
-        """Hold `levels` (inputs,) for `dt_s` [s]. Raises ValueError on what cannot be held."""
+        """Hold `levels` (inputs,) for `dt_s` [s]. Raises ValueError on what cannot be held.
+
+        Where events of the model follow each other without end, the motion is lost, and the log says so.
+        """
         if not (all(map(math.isfinite, levels)) and dt_s >= 0.0):
             raise ValueError(
                 f"levels {list(levels)!r} for {dt_s!r} s: finite levels and a time >= 0 are needed"
@@ -85,8 +91,13 @@ class EquationsPlant:
             self._plan, self._planned_s = self._resolve(dt_s), dt_s
         self._calls += 1
         nodes = np.tile(self._u, (3, self._plan.substeps, 1))
-        ended = march(self._system, self._x, nodes, dt_s, self._plan, self._p, self._time_s)[-1]
-        self._time_s += dt_s
+        try:
+            run = march(self._system, self._x, nodes, dt_s, self._plan, self._p, self._time_s, self._side)
+        except ValueError as error:
+            _log.error("%s: %s", self._source, error)
+            self.diverged = True
+            return
+        ended, self._time_s = run[-1], self._time_s + dt_s
         self.diverged = not bool(np.all(np.abs(ended) < ABSURD))
         if not self.diverged:
             self._swing = np.maximum(self._swing, np.abs(ended - self._x)[:, 0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from plant_sim.equations.language.functions import CONSTANTS, FUNCTIONS, RESERVE
 from plant_sim.equations.language.parser import NAME, parse
 from plant_sim.equations.language.tree import Number, Tree, names_in
 from plant_sim.equations.language.units import Unit, check_terms, fits, named, stated, unit_of
-from plant_sim.equations.system import Constant, Input, Output, State, System, ordered
+from plant_sim.equations.system import Constant, Event, Input, Output, State, System, ordered
 from rtctl.border.equations.file import KIND, EquationsFile
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.quantities import check, read_toml, unit_registry
@@ -22,6 +22,7 @@ from rtctl.border.unit_text import parsed_unit
 
 ZERO: Tree = Number(0.0)
 
+DIRECTIONS = {"rising": 1, "falling": -1, "either": 0}
 TABLES = ("inputs", "states", "parameters", "terms")
 """Tables whose names stand in expressions."""
 
@@ -49,12 +50,14 @@ def system_of(content: EquationsFile, source: str) -> System:
     values = {
         name: reading.tree(f"outputs.{name}.value", one.value) for name, one in content.model.outputs.items()
     }
+    events = reading.events()
     reading.raise_all()
     scope = reading.scope(terms)
     reading.raise_all()
     reading.check_units(scope, rates, values)
+    reading.check_events(scope, events)
     reading.raise_all()
-    system = reading.system(terms, rates, values)
+    system = reading.system(terms, rates, values, events)
     reading.check_start(system)
     reading.raise_all()
     return system
@@ -104,6 +107,12 @@ class _Reading:
             if name in seen and not where.startswith("outputs."):
                 self.problem(where, f'"{name}" is the name of model.{seen[name]} too; choose another one')
             seen.setdefault(name, where)
+        for name, event in self._model.events.items():
+            if not NAME.match(name):
+                self.problem(f"events.{name}", f'"{name}" is no name: letters, digits and _, a letter first')
+            for state in event.set.keys() - self._model.states.keys():
+                hint = nearest(state, self._model.states)
+                self.problem(f"events.{name}.set.{state}", f'the model has no state "{state}"{hint}')
         for word in ("states", "outputs"):
             if not getattr(self._model, word):
                 self.problem(word, "is empty; at least one is needed")
@@ -133,6 +142,20 @@ class _Reading:
         with self._under("terms"):
             return ordered(trees)
         return {}
+
+    def events(self) -> tuple[Event, ...]:
+        """Return the events; what is wrong becomes a finding."""
+        return tuple(
+            Event(
+                name=name,
+                when=self.tree(f"events.{name}.when", one.when),
+                direction=DIRECTIONS[one.direction],
+                sets={
+                    state: self.tree(f"events.{name}.set.{state}", text) for state, text in one.set.items()
+                },
+            )
+            for name, one in self._model.events.items()
+        )
 
     def scope(self, terms: Mapping[str, Tree]) -> dict[str, Unit]:
         """Return the unit of each name. Raises InputError where one is no unit."""
@@ -169,8 +192,25 @@ class _Reading:
                 if not fits(found, expected):
                     raise ValueError(f"it {stated(found)}, the output's unit is {named(expected)}")
 
+    def check_events(self, scope: Mapping[str, Unit], events: Sequence[Event]) -> None:
+        """Check each term of each event, and that what is to pass zero can change."""
+        moving = {TIME, *self._model.inputs, *self._model.states}
+        for one in events:
+            table, named_by = self._model.events[one.name], set(names_in(one.when))
+            with self._under(f'events.{one.name}.when = "{table.when}"'):
+                unit_of(one.when, scope)
+                if not named_by & (moving | self._model.terms.keys()):
+                    raise ValueError("it never changes: no state, input, term or time stands in it")
+            for state, tree in one.sets.items():
+                with self._under(f'events.{one.name}.set.{state} = "{table.set[state]}"'):
+                    check_terms(tree, scope, scope[state])
+
     def system(
-        self, terms: Mapping[str, Tree], rates: Mapping[str, Tree], values: Mapping[str, Tree]
+        self,
+        terms: Mapping[str, Tree],
+        rates: Mapping[str, Tree],
+        values: Mapping[str, Tree],
+        events: tuple[Event, ...],
     ) -> System:
         """Return the system of equations whose units are right."""
         model = self._model
@@ -200,6 +240,7 @@ class _Reading:
                 for name, one in model.parameters.items()
             ),
             terms=dict(terms),
+            events=events,
         )  # fmt: skip
 
     def check_start(self, system: System) -> None:
@@ -212,11 +253,13 @@ class _Reading:
                 )
         keys = [f'states.{name}.rate = "{one.rate}"' for name, one in self._model.states.items()]
         keys += [f'outputs.{name}.value = "{one.value}"' for name, one in self._model.outputs.items()]
+        keys += [f'events.{name}.when = "{one.when}"' for name, one in self._model.events.items()]
         with np.errstate(all="ignore"):
             trials = [
                 start_values(system, {one.name: level for one in system.inputs}) for level in (0.0, 1.0)
             ]
-        for key, tree in zip(keys, system.trees, strict=True):
+        trees = (*system.trees, *(one.when for one in system.events))
+        for key, tree in zip(keys, trees, strict=True):
             found = [float(evaluate(tree, values)) for values in trials]
             if not any(math.isfinite(value) for value in found):
                 self.problem(key, f"it is {found[0]:g} at the start; correct it, or initial and parameters")

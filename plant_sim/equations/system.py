@@ -1,6 +1,6 @@
 """A checked model: its equations as trees in SI base units, its numbers with the factors to these units.
 
-    dx/dt = rate(x, u, t, parameters),   y = value(x, u, t, parameters)
+    dx/dt = rate(x, u, t, parameters),   y = value(x, u, t, parameters),   x := set(x, u, t, parameters) at events
 
 All numbers inside are in SI base units, so that a plain product of two quantities is right whatever their units in
 the file are; `factor` converts a number of the file to them.
@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from plant_sim.equations.language.tree import Tree, names_in
+from plant_sim.equations.language.tree import Number, Tree, names_in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +53,19 @@ class Output:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """States that are set anew where an expression passes zero."""
+
+    name: str
+    when: Tree
+    """What passes zero."""
+    direction: int
+    """+1: from below zero to above; -1: from above to below; 0: both."""
+    sets: Mapping[str, Tree]
+    """Value after the event by state, from the values just before it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Constant:
     """A parameter, with value and bounds in its own unit."""
 
@@ -75,6 +88,13 @@ class System:
     parameters: tuple[Constant, ...]
     terms: Mapping[str, Tree] = field(default_factory=dict)
     """Helper terms, each after those that it needs."""
+    events: tuple[Event, ...] = ()
+
+    @property
+    def discrete(self) -> tuple[bool, ...]:
+        """Whether each state changes at events alone, such as a switch: its rate is 0, and an event sets it."""
+        set_by_events = {name for one in self.events for name in one.sets}
+        return tuple(one.rate == Number(0.0) and one.name in set_by_events for one in self.states)
 
     @property
     def trees(self) -> tuple[Tree, ...]:
@@ -94,6 +114,12 @@ class System:
 def terms_of_rates(system: System) -> dict[str, Tree]:
     """Return the terms on which the rates depend, each after those that it needs."""
     return system.needed_terms(tuple(one.rate for one in system.states))
+
+
+@lru_cache(maxsize=256)
+def terms_of_events(system: System) -> dict[str, Tree]:
+    """Return the terms on which what the events watch depends, each after those that it needs."""
+    return system.needed_terms(tuple(one.when for one in system.events))
 
 
 @lru_cache(maxsize=256)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtctl.border.arrays import FloatArray
+from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.mechanisms import Mechanism, Parameter
 from rtctl.border.quantities import convert, is_angle
 
@@ -123,6 +123,13 @@ class OscillatorMechanism(Mechanism):
     """Change of the velocity within which its force changes as the motion turns: steps resolve it."""
     stage: int = 0
     """Order among mechanisms that act at the same place: lower ones first."""
+    transfer: Callable[[ComplexArray, Values], ComplexArray] | None = None
+    """Returns the factor on a drive or a reading of complex angular frequency s = 2 pi i f [1/s] in the steady state;
+    None: in the steady state it does what it does in a record."""
+    beside: Callable[[ComplexArray, Values], ComplexArray] | None = None
+    """Returns what is read beside the motion, over the drive, at complex angular frequency s [1/s]; None: nothing."""
+    in_steady_state: bool = True
+    """Whether the amplitude and phase of the response to a sine show it."""
 
     @property
     def acts_before_the_equation(self) -> bool:

@@ -8,6 +8,7 @@ from plant_sim.oscillator.mechanism import OscillatorMechanism, in_units
 from plant_sim.oscillator.mechanisms import MECHANISMS
 from plant_sim.oscillator.nominal import NOMINAL_PARAMETERS
 from plant_sim.oscillator.simulation import OscillatorSimulation
+from plant_sim.oscillator.steady.simulation import SteadySimulation, steady_simulation
 from rtctl.border.errors import InputError, nearest
 from rtctl.border.mechanisms import Parameter
 from rtctl.border.model_file import ModelFile, Value
@@ -15,6 +16,20 @@ from rtctl.border.motion import lowest_response, with_displacement
 from rtctl.border.simulation import FreeParameter
 
 NOMINAL_NAMES = tuple(parameter.name for parameter in NOMINAL_PARAMETERS)
+
+
+def simulation_of_data(
+    model: ModelFile, units: Mapping[str, str], source: str
+) -> OscillatorSimulation | SteadySimulation:
+    """Return the simulation of `model` for records in time, or, where `units` have a "frequency", for sweeps.
+
+    Raises:
+        InputError: something in the model is wrong, or does not act in a steady state; it names `source`.
+    """
+    if "frequency" not in units:
+        return oscillator_simulation(model, units, source)
+    of_signals = {name: unit for name, unit in units.items() if name != "frequency"}
+    return steady_simulation(oscillator_simulation(model, of_signals, source), source)
 
 
 def oscillator_simulation(model: ModelFile, units: Mapping[str, str], source: str) -> OscillatorSimulation:

@@ -136,13 +136,13 @@ class Equation:
     def share(self, reach: float) -> float:
         """Return the share of the nonlinear force in the linear one at `reach`; infinite if it cannot be split."""
         if self.memories or not self.terms <= KICKS or not (self.rows[STIFFNESS] > 0.0).all():
-            return 0.0 if self._is_linear else math.inf
+            return 0.0 if self.is_linear else math.inf
         p, reach2 = np.abs(self.rows), reach * reach
         nonlinear = p[QUADRATIC] * reach + (p[CUBIC] + p[QUINTIC] * reach2) * reach2
         return float((nonlinear / p[STIFFNESS]).max())
 
     @property
-    def _is_linear(self) -> bool:
+    def is_linear(self) -> bool:
         """Whether there are no forces but linear ones, of any sign."""
         linear = {"gain", "damping", "stiffness"}
         others = [TERMS.index(term) for term in self.terms - linear]
@@ -220,6 +220,21 @@ class Equation:
         ]
         return np.ascontiguousarray(np.vstack(states)) if states else np.zeros((0, len(z)))
 
+    def prepared(self, step_s: float) -> Any:
+        """Return the compiled integrator of the equation, whose rows are made ready for steps of `step_s` [s]."""
+        layout = [
+            (memory.law, memory.states, constants)
+            for memory, constants in zip(self.memories, self.constants, strict=True)
+        ]
+        row = len(TERMS)
+        for memory, count in zip(self.memories, self.constants, strict=True):
+            if memory.step is not None:
+                self.rows[row + memory.step] = step_s
+            row += count
+        fades = bool(self.rows[FRICTION_EXCESS].any())
+        rubs = fades or bool(self.rows[FRICTION].any())
+        return _integrator(self.terms, tuple(layout), rubs, fades)
+
     def march(
         self,
         z: FloatArray,
@@ -241,18 +256,7 @@ class Equation:
             out_v: velocity (samples, lanes), out.
             own: the memories' states (states, lanes); None: `own_start`.
         """
-        layout = [
-            (memory.law, memory.states, constants)
-            for memory, constants in zip(self.memories, self.constants, strict=True)
-        ]
-        row = len(TERMS)
-        for memory, count in zip(self.memories, self.constants, strict=True):
-            if memory.step is not None:
-                self.rows[row + memory.step] = drive.step_s
-            row += count
-        fades = bool(self.rows[FRICTION_EXCESS].any())
-        rubs = fades or bool(self.rows[FRICTION].any())
-        integrator = _integrator(self.terms, tuple(layout), rubs, fades)
+        integrator = self.prepared(drive.step_s)
         states = self.own_start(z, v) if own is None else own
         integrator(z, v, states, drive.nodes, drive.step_s, substeps, self.rows, out_z, out_v)
 

@@ -66,7 +66,7 @@ class OscillatorSimulation:
             start = np.stack([self.starting(stimulus, own) for own in values])
         else:
             start = np.broadcast_to(np.asarray(initial, dtype=np.float64), (len(values), 2)).copy()
-        groups = self._sharing_a_drive(values)
+        groups = self.sharing_a_drive(values)
         if len(groups) == 1:
             outputs = self._march(stimulus, values, start, steps_per_period, refine)
         else:
@@ -100,7 +100,7 @@ class OscillatorSimulation:
         ]  # fmt: skip
         return replace(self, parameters=(*self.parameters, *more), mechanisms=(*self.mechanisms, *added))
 
-    def _sharing_a_drive(self, values: FloatArray) -> list[NDArray[np.intp]]:
+    def sharing_a_drive(self, values: FloatArray) -> list[NDArray[np.intp]]:
         """Return groups of lanes whose drive is the same before it reaches the equation."""
         acting = {mechanism.id for mechanism in self.mechanisms if mechanism.acts_before_the_equation}
         columns = [k for k, parameter in enumerate(self.parameters) if parameter.mechanism in acting]
@@ -118,7 +118,7 @@ class OscillatorSimulation:
         refine: int,
     ) -> dict[str, FloatArray]:
         """Return the outputs (lanes, samples) of lanes that share a drive, by name."""
-        active = [mechanism for mechanism in self.mechanisms if self._acts(mechanism, values)]
+        active = [mechanism for mechanism in self.mechanisms if self.acts(mechanism, values)]
         equation = Equation.of(self.parameters, active, values)
         reach = max(stimulus.peak.get("displacement", 0.0), float(np.abs(start[:, 0]).max()), equation.rest())
         untouched = not any(mechanism.acts_before_the_equation for mechanism in active)
@@ -196,11 +196,11 @@ class OscillatorSimulation:
         )
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.input is not None:
-                sampled = mechanism.input(sampled, self._of(mechanism, values))
+                sampled = mechanism.input(sampled, self.values_of(mechanism, values))
         driven = Driven(cached(stimulus, sampled, count), stimulus.period_s / count)
         for mechanism in sorted(active, key=lambda one: one.stage):
             if mechanism.drive is not None:
-                driven = mechanism.drive(driven, self._of(mechanism, values))
+                driven = mechanism.drive(driven, self.values_of(mechanism, values))
         return driven
 
     def _reading(
@@ -210,17 +210,17 @@ class OscillatorSimulation:
         with np.errstate(invalid="ignore", over="ignore"):
             for mechanism in sorted(active, key=lambda one: one.stage):
                 if mechanism.sensor is not None:
-                    moved = mechanism.sensor(moved, self._of(mechanism, values))
+                    moved = mechanism.sensor(moved, self.values_of(mechanism, values))
         return moved.displacement, moved.velocity
 
     def _unread(self, reading: float, values: FloatArray) -> float:
         """Return the displacement at rest that the sensor of one lane reads so."""
         for mechanism in sorted(self.mechanisms, key=lambda one: -one.stage):
-            if mechanism.unread is not None and self._acts(mechanism, values[None]):
-                reading = mechanism.unread(reading, self._of(mechanism, values))
+            if mechanism.unread is not None and self.acts(mechanism, values[None]):
+                reading = mechanism.unread(reading, self.values_of(mechanism, values))
         return reading
 
-    def _acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:
+    def acts(self, mechanism: OscillatorMechanism, values: FloatArray) -> bool:
         """Return whether any lane has a mechanism away from neutral: a neutral one is not there, to the last bit."""
         for k, parameter in enumerate(self.parameters):
             neutral = parameter.declared.neutral
@@ -232,7 +232,8 @@ class OscillatorSimulation:
                 return True
         return False
 
-    def _of(self, mechanism: OscillatorMechanism, values: FloatArray) -> Values:
+    def values_of(self, mechanism: OscillatorMechanism, values: FloatArray) -> Values:
+        """Return the values of a mechanism in one lane (parameters,), by name."""
         return {
             parameter.declared.name: float(values[k])
             for k, parameter in enumerate(self.parameters)

@@ -123,6 +123,7 @@ class Comparison:
                 simulated=shown.simulated[output],
                 ignore_first=measured.ignore_first,
                 noise=deviation(self._dataset, measured, output),
+                frequency_hz=measured.frequencies_hz if measured.is_sweep else None,
             )
         )
 

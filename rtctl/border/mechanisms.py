@@ -89,6 +89,9 @@ class Parameter:
     opposite: str = ""
     """Mechanism that is the same law as this parameter below 0: a search leaves that side to it, an answer names both.
     """
+    imitates: tuple[str, ...] = ()
+    """Mechanisms whose effect at rest resembles that of this parameter of a nominal model. An answer that needs the
+    parameter compares it with them."""
     least_periods: float = 0.0
     """Periods of a frequency that the shortest record has to hold: with a phase of its own in each record, a slower
     tone takes up whatever is slow."""

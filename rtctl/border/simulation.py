@@ -31,6 +31,9 @@ class Stimulus:
     onward: Mapping[str, FloatArray] = field(default_factory=dict)
     """Known samples (m,) of an input after these: a band-limited one depends on them."""
 
+    guide: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Measured outputs by which a simulation chooses among motions that all settle; empty: the rows before decide."""
+
     @property
     def samples(self) -> int:
         """Number of samples."""

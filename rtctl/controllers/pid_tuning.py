@@ -10,8 +10,9 @@ Reference: K. J. Astrom, T. Hagglund, Advanced PID Control, sections 5.3 (setpoi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -102,14 +103,15 @@ class _Sampled:
 
         plant = control.ss(self.phi, self.gamma[:, None], self.c[None, :], 0.0, period_s)
         wire = control.tf([1.0], [1.0] + [0.0] * self.delay, period_s)
-        poles = control.feedback(control.ss(wire) * _as_system(gains, period_s) * plant, 1).poles()
+        poles = control.feedback(control.ss(wire) * discrete_pid(gains, period_s) * plant, 1).poles()
         lasting = poles[np.abs(poles) >= 1.0 - DECAYS]
         own = np.linalg.eigvals(self.phi)
         at_rest = own[np.abs(own - 1.0) < AT_REST]
         return len(lasting) <= len(at_rest) and bool(np.all(np.abs(lasting - 1.0) < AT_REST))
 
 
-def _as_system(gains: PidGains, period_s: float) -> object:
+def discrete_pid(gains: PidGains, period_s: float) -> Any:
+    """Return a PID from the error to the command, as a system of the control package."""
     import control
 
     made = control.tf([gains.kp + gains.ki * period_s, -gains.kp], [1.0, -1.0], period_s)
@@ -119,7 +121,8 @@ def _as_system(gains: PidGains, period_s: float) -> object:
     return control.ss(made)
 
 
-def _controller(gains: PidGains, z: ComplexArray, period_s: float) -> ComplexArray:
+def pid_response(gains: PidGains, z: ComplexArray, period_s: float) -> ComplexArray:
+    """Return the response of a PID from the error to the command at points `z`."""
     step = 1.0 - 1.0 / z
     filtered = gains.kd * step / (gains.filter_s + period_s - gains.filter_s / z) if gains.kd != 0.0 else 0.0
     return np.asarray(gains.kp + gains.ki * period_s / step + filtered)
@@ -144,7 +147,7 @@ def margins_of_gains(
     """
     sampled = [_Sampled(one, period_s, delay) for one in plants]
     responses = [one.response(ANGLES) for one in sampled]
-    loops = [_controller(gains, np.exp(1j * ANGLES), period_s) * one for one in responses]
+    loops = [pid_response(gains, np.exp(1j * ANGLES), period_s) * one for one in responses]
     peaks = [
         float(np.max(1.0 / np.abs(1.0 + loop))) if one.is_stable(gains, period_s) else math.inf
         for one, loop in zip(sampled, loops, strict=True)
@@ -186,20 +189,47 @@ def tune_pid(
         ValueError: No gain tried keeps the bound, or the plants' gains have different signs.
     """
     sampled = [_Sampled(one, period_s, delay) for one in plants]
-    responses = np.array([one.response(ANGLES) for one in sampled])
+    gains = best_gains(
+        np.array([one.response(ANGLES) for one in sampled]),
+        lambda gains: all(one.is_stable(gains, period_s) for one in sampled),
+        period_s=period_s, maximum_sensitivity=maximum_sensitivity, setpoint_weight=setpoint_weight,
+    )  # fmt: skip
+    return margins_of_gains(gains, plants, period_s=period_s, delay=delay, units=units)
+
+
+def best_gains(
+    responses: ComplexArray,
+    accepts: Callable[[PidGains], bool],
+    *,
+    period_s: float,
+    maximum_sensitivity: float,
+    setpoint_weight: float,
+) -> PidGains:
+    """Return the largest integral gain that keeps a bound with every response, and that `accepts` takes.
+
+    Args:
+        responses: Responses (m, angles) of plants at `ANGLES`.
+        accepts: What else is asked of gains, such as that the loop is stable.
+        period_s: Sample period [s].
+        maximum_sensitivity: Bound of both sensitivities, > 1.
+        setpoint_weight: Share of the setpoint in the proportional term.
+
+    Raises:
+        ValueError: No gain tried keeps the bound, or the plants' gains have different signs.
+    """
     sign = _common_sign(responses)
     z = np.exp(1j * ANGLES)
     found = sorted(_candidates(responses, sign, period_s), key=lambda one: -abs(one.ki))
     for gains in found:
-        loops = _controller(gains, z, period_s) * responses
+        loops = pid_response(gains, z, period_s) * responses
         away = np.abs(1.0 + loops)
         toward = np.abs(_setpoint_part(gains, setpoint_weight, z, period_s) * responses)
         if max(np.max(1.0 / away), np.max(np.abs(loops) / away)) > maximum_sensitivity:
             continue
         if np.max(toward / away) > SETPOINT_PEAK:
             continue
-        if all(one.is_stable(gains, period_s) for one in sampled):
-            return margins_of_gains(gains, plants, period_s=period_s, delay=delay, units=units)
+        if accepts(gains):
+            return gains
     raise ValueError(
         f"no PID keeps a maximum sensitivity of {maximum_sensitivity:g} at all working points; allow more, narrow the "
         "output's range, or give kp, ki and kd"
@@ -241,7 +271,7 @@ def _candidates(responses: ComplexArray, sign: float, period_s: float) -> list[P
         for integral in INTEGRAL_SHARES:
             for derivative in DERIVATIVE_SHARES:
                 unit = PidGains(kp=1.0, ki=integral * rate, kd=derivative / rate)
-                at = abs(_controller(unit, np.exp(1j * ANGLES[k : k + 1]), period_s)[0])
+                at = abs(pid_response(unit, np.exp(1j * ANGLES[k : k + 1]), period_s)[0])
                 scale = sign / (size * at)
                 found.append(PidGains(kp=scale, ki=scale * unit.ki, kd=scale * unit.kd))
     return found

@@ -20,11 +20,12 @@ from rtctl.diagnosis.problem.problem import Problem
 from rtctl.diagnosis.problem.subjects import subjects_of_model
 from rtctl.diagnosis.problem.work_budget import WallClockGuard, WorkBudget
 from rtctl.diagnosis.report.causes import name_causes
+from rtctl.diagnosis.report.changed_input import explain_by_changed_input
 from rtctl.diagnosis.report.file_value import explain_by_file_value
 from rtctl.diagnosis.report.nearest_cause import describe_nearest_cause
 from rtctl.diagnosis.report.remarks import remark
 from rtctl.diagnosis.report.rounding import explain_by_steps
-from rtctl.diagnosis.report.same_laws import find_same_laws
+from rtctl.diagnosis.report.same_laws import find_same_laws, tell_readings_at_the_end
 from rtctl.diagnosis.residual.localization import localize_residual
 from rtctl.diagnosis.residual.missing_force import estimate_missing_force
 from rtctl.diagnosis.result import Diagnosis
@@ -104,8 +105,12 @@ def diagnose(
         fits = whole or Fits(search.nominal, search.chosen)
         verified = verify(search, request, fits, holdout, uncut=first.uncut)
         answer = _answer(request, simulation, search, verified, holdout, stopped=found.cancelled)
-        notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
-        notes += (*first.notes, *found.notes, *note_large_shifts(data.simulation, search.nominal, problem))
+        if not subject.is_steady:
+            notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
+        answer = explain_by_changed_input(answer, request, data.simulation, holdout)
+        told = [cause.id.removeprefix("parameter.") for cause in answer.causes]
+        notes += (*first.notes, *found.notes)
+        notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))
         is_final = answer.verdict != "adequate" or whole is not None
         if not is_final:
@@ -123,7 +128,10 @@ def _answer(
     same_laws = find_same_laws(
         problem.subject.from_comparable(search.nominal.hypothesis.simulation), request.ids
     )
-    named = name_causes(search, verified, problem.subject, problem.thresholds.report, same_laws)
+    named = name_causes(search, verified, problem, same_laws)
+    causes = tell_readings_at_the_end(
+        named.causes, search.chosen.hypothesis.simulation.mechanisms, problem.scales.period, request.ids
+    )
     least_share = problem.thresholds.residual.least_located_share
     where = localize_residual(search.nominal, least_share) if verdict.claim != "adequate" else []
     coordinates = [place.coordinate for place in where]
@@ -135,14 +143,16 @@ def _answer(
         search.nominal.hypothesis, problem, search.chosen.noise, units, nearest=verdict.claim == "unexplained",
     )  # fmt: skip
     extended, rehearse = extend_model(problem, request.model, fits.after), problem.subject.rehearse
-    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and named.causes else None
+    loop = rehearse(request.model, extended, request.dataset.records) if rehearse and causes else None
+    doubt = problem.subject.doubt(request.model)
     return Diagnosis(
-        verdict=verdict.claim, causes=named.causes, loop=loop, gain=verified.gain, helps=verified.helps,
+        verdict=verdict.claim, causes=causes, loop=loop, doubt=doubt, gain=verified.gain, helps=verified.helps,
         where=tuple(where),
         search=search, problem=problem, tests=request.tests, fits=fits, before=before,
         model=extended, units=units, isolability=compute_isolability(search.nominal), next_experiment=proposed,
         noise_rms=noise_rms_of(search.chosen, problem.subject.output),
-        shape=estimate_missing_force(search.nominal, problem, coordinates, units) if verdict.leaves_gap else None,
-        warnings=(*verdict.notes, *named.notes, *remarks),
+        shape=estimate_missing_force(search.nominal, problem, coordinates, units)
+        if verdict.leaves_gap and not problem.subject.is_steady else None,
+        warnings=(*filter(None, [doubt]), *verdict.notes, *named.notes, *remarks),
         stopped=stopped, cut_by_clock=search.out_of_time and request.budget.cut_by_clock,
     )  # fmt: skip

@@ -97,6 +97,8 @@ class Diagnosis:
     helps: bool = False
     """Whether on test records the error of another output, or that of any in units of the noise, certainly falls, and
     none certainly rises."""
+    doubt: str = ""
+    """Why the model that was diagnosed is to be identified again first; "": it is not."""
     loop: Rehearsal | None = None
     """How the loop does with today's and with the extended model; None where no loop uses it or nothing is claimed."""
     warnings: tuple[str, ...] = field(default=())
@@ -115,6 +117,8 @@ class Diagnosis:
         """Why the extended model is not handed out; "": it is."""
         if not self.causes:
             return "no cause is claimed, so there is no extended model"
+        if self.doubt:
+            return "there is no extended model, because the model itself is to be identified again"
         if self.gain is not None and not (self.gain.ratio_low > 1.0 or self.helps):
             return (
                 "there is no extended model, because a gain on the test records is not certain: with the causes the "

@@ -6,6 +6,9 @@ with weight 1/(2n); no derivative is taken, and no parameter spreads the points.
     predict  X = flow(points(x, P)),   x = mean X,   P = cov X + Q h
     update   K = cov(X, Z) (cov Z + R)^-1,   x = x + K (z - mean Z),   P = P - K (cov Z + R) K'
 
+Where the equations have events, each point goes through them at its own times. States that events alone change, such as
+a switch, are known: they are as on the way of the mean.
+
 References: I. Arasaratnam, S. Haykin, IEEE Trans. Automatic Control 54 (2009) 1254, equations 22 to 41.
 """
 
@@ -19,9 +22,11 @@ import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
-from rtctl.estimators.equations_flow import advance
+from rtctl.estimators.equations.flow import advance, move, watched_at
 from rtctl.interfaces import Estimate, EstimateStatus
 
+PROBE = 1e-3
+"""Share of a step over which it is looked where a motion goes."""
 JITTER = 1e-12
 """Share of each state's spread that is added to a covariance which rounding made indefinite."""
 
@@ -53,12 +58,16 @@ class CubatureFilter:
         self._r = np.diag(settings.noise**2)
         self._limit = _chi_squared_limit(len(settings.noise), settings.least_probability)
         self._x, self._p = model.initial.copy(), np.diag(settings.start**2)
+        self._held: tuple[float, ...] = ()
+        self._side = np.empty(0)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Begin at the state that a long hold of `levels` leaves, as far as the first reading agrees with it."""
-        from rtctl.estimators.equations_rest import state_at_rest
+        from rtctl.estimators.equations.rest import state_at_rest
 
         self._x = state_at_rest(self._model, levels)
+        self._held = tuple(levels)
+        self._side = np.sign(watched_at(self._model, self._x[None], levels))[0]
         self._p = np.diag(self._settings.start**2)
         return self._update(levels, sensed)
 
@@ -67,15 +76,37 @@ class CubatureFilter:
         self._predict(levels, elapsed_s)
         return self._update(levels, sensed)
 
+    def outputs(self, levels: Sequence[float]) -> FloatArray:
+        """Return all outputs (outputs,) of the model as they are believed, each in its unit."""
+        return np.asarray(self._model.all_outputs(self._x[None], levels)[0])
+
     def _predict(self, levels: Sequence[float], elapsed_s: float) -> None:
         model, points = self._model, self._points()
         steps = max(1, math.ceil(elapsed_s / self._settings.step_s - 1e-9))
-        advance(
-            self._law, points, model.input_si(levels), self._parameters, model.low, model.high,
-            elapsed_s / steps, steps,
-        )  # fmt: skip
+        if model.passages is None:
+            advance(
+                self._law, points, model.input_si(levels), self._parameters, model.low, model.high,
+                elapsed_s / steps, steps,
+            )  # fmt: skip
+        else:
+            self._through_events(points, levels, elapsed_s / steps, steps)
         self._x = points.mean(axis=0)
         self._p = _covariance(points, points) + np.diag(self._settings.drift * elapsed_s)
+
+    def _through_events(self, points: FloatArray, levels: Sequence[float], step_s: float, steps: int) -> None:
+        """Move the points in place, each through its own events; what events switch is as on the way of the mean."""
+        model, every = self._model, np.concatenate((points, self._x[None]))
+        watched = watched_at(model, every, self._held)
+        sides = np.sign(watched)
+        beyond = sides * self._side < 0.0
+        if beyond.any():  # a reading moved it there: its event is yet to come if its own motion goes there
+            ahead = every + PROBE * step_s * model.rates(every, self._held)
+            coming = (watched_at(model, ahead, self._held) - watched) * self._side < 0.0
+            sides = np.where(beyond & coming, self._side, sides)
+        move(model, every, sides, levels, step_s, steps)
+        self._side, self._held = sides[-1].copy(), tuple(levels)
+        points[:] = every[:-1]
+        points[:, model.switched] = every[-1, model.switched]
 
     def _update(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         z = np.asarray(sensed, dtype=np.float64)
@@ -90,6 +121,7 @@ class CubatureFilter:
         gain = np.linalg.solve(s, _covariance(seen, points)).T
         toward = np.linalg.solve(s, _covariance(seen, output[:, None]))[:, 0]
         variance = float(output.var() - toward @ s @ toward)
+        gain[self._model.switched] = 0.0
         self._x = np.clip(self._x + gain @ innovation, self._model.low, self._model.high)
         self._p = self._p - gain @ s @ gain.T
         surprise = float(innovation @ np.linalg.solve(s, innovation))
@@ -103,6 +135,7 @@ class CubatureFilter:
         p = 0.5 * (self._p + self._p.T)
         size = np.sqrt(np.maximum(np.diag(p), (JITTER * self._settings.start) ** 2))
         correlation = p / np.outer(size, size)
+        correlation[self._model.switched, self._model.switched] = 1.0  # known: their spread is next to none
         for jitter in (0.0, JITTER, 1e-9, 1e-6, 1e-3):
             try:
                 factor = np.linalg.cholesky(correlation + jitter * np.eye(n))

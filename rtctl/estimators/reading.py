@@ -1,4 +1,4 @@
-"""No estimation: the first reading is the controlled output where it has its unit."""
+"""No estimation: a reading is the controlled output, the first one that has its unit or the one that is named."""
 
 from __future__ import annotations
 
@@ -15,9 +15,12 @@ class ReadingEstimator:
 
     surrogate = ("surrogate", "")
 
-    def __init__(self, profile: DeviceProfile) -> None:
+    def __init__(self, profile: DeviceProfile, name: str = "") -> None:
+        """Choose the reading of `name`; "": the first compatible one."""
         self._index, self._factor = -1, math.nan
         for index, channel in enumerate(profile.sensed):
+            if name not in ("", channel.name):
+                continue
             try:
                 self._factor = convert(1.0, channel.unit, profile.reference.unit)
             except ValueError:

@@ -12,6 +12,7 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.quantities import convert
 from rtctl.border.records import DeviceStatus
 from rtctl.evaluation.metrics import LENGTH_UNIT, NOT_SCORED, ErrorScore, finite, score
+from rtctl.evaluation.outputs import output_scores, to_table
 from rtctl.evaluation.setpoint_holds import hold_error_percent, holds_of, level_rows, settling_ms
 from rtctl.evaluation.step_response import step_responses, summarise_steps
 from rtctl.loop.supervisor import LoopOutcome
@@ -55,7 +56,8 @@ def summarise(
     )
     faults = _faults(outcome)
     levels, held = _levels(scenario, plant, model, signals)
-    checks = _checks(scenario, {**_errors(tracking, sensing), **held})
+    apart = output_scores(scenario, model, signals)
+    checks = _checks(scenario, {**_worst_errors(tracking, sensing, apart), **held})
     failed = [
         check for check in checks if check["met"] is False
     ]  # None: no instrument, nothing to hold it to
@@ -65,6 +67,7 @@ def summarise(
         "tracking": tracking.to_dict(unit),
         "self_sensing": sensing.to_dict(unit),
         **({"range_um": span} if unit == LENGTH_UNIT else {"range": span, "range_unit": unit}),
+        **({"outputs": to_table(apart)} if apart else {}),
         "estimator": scenario.estimator.kind,
         "driver": scenario.driver.kind,
         "clock": scenario.clock.mode,
@@ -121,6 +124,19 @@ def _errors(tracking: ErrorScore, sensing: ErrorScore) -> Measured:
         "tracking_max_percent": tracking.max_abs_percent,
         "self_sensing_mean_percent": sensing.mean_abs_percent,
         "self_sensing_max_percent": sensing.max_abs_percent,
+    }
+
+
+def _worst_errors(
+    tracking: ErrorScore, sensing: ErrorScore, apart: Mapping[str, tuple[str, ErrorScore, ErrorScore]]
+) -> Measured:
+    """Return the errors that checks hold to bounds: of several outputs, the largest of each."""
+    every = [_errors(*both) for _, *both in apart.values()] or [_errors(tracking, sensing)]
+    return {
+        name: None
+        if any(one[name] is None for one in every)
+        else max(float(one[name] or 0.0) for one in every)
+        for name in every[0]
     }
 
 

@@ -25,7 +25,8 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
         drive: Input of the plant.
     """
     output = output or response_of(records)
-    rate = find_dominant_rate(records, output)
+    swept = "frequency" in records[0].stimulus.inputs
+    rate = find_resonance(records, output) if swept else find_dominant_rate(records, output)
     readings = [record.measured[output] / rate ** derivative_order(output) for record in records]
     displacement = _rms(readings)
     return Scales(
@@ -39,6 +40,20 @@ def estimate_scales(records: Sequence[FitRecord], output: str | None = None, dri
         excursion=_rms([values - values.mean() for values in readings]),
         reading=rate ** derivative_order(output) * displacement,
     )
+
+
+def find_resonance(records: Sequence[FitRecord], output: str) -> float:
+    """Return the angular frequency [1/s] at which sweeps have their largest velocity over the drive."""
+    largest, found = -1.0, 0.0
+    for record in records:
+        values = record.measured[output]
+        rate = 2.0 * np.pi * record.stimulus.inputs["frequency"][::2]
+        drive = record.stimulus.inputs["drive"][::2]
+        velocity = np.hypot(values[::2], values[1::2]) * rate ** (1.0 - derivative_order(output)) / drive
+        at = int(np.argmax(velocity))
+        if velocity[at] > largest:
+            largest, found = float(velocity[at]), float(rate[at])
+    return found
 
 
 def find_dominant_rate(records: Sequence[FitRecord], output: str | None = None) -> float:

@@ -11,9 +11,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rtctl.border.arrays import FloatArray
+from rtctl.border.arrays import ComplexArray, FloatArray
 from rtctl.border.errors import InputError
 from rtctl.output.notebook import html_table, number
+
+FREQUENCY = "frequency"
+"""Input of a sweep: the frequency of each row's sine [Hz]; records in time have none."""
+SWEEP_PERIOD_S = 0.5
+"""Sample period of a sweep, which has none: its rows count as one a second, each of two samples."""
 
 
 class Signal(NamedTuple):
@@ -26,6 +31,11 @@ class Signal(NamedTuple):
     """Hold between samples; None for outputs."""
 
 
+def paired(samples: FloatArray) -> ComplexArray:
+    """Return the complex numbers (n,) of 2 n samples, Re and Im one after the other."""
+    return samples[::2] + 1j * samples[1::2]
+
+
 def signals_of(units: Mapping[str, str], holds: Mapping[str, str]) -> dict[str, Signal]:
     """Return signals by name; those with a hold are inputs."""
     return {
@@ -36,7 +46,11 @@ def signals_of(units: Mapping[str, str], holds: Mapping[str, str]) -> dict[str, 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
-    """One uninterrupted measurement on a uniform time base."""
+    """One uninterrupted measurement on a uniform time base, or a sweep of frequencies.
+
+    Of a sweep of n rows each signal has 2 n samples, two for each row: of a response the part in phase with the drive,
+    then the part that leads it (Re and Im of its complex amplitude), of drive and frequency the same number twice.
+    """
 
     name: str
     """Name, unique in its dataset and fit to be a file's name."""
@@ -72,12 +86,31 @@ class Record:
         """Number of samples."""
         return len(next(iter(self.signals.values())))
 
+    @property
+    def is_sweep(self) -> bool:
+        """Whether it is a sweep of frequencies."""
+        return FREQUENCY in self.signals
+
+    @property
+    def frequencies_hz(self) -> FloatArray:
+        """Frequencies (n,) of the rows of a sweep."""
+        return self.signals[FREQUENCY][::2]
+
+    def complex_amplitudes(self, name: str) -> ComplexArray:
+        """Return the complex amplitudes (n,) of a response of a sweep: Re in phase with the drive, Im leads it."""
+        return paired(self.signals[name])
+
     def has(self, name: str) -> bool:
         """Return whether the signal was measured in this record."""
         return name in self.signals
 
     def __repr__(self) -> str:
         names = ", ".join(self.signals)
+        if self.is_sweep:
+            rows = (
+                f"{self.samples // 2} rows from {self.frequencies_hz[0]:g} to {self.frequencies_hz[-1]:g} Hz"
+            )
+            return f"<Record {self.name} ({self.use}): sweep of {rows}, {names}>"
         return f"<Record {self.name} ({self.use}): {self.samples} samples at {1.0 / self.period_s:g} Hz of {names}>"
 
 
@@ -109,6 +142,11 @@ class Dataset:
     def signals(self) -> dict[str, Signal]:
         """Every signal with its role, unit and hold, in the manifest's order."""
         return signals_of(self.units, self.holds)
+
+    @property
+    def has_sweeps(self) -> bool:
+        """Whether its records are sweeps of frequencies; they all are, or none is."""
+        return FREQUENCY in self.holds
 
     def used_for(self, use: str) -> tuple[Record, ...]:
         """Return the records of one use, in order."""

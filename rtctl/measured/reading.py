@@ -9,12 +9,15 @@ from pathlib import Path
 
 from rtctl.border.errors import InputError, nearest
 from rtctl.measured.columns.conversion import TableCache
-from rtctl.measured.dataset import Dataset, Record
+from rtctl.measured.dataset import FREQUENCY, Dataset, Record
 from rtctl.measured.manifest.findings import Findings
 from rtctl.measured.manifest.schema import RecordTable, read_manifest
 from rtctl.measured.readers import READERS, suffix_of
-from rtctl.measured.record_reading import Reading, check_record, read_record
+from rtctl.measured.record_reading import Reading
+from rtctl.measured.record_reading import check_record as check_record_in_time
+from rtctl.measured.record_reading import read_record as read_record_in_time
 from rtctl.measured.stored import RecordHead, StoredDataset
+from rtctl.measured.sweep_reading import check_sweep, read_sweep
 from rtctl.registry import plant_kind
 
 
@@ -74,6 +77,18 @@ def open_dataset(path: str | Path) -> StoredDataset:
     )
 
 
+def check_record(reading: Reading, k: int) -> bool:
+    """Return whether the k-th record, a sweep or one in time, passes the checks that need no numbers."""
+    swept = reading.manifest.records[k].frequency is not None
+    return check_sweep(reading, k) if swept else check_record_in_time(reading, k)
+
+
+def read_record(reading: Reading, k: int, name: str) -> Record | None:
+    """Return a record that `check_record` accepted, or None with findings about its numbers."""
+    swept = reading.manifest.records[k].frequency is not None
+    return read_sweep(reading, k, name) if swept else read_record_in_time(reading, k, name)
+
+
 def record_names(records: tuple[RecordTable, ...]) -> list[str]:
     """Return each record's own name, or its file's without suffix; the rows are added where several share a file."""
     stems = [Path(Path(record.file).name.removesuffix(".gz")).stem for record in records]
@@ -128,6 +143,8 @@ def _units_and_holds(reading: Reading) -> tuple[dict[str, str], dict[str, str]]:
         for name, table in tables.items()
         if table.role == "input"
     }
+    if any(entry.frequency is not None for entry in reading.manifest.records):
+        units[FREQUENCY], holds[FREQUENCY] = "Hz", "linear"
     return units, holds
 
 
@@ -135,7 +152,7 @@ def _find_never_measured(reading: Reading, measured: Callable[[str], bool]) -> N
     """Report a declared signal that no record has: it is a misspelt column, not a missing instrument."""
     for name, table in reading.manifest.signals.items():
         if not measured(name):
-            column = table.column or name
+            column = table.parts[0] if table.parts else table.column or name
             available = {
                 other
                 for entry in reading.manifest.records

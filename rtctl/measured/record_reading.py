@@ -65,7 +65,10 @@ class Reading:
     def present(self, entry: RecordTable) -> dict[str, str]:
         """Return the column of each signal that the record's file has to have, or has."""
         columns = self.cache.table(self.folder / entry.file).columns
-        named = {name: table.column or name for name, table in self.manifest.signals.items()}
+        named = {
+            name: table.parts[0] if table.parts else table.column or name
+            for name, table in self.manifest.signals.items()
+        }
         return {
             name: column for name, column in named.items() if column in columns or not self.is_optional(name)
         }

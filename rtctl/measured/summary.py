@@ -35,7 +35,7 @@ SIGNAL_HEADERS = (
     "largest",
     "strongest line",
 )
-RECORD_HEADERS = ("record", "use", "file", "rows", "from row", "rate", "duration", "gaps")
+RECORD_HEADERS = ("record", "use", "file", "rows", "from row", "rate", "duration", "gaps or sweep")
 
 
 class Source(NamedTuple):
@@ -75,8 +75,10 @@ class RecordSummary:
     first_row: int
     """Row of the file at which it begins."""
     ignore_first: int
-    rate_hz: float
-    duration_s: float
+    rate_hz: float | None
+    """Sample rate; None of a sweep of frequencies."""
+    duration_s: float | None
+    """Duration; None of a sweep."""
     gaps: str
 
 
@@ -107,9 +109,11 @@ def summarise(dataset: Dataset, sources: Mapping[str, Source] | None = None) -> 
     matched = tables if len(tables) == len(dataset.records) else (None,) * len(dataset.records)
     records = tuple(
         RecordSummary(
-            name=one.name, use=one.use, file=one.file, rows=one.samples, first_row=table.first_row if table else 0,
-            ignore_first=one.ignore_first, rate_hz=1.0 / one.period_s, duration_s=one.samples * one.period_s,
-            gaps="resampled" if table and table.resample else "none",
+            name=one.name, use=one.use, file=one.file, rows=one.samples // 2 if one.is_sweep else one.samples,
+            first_row=table.first_row if table else 0, ignore_first=one.ignore_first,
+            rate_hz=None if one.is_sweep else 1.0 / one.period_s,
+            duration_s=None if one.is_sweep else one.samples * one.period_s,
+            gaps=_course(one) if one.is_sweep else "resampled" if table and table.resample else "none",
         )
         for one, table in zip(dataset.records, matched, strict=True)
     )  # fmt: skip
@@ -133,7 +137,9 @@ def record_rows(summary: Summary) -> list[list[str]]:
     """Return the table of records, columns as in `RECORD_HEADERS`."""
     return [
         [one.name, one.use + (f", from sample {one.ignore_first}" if one.ignore_first else ""), one.file or "–",
-         str(one.rows), str(one.first_row), f"{one.rate_hz:.6g} Hz", f"{one.duration_s:.6g} s", one.gaps]
+         str(one.rows), str(one.first_row),
+         *("–" if value is None else f"{value:.6g} {unit}"
+           for value, unit in ((one.rate_hz, "Hz"), (one.duration_s, "s"))), one.gaps]
         for one in summary.records
     ]  # fmt: skip
 
@@ -173,7 +179,7 @@ def _sources(dataset: Dataset, manifest: Manifest) -> dict[str, Source]:
     cache = TableCache()
     found = {}
     for name, table in manifest.signals.items():
-        column = table.column or name
+        column = table.parts[0] if table.parts else table.column or name
         stated = None
         for record in manifest.records:
             path = dataset.path.parent / record.file
@@ -189,14 +195,26 @@ def _sources(dataset: Dataset, manifest: Manifest) -> dict[str, Source]:
 
 
 def _signal(dataset: Dataset, name: str, source: Source, longest: Record) -> SignalSummary:
-    parts = [record.signals[name] for record in dataset.records if record.has(name)]
+    parts = [_values(record, name, dataset) for record in dataset.records if record.has(name)]
     shown = next(one for one in (longest, *dataset.records) if one.has(name))
     return SignalSummary(
         name=name, role=dataset.signals[name].role, column=source.column, unit=dataset.units[name],
         unit_from=source.unit_from, first=float(parts[0][0]), last=float(parts[-1][-1]),
         least=float(min(part.min() for part in parts)), largest=float(max(part.max() for part in parts)),
-        strongest_hz=strongest_hz(shown.signals[name], shown.period_s),
+        strongest_hz=None if shown.is_sweep else strongest_hz(shown.signals[name], shown.period_s),
     )  # fmt: skip
+
+
+def _values(record: Record, name: str, dataset: Dataset) -> FloatArray:
+    """Return the numbers of a signal that a person reads: of a sweep one a row, the amplitude of a response."""
+    if not record.is_sweep:
+        return record.signals[name]
+    return record.signals[name][::2] if name in dataset.holds else np.abs(record.complex_amplitudes(name))
+
+
+def _course(sweep: Record) -> str:
+    """Return from where to where a sweep goes."""
+    return f"sweep from {sweep.frequencies_hz[0]:.6g} to {sweep.frequencies_hz[-1]:.6g} Hz"
 
 
 def _notes(dataset: Dataset, signals: Sequence[SignalSummary], longest: Record) -> list[str]:
@@ -211,7 +229,7 @@ def _notes(dataset: Dataset, signals: Sequence[SignalSummary], longest: Record) 
                 notes.append(
                     f"{one.name}: its strongest line, {one.strongest_hz:.4g} Hz, has {samples:.3g} samples a period"
                 )
-    for record in dataset.records:
+    for record in () if dataset.has_sweeps else dataset.records:
         for name, values in record.signals.items():
             run = _longest_at_extreme(values)
             if name not in dataset.holds and run >= CLIPPED_RUN and run < 0.5 * len(values):

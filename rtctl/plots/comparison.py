@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rtctl.border.arrays import FloatArray
+from rtctl.measured.dataset import paired
 from rtctl.output.readable_units import printed_unit, readable
 from rtctl.plots.elements.channels import fitting_unit
 from rtctl.plots.elements.decimation import extremes
@@ -31,6 +32,7 @@ from rtctl.plots.elements.style import (
     new_figure,
     save_png,
 )
+from rtctl.plots.sweep import compared_curves, sweep_figure
 
 BEYOND = 1.5
 """Widths of the measured range that a simulation may lie beyond it on the axis."""
@@ -58,6 +60,8 @@ class Compared:
     ignore_first: int = 0
     noise: FloatArray | None = None
     """Part that does not repeat (n,), where the input was repeated."""
+    frequency_hz: FloatArray | None = None
+    """Frequencies (n / 2,) of a sweep, whose outputs have two samples a row; None: it is a record in time."""
 
     @property
     def error(self) -> FloatArray:
@@ -83,6 +87,11 @@ def plot_comparison(path: Path, compared: Compared) -> None:
 
 def comparison_figure(compared: Compared) -> Figure:
     """Return the figure that `plot_comparison` writes."""
+    if compared.frequency_hz is not None:
+        simulated = [("the model", BLUE, paired(compared.simulated))]
+        curves = compared_curves(compared.frequency_hz, paired(compared.measured), simulated)
+        noise = 0.0 if compared.noise is None else _rms(compared.noise)
+        return sweep_figure(*_headline(compared), compared.output, compared.unit, curves, noise)
     with house_style():
         figure = new_figure(14.0, 8.4)
         headline(figure, *_headline(compared))

@@ -67,6 +67,8 @@ class Control:
 
     support: Part
     """`rtctl.plant_control.support.PlantSupport`, or a class of one without arguments."""
+    several: Part | None = None
+    """`(estimator, scenario, model) -> Estimator` of all outputs of a loop with [references]; None: it has one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,6 +124,8 @@ class PlantKind:
     `initial` of a record then names states of the model, as quantities, which are held in SI base units."""
     responses: tuple[str, ...] = ()
     """Outputs of which at least one must be there; empty: `SignalKind.optional` says all."""
+    has_sweeps: bool = False
+    """Whether records may be sweeps of frequencies: steady states under a sine."""
     initial: tuple[str, ...] = ()
     """Signals whose value at the first sample a record may set under `initial`."""
     model: ModelFiles | None = None

@@ -11,6 +11,10 @@ and finds out before the command is sent.
 A reading that repeats is a stuck sensor only where a live one would have changed. The guard learns the instrument's
 resolution q (the smallest change seen) and the mean change c for a unit of command travel from the changes before:
 while the command moves by L, a live sensor moves by about c L. On a plateau, as of a metallic film, that is a few q.
+Near the lowest and the highest reading so far a plateau may begin, as abruptly as the last domains of a film switch:
+what was learned on the slope before says nothing about it; nor, in open loop, about what follows a reversal, where
+nothing switches until the width of the loops is crossed. A film answers late, so the command counts behind a lag of as
+many samples as must repeat.
 
 The loop in Python and its compiled blocks call the same kernels; these say only whether a reading passes, and leave
 their memory as it was if not, so that Python can explain why.
@@ -41,8 +45,9 @@ LOCKSTEP_TOLERANCE_US = 2
 """How far a sample period of device time may be off in lockstep [us]: it is rounded to microseconds."""
 LEAST_STEPS = 10.0
 """Steps of the resolution by which a live reading would have moved: with fewer expected it may well repeat."""
-FARTHEST = 10.0
-"""Times `frozen_travel` (half the range of the command) after which a reading that repeats is stuck on any plateau."""
+END_SHARE = 0.05
+"""Of the span of the readings so far: nearer than that to its ends a reading may be on a plateau. A film with one
+domain left reads some percent more than the metallic one, and its transition spans a factor of ten and more."""
 FORGETTING = 0.125
 """Weight of a new change in the means of changes and of travel between them."""
 COUNTS_PER_US = 1
@@ -53,18 +58,23 @@ GUARD = np.dtype(
         # rules, as in `ReadingRules`
         ("frozen_after", np.int64),
         ("frozen_travel", np.float64),
+        ("plateau_travel", np.float64),
         ("timed", np.int64),
         ("lockstep_us", np.int64),  # -1: not in lockstep
         ("time_tolerance_us", np.float64),
         # memory
         ("equal", np.int64),  # equal readings in a row
-        ("lowest", np.float64),  # level meanwhile
+        ("lagged", np.float64),  # the level, behind a lag of `frozen_after` samples; NaN: none yet
+        ("lowest", np.float64),  # of it, meanwhile
         ("highest", np.float64),
         ("resolution", np.float64),  # smallest change of the reading; 0: none seen yet
         ("mean_change", np.float64),  # of the reading, of those before
         ("mean_travel", np.float64),  # of the command between two changes
         ("travel", np.float64),  # of the command since the last change
         ("guarded_level", np.float64),  # the level before
+        ("place", np.float64),  # of the reading, from the first one
+        ("least_place", np.float64),
+        ("most_place", np.float64),
         ("counts", np.int64),  # by which a command in lockstep advances the counter; -1: not known yet
         ("anchored", np.int64),
         ("anchor_us", np.int64),  # device time
@@ -91,9 +101,22 @@ def is_stuck(s: Record, equal: int, moved: float) -> bool:
     """Return whether `equal` repetitions, while the command moved by `moved`, show a stuck sensor."""
     if s.frozen_after <= 0 or equal < s.frozen_after or moved < s.frozen_travel:
         return False
-    if s.resolution <= 0.0 or s.mean_travel <= 0.0 or moved >= FARTHEST * s.frozen_travel:
+    if s.resolution <= 0.0 or s.mean_travel <= 0.0 or moved >= s.plateau_travel:
         return True
+    if min(s.place - s.least_place, s.most_place - s.place) <= END_SHARE * (s.most_place - s.least_place):
+        return False
     return bool(s.mean_change * moved >= LEAST_STEPS * s.resolution * s.mean_travel)
+
+
+@background_kernel
+def repeated(s: Record, change: float, level: float) -> tuple[int, float, float, float]:
+    """Return how often a reading has repeated, the lagged level, and its lowest and highest meanwhile."""
+    share = 1.0 / max(s.frozen_after, 1)
+    lagged = level if math.isnan(s.lagged) else s.lagged + share * (level - s.lagged)
+    equal = s.equal + 1 if change == 0.0 else 0  # a change may be NaN
+    if equal <= 1:
+        return equal, lagged, lagged, lagged
+    return equal, lagged, min(s.lowest, lagged), max(s.highest, lagged)
 
 
 @background_kernel
@@ -101,9 +124,12 @@ def _learn(s: Record, change: float, level: float) -> None:
     """Learn resolution and sensitivity from a reading that moved by `change`; 0: it repeats, NaN: not known."""
     s.travel += abs(level - s.guarded_level)
     s.guarded_level = level
-    if change > 0.0:
-        s.resolution = change if s.resolution <= 0.0 else min(s.resolution, change)
-        s.mean_change += FORGETTING * (change - s.mean_change)
+    size = abs(change)
+    if size > 0.0:
+        s.place += change
+        s.least_place, s.most_place = min(s.least_place, s.place), max(s.most_place, s.place)
+        s.resolution = size if s.resolution <= 0.0 else min(s.resolution, size)
+        s.mean_change += FORGETTING * (size - s.mean_change)
         s.mean_travel += FORGETTING * (s.travel - s.mean_travel)
         s.travel = 0.0
 
@@ -165,20 +191,16 @@ def follows(  # noqa: PLR0913
         answered_ns: host time of the answer [ns].
     """
     s = guarded[0]
-    equal, lowest, highest = 0, s.lowest, s.highest
-    if change == 0.0 and s.frozen_after > 0:
-        equal = s.equal + 1
-        lowest = level if equal == 1 else min(s.lowest, level)
-        highest = level if equal == 1 else max(s.highest, level)
-        if is_stuck(s, equal, highest - lowest):
-            return False
+    equal, lagged, lowest, highest = repeated(s, change, level)
+    if is_stuck(s, equal, highest - lowest):
+        return False
     if s.timed != 0:
         if s.lockstep_us >= 0:
             if not _keeps_lockstep(s, counts, advance_us):
                 return False
         elif not _keeps_time(s, counts, advance_us, time_us, begun_ns, answered_ns):
             return False
-    s.equal, s.lowest, s.highest = equal, lowest, highest
+    s.equal, s.lagged, s.lowest, s.highest = equal, lagged, lowest, highest
     _learn(s, change, level)
     return True
 
@@ -202,6 +224,8 @@ class ReadingRules:
     """Equal readings in a row, to the bit, after which a sensor is stuck if the command moved; 0: never."""
     frozen_travel: float = math.inf
     """How far the first command must have moved meanwhile [its unit]."""
+    plateau_travel: float = math.inf
+    """How far it must have moved for a reading that repeats to be stuck on any plateau [its unit]."""
     lockstep_us: int | None = None
     """Sample period of a device that each command advances by one sample [us]; None: the device runs freely."""
     time_tolerance_us: float = LEAST_TIME_TOLERANCE_US
@@ -219,6 +243,7 @@ class ReadingGuard:
         self.memory: Guarded = np.zeros(1, dtype=GUARD)
         """Rules and memory, shared with a compiled block."""
         self.memory["frozen_after"], self.memory["frozen_travel"] = rules.frozen_after, rules.frozen_travel
+        self.memory["plateau_travel"] = rules.plateau_travel
         self.memory["lockstep_us"] = -1 if rules.lockstep_us is None else rules.lockstep_us
         self.memory["time_tolerance_us"], self.memory["timed"] = rules.time_tolerance_us, rules.timed
         self.start()
@@ -229,6 +254,8 @@ class ReadingGuard:
         self.memory["equal"] = self.memory["anchored"] = 0
         for field in ("resolution", "mean_change", "mean_travel", "travel"):
             self.memory[field] = 0.0
+        self.memory["lagged"] = math.nan
+        self.memory["place"] = self.memory["least_place"] = self.memory["most_place"] = 0.0
 
     def judge(
         self,
@@ -256,7 +283,7 @@ class ReadingGuard:
                     return self._explain_rate(new, previous, elapsed_s)
         counts = (new.counter - previous.counter) & UINT32
         advance_us = (new.time_us - previous.time_us) & UINT32
-        change = 0.0 if is_equal else abs(new.sensed[0] - previous.sensed[0]) or math.nan
+        change = 0.0 if is_equal else new.sensed[0] - previous.sensed[0] or math.nan
         if follows(self.memory, change, level, counts, advance_us, new.time_us, begun_ns, answered_ns):
             return None
         if is_equal and (finding := self._explain_stuck(new, level)) is not None:
@@ -287,14 +314,13 @@ class ReadingGuard:
 
     def _explain_stuck(self, new: Measurement, level: float) -> Finding | None:
         s, rules = self.memory[0], self.rules
-        equal = int(s["equal"]) + 1
-        lowest = level if equal == 1 else min(float(s["lowest"]), level)
-        highest = level if equal == 1 else max(float(s["highest"]), level)
+        equal, _, lowest, highest = repeated(s, 0.0, level)
         if not is_stuck(s, equal, highest - lowest):
             return None
         return Fault.FROZEN_VALUE, (
             f"{rules.names[0]} has read {new.sensed[0]!r} {equal + 1} times in a row while the command "
-            f"moved by {highest - lowest:.4g}: the sensor is stuck (safety.frozen_after)"
+            f"moved by {highest - lowest:.4g}: the sensor is stuck; if it is healthy and only coarse, "
+            "--set safety.frozen_after=0 leaves this check out"
         )
 
     def _explain_lockstep(self, counts: int, advance_us: int, period_us: int) -> Finding:

@@ -23,6 +23,7 @@ from rtctl.scenario.channels import ChannelsTable, fill_channels, known_unit
 from rtctl.scenario.channels import profile_of as channels_profile
 from rtctl.scenario.clock import ClockTable, Seconds
 from rtctl.scenario.drivers import DriverTable, Serial
+from rtctl.scenario.further_references import FurtherReferences
 from rtctl.scenario.limits import LimitsTable, limits_table
 from rtctl.scenario.own_parts import OwnController, OwnEstimator, OwnPart, chosen_by_kind
 from rtctl.scenario.safety import SafetyTable
@@ -162,6 +163,8 @@ class Scenario(Checked):
     limits: LimitsTable
     safety: SafetyTable = SafetyTable()
     reference: Reference | None = None
+    references: FurtherReferences = Field(default_factory=dict)
+    """What further outputs track, by their names in the model."""
     excitation: tuple[Excitation, ...] = ()
     estimator: AnyEstimator
     controller: Any = None
@@ -181,6 +184,26 @@ class Scenario(Checked):
             raise ValueError("a scenario has either a [reference] to track or [[excitation]] tables to play")
         if self.reference is not None and self.scenario.duration_s is None:
             raise ValueError('key "scenario.duration" is missing: a [reference] does not end by itself')
+        return self
+
+    @model_validator(mode="after")
+    def _several_outputs(self) -> Scenario:
+        if not self.references:
+            return self
+        control = plant_kind(self.scenario.plant).control
+        if control is None or control.several is None:
+            raise ValueError(f'[references]: a "{self.scenario.plant}" has one controlled output')
+        if self.reference is None:
+            raise ValueError(
+                "[references] stand beside a [reference] of the output that device.reference names"
+            )
+        if self.safety.rearm:
+            raise ValueError(
+                "safety.rearm: a loop of several outputs does not go on after a fault; leave it out"
+            )
+        own = self.profile.reference.name.removeprefix("reference_")
+        if own in self.references:
+            raise ValueError(f"[references.{own}]: this output has the [reference] already")
         return self
 
     @model_validator(mode="after")

@@ -20,6 +20,7 @@ from rtctl.models.span import Span
 from rtctl.plant_control.lookup import support_of
 from rtctl.plant_control.support import Control, Tuning
 from rtctl.scenario.command_sequence import check_length, check_one_period, command_sequences
+from rtctl.scenario.further_references import course
 from rtctl.scenario.schema import Scenario
 from rtctl.session.live.change_rules import ChangeRules
 from rtctl.session.loop_setup import (
@@ -112,17 +113,7 @@ def setpoints_of(scenario: Scenario, reach: Span) -> FloatArray:
     period_s, duration_s = scenario.scenario.period_s, scenario.scenario.duration_s or 0.0
     check_length(duration_s / period_s)
     time_s = period_s * np.arange(round(duration_s / period_s), dtype=np.float64)
-    try:
-        setpoints = scenario.reference.build(time_s, *reach)
-    except ValueError as error:
-        raise InputError(str(error)) from None
-    low, high, unit = float(setpoints.min()), float(setpoints.max()), scenario.profile.reference.unit
-    if not (low >= reach.low and high <= reach.high):
-        raise InputError(
-            f"[reference] asks for {low:.4g} to {high:.4g} {unit}, the model reaches {reach.low:.4g} to "
-            f"{reach.high:.4g} {unit}; give levels inside it, or in percent of the range"
-        )
-    return setpoints
+    return course(scenario.reference, time_s, reach, scenario.profile.reference.unit, "reference")
 
 
 def _plan_control(scenario: Scenario, model: Any) -> tuple[ControlChain, FloatArray, Tuning | None]:

@@ -222,7 +222,8 @@ def _summary_row(compared: ComparedRecord, units: Mapping[str, str]) -> dict[str
     }
     return {
         "file": record.file, "use": record.use, "outputs": outputs, "record": record.name,
-        "samples": record.samples, "ignore_first": record.ignore_first, "sample_rate_hz": 1.0 / record.period_s,
+        "samples": record.samples, "ignore_first": record.ignore_first,
+        "sample_rate_hz": None if record.is_sweep else 1.0 / record.period_s,
         "diverged_at_s": compared.diverged_at_s, "conditions": dict(record.conditions),
     }  # fmt: skip
 
@@ -243,6 +244,9 @@ def write_prediction(
     Columns of outputs after the first one begin with the output's name.
     """
     record = compared.record
+    if record.is_sweep:
+        _write_sweep(folder, compared, signal_units)
+        return
     inputs = tuple(inputs)
     table: dict[str, FloatArray] = {"time": record.period_s * np.arange(record.samples, dtype=np.float64)}
     units = {"time": "s", **{name: signal_units[name] for name in inputs}}
@@ -253,6 +257,24 @@ def write_prediction(
         for what, values in columns.items():
             column = what if index == 0 else f"{name}_{what}"
             table[column], units[column] = values, signal_units[name]
+    metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
+    write_parquet(folder / f"{record.name}.parquet", table, units, metadata)
+
+
+def _write_sweep(folder: Path, compared: ComparedRecord, signal_units: Mapping[str, str]) -> None:
+    """Write `folder/<record>.parquet` of a sweep: frequency, drive, and the two parts of each complex amplitude."""
+    record = compared.record
+    table = {"frequency": record.frequencies_hz, "drive": record.signals["drive"][::2]}
+    units = {"frequency": "Hz", "drive": signal_units["drive"]}
+    for name, simulated in compared.simulated.items():
+        measured = record.signals[name]
+        for what, values in (
+            ("measured", measured),
+            ("simulated", simulated),
+            ("error", simulated - measured),
+        ):
+            for part, first in (("in_phase", 0), ("quadrature", 1)):
+                table[f"{what}_{part}"], units[f"{what}_{part}"] = values[first::2], signal_units[name]
     metadata = {"program": "rtctl", "record": record.name, "file": record.file, "use": record.use}
     write_parquet(folder / f"{record.name}.parquet", table, units, metadata)
 

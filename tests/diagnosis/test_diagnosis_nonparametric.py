@@ -146,7 +146,9 @@ RELAXING = {"level": 900.0, "order": 0.5, "time": 8e-3}
 @pytest.mark.parametrize(
     ("hidden", "said"),
     [
-        ("many", "A part of the stiffness relaxes with many time constants"),
+        pytest.param(
+            "many", "A part of the stiffness relaxes with many time constants", marks=pytest.mark.slow
+        ),
         pytest.param("one", "", marks=pytest.mark.slow),
     ],
 )

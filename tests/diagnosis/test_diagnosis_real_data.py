@@ -46,7 +46,11 @@ def test_the_silverbox_is_cubic_first_then_an_offset_and_what_is_left_is_small()
 @pytest.mark.parametrize(
     ("ids", "options"),
     [
-        (("friction.coulomb", "damping.quadratic", "drive.offset"), DiagnosisOptions(work=300e6)),
+        pytest.param(
+            ("friction.coulomb", "damping.quadratic", "drive.offset"),
+            DiagnosisOptions(work=300e6),
+            marks=pytest.mark.slow,
+        ),
         pytest.param((*FORCES, *OFFSETS), None, marks=pytest.mark.slow),
     ],
 )

@@ -22,11 +22,17 @@ def records(late_s: float) -> list[tuple[np.ndarray, np.ndarray, str]]:
     return [(drive, measured(skewed, drive), use) for drive, use in drives]
 
 
-def test_rows_that_are_read_late_are_named_alone(tmp_path: Path) -> None:
-    answer = answer_to(tmp_path, records(0.4 * PERIOD_S), IDS)
+@pytest.mark.parametrize(
+    ("periods", "others"), [(0.4, ["drive.delay"]), (1.0, []), (1.4, [])], ids=["within", "end", "beyond"]
+)
+def test_rows_that_are_read_late_may_be_read_at_the_end_of_a_period_with_a_late_drive(
+    tmp_path: Path, periods: float, others: list[str]
+) -> None:
+    answer = answer_to(tmp_path, records(periods * PERIOD_S), IDS)
     (cause,) = answer["causes"]
-    assert (cause["id"], cause["indistinguishable_from"]) == ("timing.skew", [])
-    assert cause["parameters"]["late"]["value"] == pytest.approx(0.4 * PERIOD_S, rel=0.05)
+    assert (cause["id"], cause["indistinguishable_from"]) == ("timing.skew", others)
+    assert cause["parameters"]["late"]["value"] == pytest.approx(periods * PERIOD_S, rel=0.05)
+    assert ("at the end of their period" in cause["statement"]) == bool(others)
 
 
 def test_rows_that_are_read_early_are_a_late_drive_or_these(tmp_path: Path) -> None:

@@ -10,15 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis_cases import answer_to, device, friction_case, measured, noise_drive
+from vo2_model_cases import small_model
 
 import rtctl
 from rtctl.cli import main
+from rtctl.cli.verbs.modelling.identify import is_diagnosed_next
 from rtctl.diagnosis.problem.subject import Rehearsal
 from rtctl.diagnosis.search.holdout_error import Gain
 from rtctl.diagnosis.verification.misfit_checks import require_model_follows
 from rtctl.diagnosis.verification.verdict import Verdict
 from rtctl.diagnosis.verification.verify import falls_elsewhere
 from rtctl.models.provenance import doubt_of_model
+from rtctl.plants.vo2 import diagnosis as vo2_diagnosis
 
 FEW = "friction.coulomb,damping.quadratic"
 
@@ -153,6 +156,26 @@ def test_a_model_that_makes_the_loop_worse_is_withheld(
     assert (replace(friction, answer=found).model is None) is withheld
     assert found.json["loop"] == {"scenario": "self-sensing", "before": 1.0, "after": after, "unit": "um"}
     assert ("the loop would do worse with it" in found.withheld) is withheld
+
+
+def test_a_model_that_is_to_be_identified_again_is_not_extended(friction: rtctl.Diagnosis) -> None:
+    loops = replace(small_model(), provenance={"trusted": "false"})
+    doubt = vo2_diagnosis.VO2.doubt(loops)
+    assert "acquire and identify again with holds as long" in doubt
+    found = replace(friction.answer, doubt=doubt)
+    assert replace(friction, answer=found).model is None
+    assert "is to be identified again" in found.json["model_withheld"]
+    assert vo2_diagnosis.VO2.doubt(small_model()) == friction.answer.doubt == ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "trusted", "next_is"),
+    [("vo2", True, True), ("vo2", False, False), ("oscillator", False, True), ("me", True, False)],
+)
+def test_a_diagnosis_comes_next_unless_data_are_to_be_acquired_again(
+    kind: str, trusted: bool, next_is: bool
+) -> None:
+    assert is_diagnosed_next(kind, trusted=trusted) is next_is
 
 
 def gain_of(output: str, low: float, high: float) -> Gain:

@@ -12,17 +12,18 @@ import pytest
 from plant_sim.equations.language.functions import FUNCTIONS
 from plant_sim.equations.mechanisms.signals import INPUTS, OUTPUTS
 from plant_sim.equations.mechanisms.states import LAWS
-from rtctl.border.equations.file import EquationsTable, OutputTable, StateTable
+from rtctl.border.equations.file import EquationsTable, EventTable, OutputTable, StateTable
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "equations.md").read_text(encoding="utf-8")
+TABLES = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
 
 
 def test_the_page_runs_and_names_what_the_data_do_not_tell(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (model,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    model, *_ = TABLES
     (tmp_path / "tanks.toml").write_text(model, encoding="utf-8")
     said = io.StringIO()
     names: dict[str, object] = {"__name__": "page"}
@@ -44,9 +45,18 @@ def test_the_page_runs_and_names_what_the_data_do_not_tell(
     assert (tmp_path / "identified.toml").is_file()
 
 
+@pytest.mark.parametrize(
+    ("place", "file"), [(1, "models/equations/thermostat.toml"), (2, "vo2_mirror_steps.toml")]
+)
+def test_a_table_of_the_page_is_that_of_a_shipped_file(place: int, file: str) -> None:
+    shipped = (ROOT / "scenarios" / file).read_text(encoding="utf-8").splitlines()
+    lines = [re.sub(r"\s+#.*", "", line) for line in TABLES[place].splitlines()]
+    assert [line for line in lines if line not in shipped] == []
+
+
 def test_the_page_names_every_function_table_and_key() -> None:
     assert [name for name in FUNCTIONS if not re.search(rf"\b{name}\b", PAGE)] == []
-    keys = {*StateTable.model_fields, *OutputTable.model_fields}
+    keys = {*StateTable.model_fields, *OutputTable.model_fields, *EventTable.model_fields}
     assert [name for name in keys if f"`{name}`" not in PAGE] == []
     tables = {*EquationsTable.model_fields} - {"kind"}
     assert [name for name in tables if f"[model.{name}]" not in PAGE] == []

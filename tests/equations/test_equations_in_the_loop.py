@@ -18,7 +18,7 @@ from rtctl.cli import main
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, tune_pid
 from rtctl.estimators.cubature import CubatureFilter, FilterSettings
-from rtctl.estimators.equations_rest import rest_point, rests_anywhere, state_at_rest, swept_points
+from rtctl.estimators.equations.rest import rest_point, rests_anywhere, state_at_rest, swept_points
 from rtctl.interfaces import Estimate
 from rtctl.plants.equations.control import EquationsSupport, linear_plant
 from rtctl.scenario.schema import checked_scenario

@@ -379,7 +379,7 @@ def test_an_effect_that_is_another_value_of_the_users_model_has_no_share(same: E
 
 @pytest.mark.parametrize(
     "style",
-    [pytest.param(style, marks=[] if style == "test_stand" else pytest.mark.slow) for style in STYLES],
+    [pytest.param(style, marks=pytest.mark.slow) for style in STYLES],
 )
 def test_an_effect_on_a_bench_reaches_its_share(style: str) -> None:
     bench = draw_bench(style, 4)

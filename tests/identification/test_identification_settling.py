@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import rtctl
-from rtctl.identification.vo2.settling import assess_settling, describe_settling
+from rtctl.identification.vo2.settling import assess_settling, describe_holds, describe_settling
 
 ROOT = Path(__file__).resolve().parents[2]
 DEVICE = (ROOT / "plant_sim/vo2/devices/vo2_a.toml").read_text(encoding="utf-8")
@@ -55,6 +56,15 @@ def test_the_note_says_the_command_and_a_length_that_would_do() -> None:
         "the holds of record r02-random (100 ms) end before the device has settled: 67.0% of a "
     )
     assert '--set "excitation.2.hold=1.5 s"' in said
+
+
+def test_several_staircases_are_told_the_one_command_for_all() -> None:
+    first, other = replace(staircase(0.25, 0.1), name="r00-damped"), staircase(0.25, 0.2)
+    *each, command = describe_holds([(one, assess_settling(one, 0.25, 0.001)) for one in (first, other)])
+    assert len(each) == 2
+    assert 'acquire_vo2 --set "excitation.0.hold=1.5 s" --set "excitation.2.hold=1.5 s"' in command
+    settled = staircase(1.8e-3, 20e-3)
+    assert describe_holds([(settled, assess_settling(settled, 1.8e-3, 1e-5))]) == []
 
 
 def test_where_the_time_constant_is_not_known_the_last_samples_tell() -> None:

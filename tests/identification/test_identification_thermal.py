@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from rtctl.identification.vo2 import heating as thermal
 from rtctl.identification.vo2.heating import find_time_constant, fit_time_constant, simulate_heating
+from rtctl.identification.vo2.lateness import find_late_rows
 from rtctl.measured.dataset import Record
 
 claim = settings(deadline=None, max_examples=60, derandomize=True)
@@ -216,6 +218,21 @@ def test_readings_at_the_end_of_a_period_are_recognised_and_make_the_film_no_fas
     at_start = fit_time_constant([usual], RESISTANCE, DEFLECTION, NOMINAL_S)
     assert at_start is not None
     assert not at_start.reads_after
+
+
+def read_late(record):
+    """The same measurement by a device whose readings answer the current one row late."""
+    current = record.signals["current"]
+    return replace(record, signals={**record.signals, "current": np.append(current[1:], current[-1])})
+
+
+@pytest.mark.parametrize("tau_s", [1.8e-3, 4.0e-3])
+def test_readings_that_come_late_are_told_and_others_are_not(tau_s):
+    usual = measured(tau_s, 3)
+    for record, low, high in ((usual, 0.0, 0.0), (read_late(usual), 0.25, 1.2)):
+        found = fit_time_constant([record], RESISTANCE, DEFLECTION, NOMINAL_S)
+        assert found is not None
+        assert low <= find_late_rows([record], RESISTANCE, DEFLECTION, found.value_s) <= high
 
 
 def test_a_record_that_begins_cold_does_not_change_the_speed():

@@ -61,11 +61,15 @@ def test_a_right_model_is_trusted(tmp_path: Path) -> None:
     "spoil",
     [
         pytest.param(lambda u, z: (u, np.concatenate((np.zeros(20), z[:-20]))), id="20 samples late"),
-        pytest.param(lambda u, z: (u + 30.0 * u.std(), z), id="drive with an offset"),
+        pytest.param(lambda u, z: (u + 30.0 * u.std(), z), id="drive with an offset", marks=pytest.mark.slow),
         pytest.param(
-            lambda u, z: (u, z + np.linspace(0.0, 30.0 * z.std(), len(z))), id="a sensor that drifts"
+            lambda u, z: (u, z + np.linspace(0.0, 30.0 * z.std(), len(z))),
+            id="a sensor that drifts",
+            marks=pytest.mark.slow,
         ),
-        pytest.param(lambda u, z: (np.zeros(len(u)), z), id="drive that was not recorded"),
+        pytest.param(
+            lambda u, z: (np.zeros(len(u)), z), id="drive that was not recorded", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_segments_that_follow_do_not_make_a_model_trusted(

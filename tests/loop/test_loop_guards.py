@@ -5,17 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from loop_cases import FIRST, SAFE, SETTLE, Change, ScriptedDriver, levels_mA, parts_of
 
 from rtctl.border.errors import DriverError, Fault
-from rtctl.border.records import DeviceStatus, Measurement
+from rtctl.border.records import VO2, DeviceStatus, Measurement
 from rtctl.loop.supervisor import LoopParts, LoopPlan, run_loop
 from rtctl.safety.guards import EnergyGuard, ReadingGuard, ReadingRules
 from rtctl.safety.limits import CommandLimits
+from rtctl.scenario.schema import load_scenario
+from rtctl.wiring import build_guard
 
+SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 NAMES = ("resistance [ohm]",)
 ENABLED = int(DeviceStatus.ENABLED)
 LOCKSTEP = ReadingRules(names=NAMES, rates=(math.inf,), lockstep_us=1000)
@@ -92,7 +96,8 @@ def test_a_stuck_sensor_is_found_once_the_command_has_moved() -> None:
     outcome = run_loop(parts, plan, BEFORE_FIRST)
     assert outcome.fault is Fault.FROZEN_VALUE
     assert outcome.steps == 5, "samples 3, 4 and 5 repeat sample 2, and the command has moved by 0.2 mA"
-    assert "4 times in a row while the command moved by 0.2" in outcome.message
+    assert "4 times in a row while the command moved by" in outcome.message
+    assert "--set safety.frozen_after=0" in outcome.message
 
 
 def film(level: float) -> float:
@@ -100,9 +105,15 @@ def film(level: float) -> float:
     return 15.0 * round((11_000.0 + 150_000.0 / (1.0 + math.exp((level - 6.0) / 0.3))) / 15.0)
 
 
-def first_finding(levels: np.ndarray, readings: list[float]) -> tuple[int, str] | None:
-    """Index and words of the first finding of the guard of a vo2 device, 20 repetitions and 5 % of 0 to 10 mA."""
-    guard = ReadingGuard(replace(LIVE, frozen_after=20, frozen_travel=0.5, timed=False))
+VO2_RULES = replace(LIVE, frozen_after=20, frozen_travel=0.5, plateau_travel=5.0, timed=False)
+"""20 repetitions, 5 % and half of 0 to 10 mA."""
+
+
+def first_finding(
+    levels: np.ndarray, readings: list[float], rules: ReadingRules = VO2_RULES
+) -> tuple[int, str] | None:
+    """Index and words of the first finding of the guard of a vo2 device."""
+    guard = ReadingGuard(rules)
     before = Measurement((readings[0],), 1.0, 0, 0, 0, ENABLED)
     for k, (level, reading) in enumerate(zip(levels[1:], readings[1:], strict=True), start=1):
         new = before._replace(sensed=(reading,), counter=k, time_us=1000 * k, sequence=k)
@@ -123,7 +134,42 @@ def test_a_metallic_film_that_reads_the_same_for_long_is_not_stuck() -> None:
     assert first_finding(RAMP, readings) is None
 
 
-@pytest.mark.parametrize(("from_sample", "within"), [(200, 60), (300, 60), (700, 600)])
+def test_a_plateau_that_begins_with_the_last_domain_of_a_film_is_no_stuck_sensor() -> None:
+    def coarse(level: float) -> float:
+        left = int((np.linspace(5.0, 7.0, 30) > level).sum())
+        return 15_405.0 + 4_500.0 * left - 15.0 * round(4.0 * level) * (left > 0)
+
+    readings = [coarse(level) for level in RAMP]
+    assert first_finding(RAMP, readings) is None
+
+
+def test_a_film_that_has_not_answered_a_jump_yet_is_no_stuck_sensor() -> None:
+    levels = np.concatenate((np.linspace(3.0, 10.0, 700), np.full(30, 10.0), np.full(30, 3.0)))
+    readings = [film(level) for level in levels[:730]] + [film(10.0)] * 8 + [film(3.0)] * 22
+    assert first_finding(levels, readings) is None
+
+
+@pytest.mark.parametrize(("name", "found"), [("acquire_vo2", False), ("steps", True)])
+def test_in_open_loop_a_reading_that_repeats_after_a_reversal_is_no_stuck_sensor(
+    name: str, found: bool
+) -> None:
+    """A loop of 1 mA of width, read in steps of 15 ohm: nothing switches until it is crossed."""
+    turns = [np.linspace(a, b, 400) for a, b in ((3.7, 8.0), (8.0, 5.2), (5.2, 6.1))]
+    levels, play = np.concatenate(turns), 3.7
+    readings = []
+    for level in levels:
+        play = max(level, min(play, level + 1.0))
+        readings.append(film(play))
+    scenario, _ = load_scenario(SCENARIOS / f"{name}.toml", [])
+    rules = replace(build_guard(scenario, VO2).rules, timed=False)
+    assert (first_finding(levels, readings, rules) is not None) is found
+
+
+@pytest.mark.parametrize(
+    ("from_sample", "within"),
+    [(1060, 60), (1120, 60), (700, 600), (300, 1000)],
+    ids=["slope", "slope further on", "plateau", "where no reading was before"],
+)
 def test_a_sensor_that_sticks_is_found_on_a_slope_at_once_and_on_a_plateau_after_half_the_range(
     from_sample: int, within: int
 ) -> None:

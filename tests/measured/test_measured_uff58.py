@@ -41,6 +41,38 @@ def test_names_tell_functions_apart(
         np.testing.assert_array_equal(TableCache().column(path, name, "V"), K + k)
 
 
+def test_a_frequency_response_is_its_two_parts_beside_the_frequencies(tmp_path: Path) -> None:
+    h = (K + 1.0) * np.exp(-0.01j * K)
+    response = {"form": 6, "abscissa": 18, "increment": 0.5}
+    write_uff(tmp_path / "r.uff", [uff58(h, id1="H1", **response), uff58(2.0 * h, id1="H2", **response)])
+    assert list(open_table(tmp_path / "r.uff").columns) == [
+        "frequency", "H1 in phase", "H1 quadrature", "H2 in phase", "H2 quadrature",
+    ]  # fmt: skip
+    read = TableCache()
+    np.testing.assert_allclose(read.column(tmp_path / "r.uff", "frequency", "Hz"), 0.5 * K)
+    np.testing.assert_allclose(
+        read.column(tmp_path / "r.uff", "H2 quadrature", "um/V"), 2.0 * h.imag, rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        read.column(tmp_path / "r.uff", "H1 in phase", "um/V", 3, 7), h.real[3:7], rtol=1e-9
+    )
+
+
+def test_a_frequency_response_is_a_sweep(tmp_path: Path) -> None:
+    h = (K + 1.0) * np.exp(-0.01j * K)
+    write_uff(tmp_path / "r.uff", [uff58(h, id1="H", form=6, abscissa=18, increment=0.5, unit="um/V")])
+    manifest = tmp_path / "dataset.toml"
+    manifest.write_text(
+        '[dataset]\nname = "hammer"\nplant = "oscillator"\n[signals.drive]\nrole = "input"\nunit = "V"\n'
+        '[signals.displacement]\nrole = "output"\nunit = "um"\nin_phase = "H in phase"\n'
+        'quadrature = "H quadrature"\nper_drive = true\n'
+        '[[records]]\nfile = "r.uff"\nfrequency = "frequency"\nrows = [1, 200]\ndrive_amplitude = 0.5\n'
+    )
+    record = read_dataset(manifest).records[0]
+    assert record.frequencies_hz[0] == 0.5
+    np.testing.assert_allclose(record.complex_amplitudes("displacement"), 0.5 * h[1:], rtol=1e-9)
+
+
 def test_the_names_are_in_the_message_about_one_that_is_not(tmp_path: Path) -> None:
     write_uff(tmp_path / "r.uff", [uff58(K, node=12), uff58(K, id1="drive")])
     with pytest.raises(ValueError, match=r'no column "x_tip"; known: 12:\+Z, drive'):

@@ -379,7 +379,7 @@ def test_a_neutral_contribution_to_the_reading_changes_no_bit_of_it(identity: st
 
     watched = replace(bound, mechanisms=(replace(MECHANISMS[identity], sensor=spy),))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(type(bound), "_acts", always)
+        patch.setattr(type(bound), "acts", always)
         watched.predict(stimulus(multisine()), values)
     ((z_before, v_before, z_after, v_after),) = seen
     assert np.ptp(z_before) > 0.0
@@ -571,7 +571,7 @@ def test_lanes_that_differ_in_what_acts_on_the_drive_are_each_as_alone() -> None
         {**own, "drive.saturation.curvature": 0.0, "drive.delay.delay": 0.0},
     ]
     values = np.array([lane(bound, row) for row in rows])
-    groups = sorted(group.tolist() for group in bound._sharing_a_drive(values))
+    groups = sorted(group.tolist() for group in bound.sharing_a_drive(values))
     assert groups == [[0, 4], [1], [2], [3], [5]]
     record = replace(stimulus(multisine()), peak={"displacement": 0.25})  # one step for all
     together = bound.predict(record, values).outputs["displacement"]

@@ -15,6 +15,8 @@ from rtctl.scenario.schema import load_scenario
 
 FILES = sorted(SCENARIOS.glob("*.toml"))
 RUNS = [file.stem for file in FILES if not file.stem.startswith("acquire")]
+ELSEWHERE = ("piezo_steps", "vo2_mirror_steps")
+"""Scenarios whose whole runs are slow: of kinds that others have, or run in part by other tests."""
 
 
 def run(name: str, model: Path, out: Path, *overrides: str) -> int:
@@ -38,7 +40,7 @@ def test_a_file_says_what_it_claims(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "piezo_steps" else []) for name in RUNS]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in ELSEWHERE else []) for name in RUNS]
 )
 def test_it_meets_its_checks_and_repeats_to_the_byte(
     name: str, model_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

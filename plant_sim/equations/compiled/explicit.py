@@ -11,45 +11,105 @@ from __future__ import annotations
 
 import math
 
-from plant_sim.equations.compiled.source import kept, law_source
+from plant_sim.equations.compiled.source import kept, law_source, numbers_source
 from plant_sim.equations.system import System
 
 STEP = """\
-def rk4(x, nodes, h, substeps, start_s, p, out):
+def rk4(x, nodes, h, substeps, start_s, p, out{arguments}):
     lanes = x.shape[1]
     half, sixth = 0.5 * h, h / 6.0
     row, until_sample = 1, substeps
-    for i in range(nodes.shape[1]):
+{prepare}    for i in range(nodes.shape[1]):
 {inputs}
         t = start_s + i * h
-        for j in range(lanes):
+{begin}        for j in range(lanes):
 {load}
             {k1} = rates({x}, {u1}t, p, j)
 {held}{a}            {k2} = rates({x2}, {u2}t + half, p, j)
 {b}            {k3} = rates({x3}, {u2}t + half, p, j)
 {c}            {k4} = rates({x4}, {u4}t + h, p, j)
 {d}{step}
-        until_sample -= 1
+{events}        until_sample -= 1
         if until_sample == 0:
             until_sample = substeps
             for j in range(lanes):
 {sample}
             row += 1
+    return True
 """
 """March all lanes through a record.
 
 x: states (states, lanes) at the start, left at the end [SI]. nodes: inputs (3, steps, inputs) at the start, middle and
 end of each step [SI]. h: step [s]. substeps: steps between two samples. start_s: time at the start [s]. p: parameters
-(parameters, lanes) [SI]. out: states (samples, states, lanes), whose row 0 is left to the caller.
+(parameters, lanes) [SI]. out: states (samples, states, lanes), whose row 0 is left to the caller. Returns False where
+events do not end; further arguments are those of `plant_sim.equations.compiled.crossing.carry`.
 """
+
+
+ARGUMENTS = ", low, high, side, law, watched, resets, directions, move, carry, endless"
+PREPARE = """\
+    past, passed = np.empty((x.shape[0], lanes)), np.empty(lanes, dtype=np.int64)
+    here, own = np.empty(x.shape[0]), make_scratch(x.shape[0], nodes.shape[2], side.shape[0])
+"""
+BEGIN = """\
+        changed = 0
+        for j in range(lanes):
+{keep}
+"""
+EVENTS = """\
+        for j in range(lanes):
+            {guards} = guards({moved}, {u4}t + h, p, j)
+            passed[j] = 1 if {passing} else 0
+            changed += passed[j]
+        if changed > 0:
+            for j in range(lanes):
+                if passed[j] == 1:
+                    for r in range(x.shape[0]):
+                        here[r] = past[r, j]
+                    one = Step(nodes, i, h, t, p, j, low, high, False)
+                    if carry(law, watched, resets, directions, move, one, own, side, here, endless) == 0:
+                        return False
+                    for r in range(x.shape[0]):
+                        x[r, j] = here[r]
+"""
+"""What a model with events has besides: lanes in which an expression is no longer on its side go through the step again
+by `plant_sim.equations.compiled.crossing`, the others are done with. In one loop with the step itself, the compiler
+would no longer work on several lanes at once."""
 
 
 def rates_source(system: System) -> str:
     """Return the source of the law `rates(x0, ..., u0, ..., t, p, j) -> (rate0, ...)`."""
-    arguments = [f"x{k}" for k in range(len(system.states))] + [f"u{k}" for k in range(len(system.inputs))]
-    return law_source(
-        system, f"def rates({', '.join(arguments)}, t, p, j):\n", "return ({rates},)", limited=False
-    )
+    return law_source(system, f"def rates({_arguments(system)}):\n", "return ({rates},)", limited=False)
+
+
+def noticing_source(system: System) -> str:
+    """Return the source of `guards(x0, ..., u0, ..., t, p, j) -> (number0, ...)`, what the events watch; "" without."""
+    watched = tuple(one.when for one in system.events)
+    head = f"def guards({_arguments(system)}):\n"
+    return numbers_source(system, watched, head, "return ({numbers},)") if watched else ""
+
+
+def _parts_of_events(system: System, moved: str, inputs: str) -> dict[str, str]:
+    """Return the parts of the source for events, from the states after a step and the inputs there; "" without any."""
+    if not system.events:
+        return dict.fromkeys(("arguments", "prepare", "begin", "events"), "")
+    events = range(len(system.events))
+    made = EVENTS.format(
+        guards="".join(f"g{e}, " for e in events), moved=moved, u4=inputs,
+        passing=" | ".join(f"(side[{e}, j] * g{e} <= 0.0)" for e in events),
+    )  # fmt: skip
+    keep = "\n".join(f"            past[{k}, j] = x[{k}, j]" for k in range(len(system.states)))
+    return {
+        "arguments": ARGUMENTS,
+        "prepare": PREPARE,
+        "begin": BEGIN.format(keep=keep),
+        "events": made,
+    }
+
+
+def _arguments(system: System) -> str:
+    states = [f"x{k}" for k in range(len(system.states))]
+    return ", ".join([*states, *(f"u{k}" for k in range(len(system.inputs))), "t", "p", "j"])
 
 
 def rk4_source(system: System) -> str:
@@ -95,4 +155,5 @@ def rk4_source(system: System) -> str:
             for line in (f"y{k} = {total.format(k=k)}", f"x[{k}, j] = {kept(state, f'y{k}')}")
         ]),
         sample=lines(16, [f"out[row, {k}, j] = x[{k}, j]" for k in states]),
+        **_parts_of_events(system, each("x[{k}, j]"), at(2)),
     )  # fmt: skip

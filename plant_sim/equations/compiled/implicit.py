@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from plant_sim.equations.compiled.source import law_source
+from plant_sim.equations.compiled.source import law_source, loaded
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
 from rtctl.border.kernels import background_kernel, kernel
@@ -25,9 +25,7 @@ SHARE = 1e-6
 
 def derive_source(system: System) -> str:
     """Return the source of the law `derive(x, u, t, p, j, rates) -> 0`, which fills `rates` (states,)."""
-    head = "def derive(x, u, t, p, j, rates):\n"
-    head += "".join(f"    x{k} = x[{k}]\n" for k in range(len(system.states)))
-    head += "".join(f"    u{k} = u[{k}]\n" for k in range(len(system.inputs)))
+    head = loaded(system, "derive(x, u, t, p, j, rates)")
     places = ", ".join(f"rates[{k}]" for k in range(len(system.states)))
     return law_source(system, head, f"{places}, = {{rates}},\n    return 0", limited=True)
 
@@ -89,24 +87,28 @@ def fill_slopes(
             slopes[r, c] = (moved[r] - base[r]) / step
 
 
-# 8 parameters because a compiled kernel takes its arrays one by one
+# 10 parameters because a compiled kernel takes its arrays one by one
 @kernel
 def lane_step(  # noqa: PLR0913
-    derive: Any, x: FloatArray, nodes: FloatArray, i: int, h: float, t: float, p: FloatArray, j: int
-) -> FloatArray:
-    """Return the states (states,) of lane `j` after step `i` of length `h` from `x` (states,) at the time `t`."""
+    derive: Any, x: FloatArray, nodes: FloatArray, i: int, h: float, t: float, p: FloatArray, j: int,
+    begin: float = 0.0, end: float = 1.0,
+) -> FloatArray:  # fmt: skip
+    """Return the states (states,) of lane `j` at share `end` of step `i` from `x` (states,) at share `begin`.
+
+    The step as a whole has the length `h` and begins at the time `t`.
+    """
     n = x.shape[0]
     slopes, matrix, table = np.empty((n, n)), np.empty((n, n)), np.empty((ORDER, n))
     here, rhs, u = np.empty(n), np.empty(n), np.empty(nodes.shape[2])
-    at_share(nodes, i, 0.0, u)
-    fill_slopes(derive, x, u, t, p, j, slopes)
+    at_share(nodes, i, begin, u)
+    fill_slopes(derive, x, u, t + begin * h, p, j, slopes)
     for k in range(1, ORDER + 1):
-        own = h / k
+        own = (end - begin) * h / k
         for r in range(n):
             here[r] = x[r]
         for s in range(1, k + 1):
-            at_share(nodes, i, s / k, u)
-            derive(here, u, t + s * own, p, j, rhs)
+            at_share(nodes, i, begin + (end - begin) * (s / k), u)
+            derive(here, u, t + begin * h + s * own, p, j, rhs)
             for r in range(n):
                 rhs[r] *= own
                 for c in range(n):

@@ -17,8 +17,18 @@ from typing import Any
 import numba
 import numpy as np
 
-from plant_sim.equations.compiled.explicit import rates_source, rk4_source
+from plant_sim.equations.compiled.crossing import (
+    MOST_EVENTS,
+    Laws,
+    Step,
+    extrapolate_with_events,
+    make_scratch,
+    read_only,
+    with_kernels,
+)
+from plant_sim.equations.compiled.explicit import noticing_source, rates_source, rk4_source
 from plant_sim.equations.compiled.implicit import derive_source, extrapolate
+from plant_sim.equations.compiled.passing import guards_source, resets_source, sides_at
 from plant_sim.equations.integration.steps import Plan
 from plant_sim.equations.system import System
 from plant_sim.oscillator.equation.binding import CONTRACT
@@ -32,8 +42,8 @@ FUNCTIONS = (
 _lock = threading.RLock()
 
 
-# 7 parameters because a record is an array and a number for each of these
-def march(
+# 8 parameters because a record is an array and a number for each of these
+def march(  # noqa: PLR0913
     system: System,
     start: FloatArray,
     nodes: FloatArray,
@@ -41,6 +51,7 @@ def march(
     how: Plan,
     p: FloatArray,
     start_s: float = 0.0,
+    side: FloatArray | None = None,
 ) -> FloatArray:
     """Return the states (samples, states, lanes) of a record, by Runge-Kutta steps or by those for stiff models.
 
@@ -52,57 +63,105 @@ def march(
         how: Steps between two samples, and of which kind.
         p: Parameters (parameters, lanes) [SI].
         start_s: Time at the first sample [s].
+        side: Signs (events, lanes) of what the model's events watch, so far; brought up to date. None: of the start.
+
+    Raises:
+        ValueError: Events follow each other without end.
     """
-    x, out = _begun(system, start, nodes.shape[1] // how.substeps)
+    low, high = (np.array([getattr(one, word) for one in system.states]) for word in ("low", "high"))
+    x, out = _begun(start, low, high, nodes.shape[1] // how.substeps)
     step_s = period_s / how.substeps
     with _lock:  # numba loads one kernel at a time
         kernel = law_of(system) if how.implicit else _integrator(system)
-    if not how.implicit:
+        laws = _with_events(system) if system.events else None
+    if laws is not None and len(out) > 1:
+        side = sides_at(system, x, nodes[0, 0], start_s, p) if side is None else side
+        nodes, endless = read_only(nodes), np.zeros(2)
+        if how.implicit:
+            ends = extrapolate_with_events(  # type: ignore[call-arg]  # mypy does not count what * stands for
+                *laws, x, nodes, step_s, how.substeps, start_s, p, low, high, side, endless, out
+            )
+        else:
+            ends = kernel(x, nodes, step_s, how.substeps, start_s, p, out, low, high, side, *laws, endless)
+        if not ends:
+            raise ValueError(_endless(system, endless, step_s))
+    elif how.implicit:
+        extrapolate(kernel, x, nodes, step_s, how.substeps, start_s, p, low, high, out)
+    else:
         kernel(x, nodes, step_s, how.substeps, start_s, p, out)
-        return out
-    low, high = (np.array([getattr(one, word) for one in system.states]) for word in ("low", "high"))
-    extrapolate(kernel, x, nodes, step_s, how.substeps, start_s, p, low, high, out)
     return out
+
+
+def _endless(system: System, endless: FloatArray, step_s: float) -> str:
+    """Return the message on an event that takes place again and again, and its time [s] (2,)."""
+    name = system.events[int(endless[0])].name
+    return (
+        f"the event {name} takes place again and again at t = {endless[1]:.6g} s: more than {MOST_EVENTS} events in a "
+        f"step of {step_s:.3g} s; let it end, by a state that says that the motion rests, or by two levels that are "
+        "further apart"
+    )
 
 
 @lru_cache(maxsize=64)
 def _integrator(system: System) -> Any:
     """Return the compiled integrator of a model; a device asks for it at each of its samples."""
-    return _rk4(rates_source(system), rk4_source(system))
+    return _rk4(rates_source(system), rk4_source(system), noticing_source(system))
 
 
 @lru_cache(maxsize=64)
 def law_of(system: System) -> Any:
     """Return the compiled law of a model, `derive` of `plant_sim.equations.compiled.implicit`, as kernels call it."""
-    return _derive(derive_source(system))
+    return _law(derive_source(system), "derive")
 
 
-def _begun(system: System, start: FloatArray, intervals: int) -> tuple[FloatArray, FloatArray]:
-    """Return the states (states, lanes) within their limits, and the output whose first row they are."""
-    low, high = (np.array([[getattr(one, word)] for one in system.states]) for word in ("low", "high"))
-    x = np.ascontiguousarray(np.clip(start, low, high))
+@lru_cache(maxsize=64)
+def laws_of(system: System) -> Laws:
+    """Return the compiled laws of a model with events."""
+    return Laws(
+        law_of(system),
+        _law(guards_source(system), "guards"),
+        _law(resets_source(system), "resets"),
+        np.array([float(one.direction) for one in system.events]),
+    )
+
+
+@lru_cache(maxsize=64)
+def _with_events(system: System) -> tuple[Any, ...]:
+    """Return the laws of a model with events as integrators take them."""
+    return with_kernels(laws_of(system))
+
+
+def _begun(
+    start: FloatArray, low: FloatArray, high: FloatArray, intervals: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the states (states, lanes) within their limits (states,), and the output whose first row they are."""
+    x = np.ascontiguousarray(np.clip(start, low[:, None], high[:, None]))
     out = np.empty((intervals + 1, *x.shape))
     out[0] = x
     return x, out
 
 
 @lru_cache(maxsize=512)
-def _rk4(rates: str, integrator: str) -> Any:
-    """Return the compiled integrator."""
-    law = numba.njit(error_model="numpy", fastmath=CONTRACT, forceinline=True, nogil=True)(
-        _made(rates, "rates")
-    )
-    return _cached(integrator, "rk4", rates + integrator, {"rates": law})
+def _rk4(rates: str, integrator: str, noticing: str = "") -> Any:
+    """Return the compiled integrator; `noticing` is the source of what its events watch."""
+    inlined = numba.njit(error_model="numpy", fastmath=CONTRACT, forceinline=True, nogil=True)
+    known: dict[str, Any] = {"rates": inlined(_made(rates, "rates"))}
+    whole = rates + integrator + noticing
+    if noticing:
+        whole += str(kernel_cache.stamp_of(make_scratch))
+        known |= {"guards": inlined(_made(noticing, "guards")), "np": np}
+        known |= {"Step": Step, "make_scratch": make_scratch}
+    return _cached(integrator, "rk4", whole, known)
 
 
 @lru_cache(maxsize=512)
-def _derive(source: str) -> Any:
-    """Return the compiled law as a value that a kernel can call."""
-    law = _cached(source, "derive", source, {})
+def _law(source: str, name: str) -> Any:
+    """Return a compiled law as a value that a kernel can call."""
+    law = _cached(source, name, source, {})
     return first_class(law, np.empty(1), np.empty(1), 0.0, np.empty((1, 1)), 0, np.empty(1))
 
 
-def _cached(source: str, name: str, whole: str, laws: dict[str, Any]) -> Any:
+def _cached(source: str, name: str, whole: str, known: dict[str, Any]) -> Any:
     """Return a function of a generated source, compiled when it is called, kept on disk by the hash of `whole`."""
     function = _made(source, name)
     digest = hashlib.sha256(f"{whole}|{_own_stamp()}".encode()).hexdigest()
@@ -110,7 +169,7 @@ def _cached(source: str, name: str, whole: str, laws: dict[str, Any]) -> Any:
     # numba finds its folder by the file of a function: it is said to stand in this one
     function.__code__ = function.__code__.replace(co_filename=__file__, co_name=unique, co_qualname=unique)
     function.__module__, function.__name__, function.__qualname__ = __name__, unique, unique
-    function.__globals__.update(laws)
+    function.__globals__.update(known)
     compiled = kernel_cache.jit(function, error_model="numpy", fastmath=CONTRACT, nogil=True)
     kernel_cache.stamp(compiled, digest)
     return compiled

@@ -44,8 +44,21 @@ def law_source(system: System, head: str, tail: str, *, limited: bool) -> str:
             writer.limited(rate, f"x{k}", one.low, one.high)
             for k, (rate, one) in enumerate(zip(rates, system.states, strict=True))
         ]
-    body = "".join(f"    {line}\n" for line in writer.lines)
-    return f"{head}{body}    {tail.format(rates=', '.join(rates))}\n"
+    return f"{head}{writer.body()}    {tail.format(rates=', '.join(rates))}\n"
+
+
+def numbers_source(system: System, trees: tuple[Tree, ...], head: str, tail: str) -> str:
+    """Return the source of a function that computes some trees, with `{numbers}` in their place in `tail`."""
+    writer = _Writer(system, trees)
+    numbers = [writer.number(tree) for tree in trees]
+    return f"{head}{writer.body()}    {tail.format(numbers=', '.join(numbers))}\n"
+
+
+def loaded(system: System, arguments: str) -> str:
+    """Return the head of a function of arrays `x` (states,) and `u` (inputs,), with its variables defined."""
+    states = "".join(f"    x{k} = x[{k}]\n" for k in range(len(system.states)))
+    inputs = "".join(f"    u{k} = u[{k}]\n" for k in range(len(system.inputs)))
+    return f"def {arguments}:\n{states}{inputs}"
 
 
 def kept(state: State, value: str) -> str:
@@ -77,6 +90,10 @@ class _Writer:
                 self._variables[parameter.name] = f"p{k}"
         for name, tree in terms.items():
             self._variables[name] = self.number(tree)
+
+    def body(self) -> str:
+        """Return the lines of the function."""
+        return "".join(f"    {line}\n" for line in self.lines)
 
     def _new(self, value: str) -> str:
         variable = f"c{len(self.lines)}"

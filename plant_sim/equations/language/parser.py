@@ -62,7 +62,8 @@ def parse(text: str) -> Tree:
     reading.expect_end()
     if is_condition(tree):
         raise ValueError(
-            "it is a condition, a number is needed; a condition stands in where(condition, a, b)"
+            "it is a condition, a number is needed; a condition stands in where(condition, a, b), and an event has the "
+            'difference, such as when = "x - limit" with direction = "rising"'
         )
     return tree
 

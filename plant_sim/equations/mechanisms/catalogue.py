@@ -32,7 +32,9 @@ def catalogue(system: System, units: Mapping[str, str], sizes: Sizes) -> dict[st
         unit = units.get(output.name, output.unit)
         found += output_mechanisms(output.name, unit, sizes[output.name], delays)
     references: dict[str, str] = {}
-    for state in system.states:
+    for state, switched in zip(system.states, system.discrete, strict=True):
+        if switched:  # it has no law in time
+            continue
         own = state_mechanisms(state, sizes[state.name], names)
         for name in own[0].references:
             references[state.name] = name

@@ -78,6 +78,14 @@ def with_terms(system: System, mechanisms: Iterable[EquationsMechanism], *, push
         outputs=tuple(replace(one, value=substituted(one.value, changed)) for one in system.outputs),
         parameters=(*system.parameters, *constants_of(mechanisms)),
         terms=ordered(own_terms | terms),
+        events=tuple(
+            replace(
+                one,
+                when=substituted(one.when, changed),
+                sets={name: substituted(tree, changed) for name, tree in one.sets.items()},
+            )
+            for one in system.events
+        ),
     )  # fmt: skip
 
 

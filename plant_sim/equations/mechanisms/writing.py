@@ -62,6 +62,8 @@ class _Writer:
         self._rates = {name: one.rate for name, one in model.states.items()}
         self._values = {name: one.value for name, one in model.outputs.items()}
         self._terms = {name: one.value for name, one in model.terms.items()}
+        self._when = {name: one.when for name, one in model.events.items()}
+        self._sets = {name: dict(one.set) for name, one in model.events.items()}
         self._added_terms: dict[str, str] = {}
         self._parameters = dict(model.parameters)
         self._kept: list[MechanismTable] = []
@@ -81,6 +83,10 @@ class _Writer:
                 for name, one in model.outputs.items()
             },
             "terms": terms,
+            "events": {
+                name: one.model_copy(update={"when": self._when[name], "set": self._sets[name]})
+                for name, one in model.events.items()
+            },
             "parameters": self._parameters,
             "mechanisms": tuple(self._kept),
         }
@@ -143,7 +149,8 @@ class _Writer:
 
     def _replace(self, name: str, by: str, text: str) -> None:
         """Put `by` in the place of `name` everywhere, and define it as `text`."""
-        for table in (self._rates, self._values, self._terms, self._added_terms):
+        tables = (self._rates, self._values, self._terms, self._added_terms, self._when, *self._sets.values())
+        for table in tables:
             for key, old in table.items():
                 tree = parse(old)
                 if name in names_in(tree):

@@ -61,7 +61,13 @@ class Preview:
         """Return the figure: of every signal the first periods, the whole, and its spectrum."""
         require("matplotlib", "Preview.plot")
         from rtctl.plots.preview import preview_figure
+        from rtctl.plots.sweep import sweeps_figure
 
+        if self.dataset.has_sweeps:
+            count = len(self.dataset.records)
+            return sweeps_figure(
+                self.dataset, f"{self.summary.name}: {count} sweep{'s' if count > 1 else ''}"
+            )
         return preview_figure(self.dataset, self.summary)
 
     def save(self, path: PathText) -> Path | None:

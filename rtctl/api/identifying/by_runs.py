@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.identification.fit import Fit
 from rtctl.identification.fit_record import FitRecord
-from rtctl.measured.dataset import Dataset
+from rtctl.measured.dataset import FREQUENCY, Dataset
 from rtctl.version import __version__
 
 if TYPE_CHECKING:
@@ -115,6 +115,7 @@ def worst_record_figure(result: FittedByRuns, dataset: Dataset) -> Figure:
             time_s=record.period_s * np.arange(scored.start, scored.stop, dtype=np.float64),
             measured=measured,
             simulated=measured + residual,
+            frequency_hz=record.stimulus.inputs[FREQUENCY][::2] if dataset.has_sweeps else None,
         )
     )
 

@@ -9,6 +9,7 @@ from rtctl.api.identifying.fit import Fit
 from rtctl.api.model import Model
 from rtctl.border.model_file import ModelFile
 from rtctl.identification.oscillator.identify import OscillatorFit, OscillatorFitOptions, identify_oscillator
+from rtctl.identification.oscillator.sweep import identify_sweeps
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.oscillator import derive_from_file
 from rtctl.output.progress import Reporter
@@ -29,7 +30,8 @@ def fit_oscillator(
     """
     source = "nominal model" if start is None else str(start.source or "start model")
     with report.bar(f"identify {dataset.name}", SHARES) as advance:
-        result = identify_oscillator(
+        identify = identify_sweeps if dataset.has_sweeps else identify_oscillator
+        result = identify(
             dataset, None if start is None else start.content, build_simulation, options,
             source=source, report=lambda text, share: advance(round(SHARES * share)),
         )  # fmt: skip
@@ -47,15 +49,19 @@ def fit_oscillator(
         warnings=result.warnings,
         result=result,
         derived=derive_from_file(content, dataset.units),
-        _summary={**summary_of(result, dataset), "weak_form": _weak_form(result)},
+        _summary={**summary_of(result, dataset), **_weak_form(result)},
         _draw=lambda: worst_record_figure(result, dataset),
     )
 
 
 def _weak_form(result: OscillatorFit) -> dict[str, Any]:
-    """Return the figures of the start values."""
-    return {
-        "half_width_s": result.weak.half_width_s,
-        "coefficients": dict(result.weak.coefficients),
-        "share_left": result.weak.residual_share,
+    """Return the figures of the start values of records in time."""
+    weak = result.weak
+    if weak is None:
+        return {}
+    figures = {
+        "half_width_s": weak.half_width_s,
+        "coefficients": dict(weak.coefficients),
+        "share_left": weak.residual_share,
     }
+    return {"weak_form": figures}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,8 @@ from rtctl.api.model import Model
 from rtctl.border.statistics import NORMAL_95
 from rtctl.identification.vo2.coarse_loops import describe_improvement, find_coarse_loops
 from rtctl.identification.vo2.identify import Vo2FitOptions, identify_vo2
-from rtctl.identification.vo2.settling import assess_staircases, describe_settling
+from rtctl.identification.vo2.lateness import LATE, find_late_rows
+from rtctl.identification.vo2.settling import assess_staircases, describe_holds
 from rtctl.identification.vo2.staircase import extract_steady_states
 from rtctl.measured.dataset import Dataset
 from rtctl.models.derived.quantity import Derived
@@ -24,8 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TOO_COARSE = (
-    "the static loops are too coarse, relays switch together: of the staircases, as many cells placed where they do "
-    "leave {}; rtctl diagnose learns them anew where records to fit show where they switch"
+    "the static loops are too coarse, because domains of the film switch together: with the model's cells placed where "
+    "they do, its error on the staircases would be {}; rtctl diagnose learns the loops anew where records to fit show "
+    "where domains switch"
 )
 NOT_TRUSTED = (
     "do not use this model: its static loops are those of a device on the way, not at rest; acquire again with holds "
@@ -79,10 +82,21 @@ def check_vo2(model: Vo2Model, dataset: Dataset) -> tuple[tuple[str, ...], bool]
     coarse = find_coarse_loops(model, dataset)
     notes = [TOO_COARSE.format(describe_improvement(coarse))] if coarse else []
     settled = assess_staircases(model, dataset)
-    notes += [describe_settling(record, one) for record, one in settled if one.is_short]
+    notes += describe_holds(settled)
     notes += [READS_AFTER] if model.reads_after else []
+    notes += _describe_lateness(model, dataset)
     trusted = not any(one.is_useless for _, one in settled)
     return (*(() if trusted else (NOT_TRUSTED,)), *notes), trusted
+
+
+def _describe_lateness(model: Vo2Model, dataset: Dataset) -> list[str]:
+    """Return the note on readings that come late, where the time constant was identified and they do."""
+    records = [record for record in dataset.records if record.use != "test"]
+    if model.reads_after or not math.isfinite(model.time_constant_error_s):
+        return []
+    read_outs = model.resistance_preisach, model.deflection_preisach
+    late = find_late_rows(records, *read_outs, model.time_constant_s)
+    return [LATE.format(late_ms=1e3 * late * records[0].period_s)] if late else []
 
 
 def staircase_figure(dataset: Dataset, model: Vo2Model) -> Figure:

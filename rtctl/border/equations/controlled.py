@@ -3,10 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.records import DeviceProfile
+
+
+class Passages(NamedTuple):
+    """Events of a model, by compiled laws that are called as `StateSpace.law` is."""
+
+    guards: Any
+    """Fills (events,) with what the events watch."""
+    resets: Any
+    """Fills (events * n,) with the states [SI] after each event, where it sets them."""
+    directions: FloatArray
+    """Direction (events,) in which each passes zero: +1, -1, 0 for both."""
+
+
+class ModelOutput(NamedTuple):
+    """An output of the model."""
+
+    name: str
+    unit: str
+    reach: tuple[float, float] | None
+    """Lowest and highest value that a loop may ask for; None: the file states none."""
 
 
 class StateSpace(Protocol):
@@ -27,12 +50,20 @@ class StateSpace(Protocol):
     """Lowest and highest value of the controlled output that a loop may ask for; None: the file states none."""
     command_range: FloatArray
     """Lowest and highest value (inputs, 2) of each command."""
+    outputs: tuple[ModelOutput, ...]
+    """All outputs of the model, also the one that the loop does not read."""
+    shown: int
+    """Which of them is the controlled one."""
     left_out: tuple[str, ...]
     """Mechanisms of the model file that are not equations of it, such as a delay: this does not have them."""
     law: Any
     """Compiled `law(x, u, t, p, lane, rates) -> 0` with x (n,), u (inputs,), p (parameters, 1), all SI."""
     parameters: FloatArray
     """Parameters (parameters, 1) for `law` [SI]."""
+    passages: Passages | None
+    """Events at which states are set anew; None: the model has none."""
+    switched: NDArray[np.bool_]
+    """Whether each state (n,) changes at events alone."""
 
     def __hash__(self) -> int:
         """Return the hash of this very model."""
@@ -48,6 +79,10 @@ class StateSpace(Protocol):
 
     def readings(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
         """Return the readings (m, readings) of states `x` (m, n)."""
+        ...
+
+    def all_outputs(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:
+        """Return all outputs (m, outputs) of states `x` (m, n), each in its unit."""
         ...
 
     def controlled(self, x: FloatArray, levels: Sequence[float]) -> FloatArray:

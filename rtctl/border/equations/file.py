@@ -6,7 +6,7 @@ What the texts mean, `plant_sim.equations` knows; identification and other write
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -86,6 +86,17 @@ class TermTable(Checked):
     """Unit that it must have; None: whichever it has."""
 
 
+class EventTable(Checked):
+    """An entry of [model.events]: where an expression passes zero, states are set anew."""
+
+    when: Expression
+    """What passes zero."""
+    direction: Literal["rising", "falling", "either"] = "either"
+    """Which passages count: from below zero to above, from above to below, or both."""
+    set: dict[str, Expression] = Field(min_length=1)
+    """Value after the event by state, from the values just before it."""
+
+
 class EquationsTable(Checked):
     """Table [model]."""
 
@@ -95,6 +106,7 @@ class EquationsTable(Checked):
     outputs: dict[str, OutputTable]
     terms: dict[str, Annotated[TermTable, BeforeValidator(_term)]] = Field(default_factory=dict)
     parameters: dict[str, Value] = Field(default_factory=dict)
+    events: dict[str, EventTable] = Field(default_factory=dict)
     mechanisms: tuple[MechanismTable, ...] = ()
     """What acts besides the equations, by the ids of the generic mechanisms."""
 

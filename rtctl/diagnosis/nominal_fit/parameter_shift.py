@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from rtctl.border.mechanisms import plain_unit
 from rtctl.border.simulation import Simulation
 from rtctl.diagnosis.problem.problem import Problem
@@ -14,8 +16,17 @@ SHIFTED = (
 )
 
 
-def note_large_shifts(given: Simulation, refitted: TestedHypothesis, problem: Problem) -> list[str]:
-    """Note the values that the re-fit changed by far; `given` is the model of the file."""
+def note_large_shifts(
+    given: Simulation, refitted: TestedHypothesis, problem: Problem, told: Collection[str] = ()
+) -> list[str]:
+    """Note the values that the re-fit changed by far, without those that are `told` as causes.
+
+    Args:
+        given: The model of the file.
+        refitted: The same, re-fitted.
+        problem: Records that were fitted.
+        told: Names of parameters.
+    """
     limits = problem.thresholds.nominal_fit
     shifted = []
     of_file = {one.name: one for one in given.parameters}
@@ -27,7 +38,7 @@ def note_large_shifts(given: Simulation, refitted: TestedHypothesis, problem: Pr
         else:
             possible = _includes(before.value, now.low, now.high, limits.shifted_value_ratio)
             far = before.value != 0.0 and not possible
-        if far:
+        if far and name not in told:
             text = f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}"
             shifted.append(text.rstrip())
     return [SHIFTED.format(", ".join(shifted))] if shifted else []

@@ -196,6 +196,8 @@ class Subject:
     0: none."""
     stated_misfit: Callable[[Any, Dataset], Mapping[str, float]]
     """Return the RMS misfit by output that a model's identification states as its limit; empty where it states none."""
+    doubt: Callable[[Any], str] = lambda model: ""
+    """Return why a model's own identification is to be done again before it is diagnosed; "" where it is not."""
     least_share_removed: float
     """Causes are named only if they remove at least this share of the squared misfit, or leave nothing."""
     steps_per_period: float
@@ -225,6 +227,8 @@ class Subject:
     """Mechanism that adds a constant to the reading; "": none is needed."""
     levels: Mapping[str, Levels]
     """Parameters that round a signal, by signal."""
+    is_steady: bool = False
+    """Whether it is diagnosed by sweeps of frequencies, whose rows are steady states."""
     reads_initial_states: bool = True
     """Whether the state at any sample can be read from what was measured; otherwise records are never cut into pieces,
     each from its own initial state."""
@@ -237,6 +241,8 @@ class Subject:
     """Units of the outputs that `to_comparable` makes, by name."""
     coarse_part_units: Mapping[str, str] = field(default_factory=dict)
     """Units of the misfits of coarse parts, by output."""
+    coarse_part_readings: Mapping[str, str] = field(default_factory=dict)
+    """Reading that is fitted, by output that may be coarse."""
     describe_coarse_parts: Callable[[Mapping[str, Any]], str] | None = None
     """Return the part of a sentence that says what coarse parts leave; None where there are none."""
     coarse_part_figure: Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, str]], Any] | None = None

@@ -40,7 +40,9 @@ def subjects_of_model(simulation: Simulation, dataset: Dataset) -> tuple[Subject
 
 def subject_for(kind: str, dataset: Dataset) -> Subject:
     """Return the first subject of a kind of plant whose signal a fitted record of `dataset` has."""
-    subjects = subjects_of(kind)
+    subjects = [one for one in subjects_of(kind) if one.is_steady == dataset.has_sweeps]
+    if not subjects:
+        raise InputError(f'{dataset.path}: a "{kind}" is not diagnosed by sweeps of frequencies')
     fitted = [record for record in dataset.records if record.use == "fit"] or dataset.records
     return next(
         (one for one in subjects if any(record.has(one.required_signal) for record in fitted)), subjects[0]

@@ -16,6 +16,7 @@ from rtctl.diagnosis.result import Diagnosis
 from rtctl.diagnosis.search.holdout_error import simulate_free_run
 from rtctl.diagnosis.thresholds import ReportThresholds
 from rtctl.identification.fit_record import FitRecord
+from rtctl.measured.dataset import FREQUENCY, paired
 from rtctl.plots.diagnosis import plane_figure, spectrum_figure, stretch_figure
 from rtctl.plots.diagnosis_ranking import (
     candidates_figure,
@@ -24,7 +25,8 @@ from rtctl.plots.diagnosis_ranking import (
     shape_figure,
 )
 from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
-from rtctl.plots.elements.style import house_style
+from rtctl.plots.elements.style import BLUE, VERMILION, house_style
+from rtctl.plots.sweep import compared_curves, sweep_figure
 
 
 class Picture(NamedTuple):
@@ -104,6 +106,8 @@ def _one(
 
 
 def _of_the_motion(diagnosis: Diagnosis) -> list[Picture]:
+    if diagnosis.problem.subject.is_steady:
+        return [Picture("stretch", _sweep(diagnosis), "amplitude and phase, measured and simulated")]
     records, extended = before_after(diagnosis), bool(diagnosis.causes)
     shown = records[0]
     frequency, density = noise_density(diagnosis, shown.period_s)
@@ -117,6 +121,18 @@ def _of_the_motion(diagnosis: Diagnosis) -> list[Picture]:
             "plane", plane_figure(records, extended=extended), f"error over {records[0].output} and its rate"
         ),
     ]
+
+
+def _sweep(diagnosis: Diagnosis) -> Figure:
+    """Return the figure of the sweep in which today's model is worst."""
+    shown = before_after(diagnosis)[0]
+    records = {one.name: one for one in diagnosis.tests or diagnosis.problem.records}
+    frequency_hz = records[shown.record].stimulus.inputs[FREQUENCY][::2]
+    simulated = [("today's model", VERMILION, paired(shown.before))]
+    simulated += [("the extended model", BLUE, paired(shown.after))] if diagnosis.causes else []
+    curves = compared_curves(frequency_hz, paired(shown.measured), simulated)
+    title = f"record {shown.record}, where today's model is worst"
+    return sweep_figure(title, "", shown.output, shown.unit, curves, diagnosis.noise_rms)
 
 
 def _of_other_outputs(diagnosis: Diagnosis) -> list[Picture]:

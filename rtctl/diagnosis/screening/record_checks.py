@@ -13,8 +13,9 @@ from rtctl.measured.dataset import Record
 
 
 def drop_short_records(records: Sequence[Record], thresholds: ScreeningThresholds) -> Kept:
-    """Drop the records with too few scored samples."""
-    least = thresholds.min_samples
+    """Drop the records with too few scored samples; a sweep has two for each row."""
+    swept = any(record.is_sweep for record in records)
+    least = 2 * thresholds.min_sweep_rows if swept else thresholds.min_samples
     usable = [record for record in records if record.samples - record.ignore_first >= least]
     return Kept(
         usable,

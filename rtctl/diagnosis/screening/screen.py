@@ -68,6 +68,8 @@ def screen_dataset(
         )
 
     def skip_what_history_decides(records: Screened) -> Screened:
+        if subject.is_steady:
+            return records._replace(notes=())
         if subject.is_at_rest_undriven:
             return skip_unknown_history(records, comparable, limits)
         wells = has_two_wells(comparable)

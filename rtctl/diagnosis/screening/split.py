@@ -18,6 +18,7 @@ from rtctl.diagnosis.screening.screened import RecordCheck, Screened, apply_chec
 from rtctl.diagnosis.screening.spikes import replace_spikes
 from rtctl.diagnosis.thresholds import ScreeningThresholds
 from rtctl.identification.fit_record import make_fit_record
+from rtctl.identification.sweep_record import prepare_sweep
 from rtctl.measured.dataset import Dataset, Record
 
 NO_TESTS = 'no record has use = "test": {} was held out of the fit to measure the gain'
@@ -59,9 +60,12 @@ def split_records(
         said.append(ONE_RECORD)
     for name in subject.clippable_outputs:
         said += note_clipping((*fit, *tests), name, dataset.units[name], thresholds)
-    said += note_constant_drive(fit, subject.drive)
-    said += note_single_tone(fit, subject.drive, thresholds)
-    to_fit, to_test = (tuple(make_fit_record(one, dataset.holds) for one in ones) for ones in (fit, tests))
+    if not subject.is_steady:
+        said += note_constant_drive(fit, subject.drive)
+        said += note_single_tone(fit, subject.drive, thresholds)
+    to_fit, to_test = (
+        tuple(prepare_sweep(make_fit_record(one, dataset.holds)) for one in ones) for ones in (fit, tests)
+    )
     return Screened(to_fit, to_test, tuple(said))
 
 

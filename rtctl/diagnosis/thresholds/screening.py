@@ -11,6 +11,8 @@ class ScreeningThresholds:
 
     min_samples: int = 200
     """Smallest number of scored samples of a usable record."""
+    min_sweep_rows: int = 20
+    """Smallest number of rows of a usable sweep of frequencies; each is a steady state, of two readings."""
     min_periods: float = 5.0
     """Smallest number of periods of the motion in all fit records together; below, slow effects are not determined."""
     max_fit_samples: int = 100_000

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
-from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
-from rtctl.border.simulation import FreeParameter, Simulation
-from rtctl.border.statistics import NORMAL_95
+from rtctl.border.model_file import ModelFile
+from rtctl.border.simulation import Simulation
 from rtctl.identification.fit import Fit, FitError
 from rtctl.identification.fit_record import FitRecord, select_fit_records
 from rtctl.identification.oscillator.start_values import generate_starts
+from rtctl.identification.oscillator.writing import (
+    KIND,
+    Build,
+    collect_warnings,
+    make_nominal_model,
+    write_model,
+)
 from rtctl.identification.regression.weak_form import WeakFit
 from rtctl.identification.simulation_error.multiple_shooting import ShootingOptions, fit_multiple_shooting
 from rtctl.identification.simulation_error.output_error import (
@@ -27,15 +30,11 @@ from rtctl.identification.simulation_error.output_error import (
 from rtctl.identification.simulation_error.trajectory_divergence import measure_divergence
 from rtctl.measured.dataset import Dataset
 
-KIND = "oscillator"
-NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
 MAX_RESIDUAL_SHARE = 0.3
 """RMS residual relative to the motion above which a fit is not trusted.
 
 A free run in the wrong well or out of step is off by more.
 """
-CONSTANT_RESIDUAL_RATIO = 0.7
-"""Mean over RMS of a residual above which it is called constant: half of its power."""
 LEAST_SAMPLES_PER_UNKNOWN = 10
 """Scored samples for each unknown (parameters, and two numbers of each record's start) below which nothing is fitted.
 
@@ -52,7 +51,6 @@ UNDRIVEN = (
 )
 TRENDING_DRIVE = 0.5
 """Variation of a drive about a straight line over its whole variation, below which its record is a slow ramp."""
-Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +65,8 @@ class OscillatorFit:
     model: ModelFile
     """Model file without provenance."""
     fit: Fit
-    weak: WeakFit
+    weak: WeakFit | None
+    """Start values of records in time; None: the records are sweeps."""
     reason: str
     """Why the method was chosen."""
     warnings: tuple[str, ...]
@@ -101,9 +100,9 @@ def identify_oscillator(
         FitError: No start leads to a bounded simulation.
     """
     options = options or OscillatorFitOptions()
-    records = _select_usable_records(dataset)
+    records = select_usable_records(dataset)
     undriven = model is None and _is_undriven(records)
-    start = model or _make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
+    start = model or make_nominal_model(build, dataset.units, without=("drive_gain",) if undriven else ())
     simulation = build(start, dataset.units, source)
     if all(parameter.fixed for parameter in simulation.parameters):
         raise InputError(f"{source}: every parameter is fixed or missing: there is nothing to fit")
@@ -113,7 +112,7 @@ def identify_oscillator(
     fit, reason, free_share = _fit_by_suitable_method(simulation, records, starts.values, options, report)
     doubt = _describe_doubt(_compute_residual_share(fit, records, without_mean=True), free_share)
     return OscillatorFit(
-        model=_write_model(start, fit, with_errors=not doubt),
+        model=write_model(start, fit, with_errors=not doubt),
         trusted=not doubt,
         fit=fit,
         weak=starts.weak,
@@ -121,7 +120,7 @@ def identify_oscillator(
         warnings=(
             *((NOT_TRUSTED.format(left=doubt),) if doubt else ()),
             *((UNDRIVEN,) if undriven else ()),
-            *_collect_warnings(fit),
+            *collect_warnings(fit),
         ),
         records=records,
     )
@@ -254,7 +253,8 @@ def _remove_drift(record: FitRecord, output: str) -> FloatArray:
     return about_line(values)
 
 
-def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
+def select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
+    """Return the records to fit. Raises InputError where there is none, or nothing moves in one."""
     if dataset.plant != KIND:
         raise InputError(
             f'{dataset.path}: key "dataset.plant" is "{dataset.plant}", --kind {KIND} needs "{KIND}"'
@@ -269,95 +269,3 @@ def _select_usable_records(dataset: Dataset) -> tuple[FitRecord, ...]:
                 "or correct its column"
             )
     return records
-
-
-def _make_nominal_model(build: Build, units: Mapping[str, str], without: Sequence[str] = ()) -> ModelFile:
-    """Return the nominal model with all parameters free but those left out, in the data's units."""
-    empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
-    return ModelFile(
-        model=ModelTable(
-            kind=KIND,
-            parameters={
-                one.name: Value(value=0.0, unit=_simplify_unit(one.unit))
-                for one in empty.parameters
-                if one.name in NOMINAL and one.name not in without
-            },
-        )
-    )
-
-
-def _simplify_unit(unit: str) -> str:
-    """Remove brackets around single names: 1/((V)^2*s^2) becomes 1/(V^2*s^2)."""
-    while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
-        unit = shorter
-    return unit
-
-
-def _write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
-    """Return `start` with the fitted values, errors and 95 % intervals, in its own units."""
-    numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
-    parameters = {one.name: one for one in fit.simulation.parameters}
-
-    def moved(name: str, old: Value) -> Value:
-        if name not in numbers:
-            return old
-        value, error = numbers[name]
-        return _write_value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
-
-    return ModelFile(
-        model=ModelTable(
-            kind=KIND,
-            parameters={name: moved(name, old) for name, old in start.model.parameters.items()},
-            mechanisms=tuple(
-                MechanismTable(
-                    id=table.id,
-                    parameters={
-                        name: moved(f"{table.id}.{name}", old) for name, old in table.parameters.items()
-                    },
-                )
-                for table in start.model.mechanisms
-            ),
-        )
-    )
-
-
-def _write_value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
-    """Return a value in the unit of `old`; without errors where the data do not determine it."""
-    unit = old.unit
-    factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
-    known: dict[str, Any] = {}
-    if error < float("inf"):
-        half = NORMAL_95 * error
-        low, high = max(value - half, parameter.low), min(value + half, parameter.high)
-        known = {"low": low * factor, "high": high * factor, "standard_error": error * factor}
-    return Value(value=value * factor, unit=unit, **known)
-
-
-def _collect_warnings(fit: Fit) -> tuple[str, ...]:
-    said = list(fit.determinability.describe())
-    if fit.status != "converged":
-        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
-    for k, name in zip(fit.free, fit.names, strict=True):
-        parameter = fit.simulation.parameters[k]
-        if parameter.value in (parameter.low, parameter.high):
-            said.append(
-                f"{name} ended on its bound, {parameter.value:g} {parameter.unit}: the model is short of something"
-            )
-    if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
-        said.append("a mechanism with a memory or a clock of its own began anew with each segment")
-    return (*said, *_describe_offsets(fit))
-
-
-def _describe_offsets(fit: Fit) -> list[str]:
-    """Describe residuals that are mostly a constant, which has a simple cause."""
-    said = []
-    for record, outputs in fit.residuals.items():
-        for name, residual in outputs.items():
-            mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
-            if abs(mean) > CONSTANT_RESIDUAL_RATIO * rms:
-                said.append(
-                    f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
-                    f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
-                    "sensor.offset or drive.offset would take that"
-                )
-    return said

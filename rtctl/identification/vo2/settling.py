@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +28,10 @@ LONGER = 5.0
 """Times the hold that is advised where it is too short for an estimate of the time constant to be relied on."""
 UNSETTLED = (
     "the holds of record {name} ({hold}) end before the device has settled: {found}. The loops identified from it are "
-    'off by as much; hold at least {needed}, with rtctl acquire by --set "excitation.{index}.hold={needed}", until '
-    "this note does not appear"
+    "off by as much; hold at least {needed}, with rtctl acquire by {option}, until this note does not appear"
+)
+ALL_AT_ONCE = (
+    "these holds in one command: rtctl acquire acquire_vo2 {}, and --set driver... as for these data"
 )
 
 
@@ -90,14 +93,32 @@ def describe_settling(record: Record, settling: Settling) -> str:
         if by_sample
         else f"{settling.to_come:.1%} of a step are still to come"
     )
-    number = re.match(r"r(\d+)-", record.name)
     return UNSETTLED.format(
         name=record.name,
         hold=_duration(settling.hold_s),
         found=found,
-        needed=_duration(_rounded_up(settling.needed_s)),
-        index=int(number.group(1)) if number else 0,
+        needed=_needed(settling),
+        option=_option(record, settling),
     )
+
+
+def describe_holds(settled: Sequence[tuple[Record, Settling]]) -> list[str]:
+    """Return a sentence for each staircase whose holds are too short, and the one command for several of them."""
+    short = [(record, one) for record, one in settled if one.is_short]
+    notes = [describe_settling(record, one) for record, one in short]
+    if len(short) > 1:
+        notes.append(ALL_AT_ONCE.format(" ".join(_option(record, one) for record, one in short)))
+    return notes
+
+
+def _option(record: Record, settling: Settling) -> str:
+    """Return the option of `rtctl acquire` that makes the holds of a record as long as needed."""
+    number = re.match(r"r(\d+)-", record.name)
+    return f'--set "excitation.{int(number.group(1)) if number else 0}.hold={_needed(settling)}"'
+
+
+def _needed(settling: Settling) -> str:
+    return _duration(_rounded_up(settling.needed_s))
 
 
 def _rounded_up(value: float) -> float:

@@ -91,7 +91,7 @@ def is_accepted(loop: Loop, sensed: float, counter: int, time_us: int, status: i
         return False
     if s.guarded == 0:
         return True
-    change = abs(sensed - s.sensed)
+    change = sensed - s.sensed
     if change != 0.0 and changes_too_fast(sensed, s.sensed, s.rate, elapsed_s):
         return False
     advance_us = (time_us - s.time_us) & UINT32

@@ -59,6 +59,17 @@ def _time_unit(raw: Any) -> str:
     return str(raw)
 
 
+def _frequency_unit(raw: Any) -> str:
+    check_unit(_unit(raw), "Hz")
+    return str(raw)
+
+
+def _amplitude(raw: Any) -> float:
+    if not _finite(raw) > 0.0:
+        raise ValueError(f"{raw!r} is no amplitude; write a number above 0 in the drive's unit")
+    return float(raw)
+
+
 def _count(raw: Any) -> int:
     if not isinstance(raw, int) or isinstance(raw, bool) or raw < 0:
         raise ValueError(f"{raw!r} is not a whole number from 0 on; samples are counted from 0")
@@ -130,6 +141,19 @@ class SignalTable(Checked):
     """Scale [unit per count]: the signal is scale times what the column holds, plus offset."""
     offset: Annotated[float, BeforeValidator(_finite)] | None = None
     """Offset [unit]."""
+    in_phase: Text | None = None
+    """Of a sweep: column of the part in phase with the drive, Re of displacement over drive."""
+    quadrature: Text | None = None
+    """Of a sweep: column of the part that leads the drive by a quarter of a period, Im."""
+    amplitude: Text | None = None
+    """Of a sweep: column of the amplitude; `phase` is the other one."""
+    phase: Text | None = None
+    """Of a sweep: column of the phase against the drive."""
+    phase_unit: Annotated[Literal["deg", "rad"], _one_of("deg", "rad")] | None = None
+    phase_sign: Annotated[Literal["lead", "lag"], _one_of("lead", "lag")] = "lead"
+    """Which of the two a positive phase or quadrature means: a driven resonator lags."""
+    per_drive: bool = False
+    """Of a frequency response function: the columns hold the signal for a drive amplitude of 1."""
 
     @property
     def counts(self) -> bool:
@@ -140,6 +164,37 @@ class SignalTable(Checked):
     def _hold_of_an_input(self) -> SignalTable:
         if self.hold is not None and self.role == "output":
             raise ValueError(f'hold = "{self.hold}" is for inputs only; remove it')
+        return self
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Return the columns of a complex amplitude: in phase and quadrature, or amplitude and phase; () without."""
+        named = (self.in_phase, self.quadrature, self.amplitude, self.phase)
+        return tuple(one for one in named if one is not None)
+
+    @model_validator(mode="after")
+    def _two_parts(self) -> SignalTable:
+        cartesian, polar = (self.in_phase, self.quadrature), (self.amplitude, self.phase)
+        if not self.parts:
+            if self.phase_unit is not None or self.phase_sign != "lead" or self.per_drive:
+                raise ValueError(
+                    "phase_unit, phase_sign and per_drive are of a sweep; name its columns in_phase and quadrature, or "
+                    "amplitude and phase"
+                )
+            return self
+        if self.role == "input":
+            raise ValueError(
+                "in_phase, quadrature, amplitude and phase are of outputs: the drive has phase 0"
+            )
+        if len(self.parts) != 2 or (None in cartesian and None in polar):
+            raise ValueError(
+                "a sweep needs two columns, in_phase and quadrature, or amplitude and phase; got "
+                + " and ".join(f'"{one}"' for one in self.parts)
+            )
+        if self.phase is not None and self.phase_unit is None:
+            raise ValueError(f'the phase "{self.phase}" needs its unit: phase_unit = "deg" or "rad"')
+        if self.offset is not None:
+            raise ValueError("offset is of a signal in time; remove it")
         return self
 
 
@@ -153,6 +208,12 @@ class RecordTable(Checked):
     time: Text | None = None
     time_unit: Annotated[str, BeforeValidator(_time_unit)] | None = None
     """Unit of the time column; default: what the file states, else seconds."""
+    frequency: Text | None = None
+    """Column of the frequencies of a sweep, in place of a time base."""
+    frequency_unit: Annotated[str, BeforeValidator(_frequency_unit)] | None = None
+    """Unit of the frequency column; default: what the file states, else Hz."""
+    drive_amplitude: Annotated[float, BeforeValidator(_amplitude)] | None = None
+    """Amplitude of the drive of a sweep, in the drive's unit, where no column has it."""
     resample: bool = False
     rows: Annotated[tuple[int, int], BeforeValidator(_rows)] | None = None
     """First row and the one after the last, counted from 0."""
@@ -168,6 +229,15 @@ class RecordTable(Checked):
         if rate is not None and self.time is not None:
             raise ValueError(
                 f'sample_rate_hz = {rate:g} and time = "{self.time}" exclude each other; keep one'
+            )
+        if self.frequency is not None and (rate is not None or self.time is not None or self.ignore_first):
+            raise ValueError(
+                f'frequency = "{self.frequency}" makes it a sweep, whose rows are steady states: remove '
+                "sample_rate_hz, time and ignore_first"
+            )
+        if self.frequency is None and (self.frequency_unit is not None or self.drive_amplitude is not None):
+            raise ValueError(
+                "frequency_unit and drive_amplitude are of a sweep; name its column of frequencies with frequency"
             )
         if self.resample and self.time is None:
             raise ValueError("resample = true needs a time column; name it with time, or remove resample")
@@ -207,6 +277,7 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
     found = []
     if not tables.get("records"):
         found.append("no records: add [[records]] with file and sample_rate_hz for each measured file")
+    found += _mixed(tables.get("records"))
     heading, signals = tables.get("dataset"), tables.get("signals", {})
     plant = heading.get("plant") if isinstance(heading, dict) else None
     if isinstance(plant, str) and plant in measured_kinds() and isinstance(signals, dict):
@@ -216,12 +287,28 @@ def _against_plant(tables: dict[str, Any]) -> list[str]:
     return found
 
 
+def _first_part(table: dict[str, Any]) -> Any:
+    return table.get("in_phase", table.get("amplitude"))
+
+
+def _mixed(records: Any) -> list[str]:
+    """Return the finding that some records are sweeps and others are not."""
+    tables = [one for one in records if isinstance(one, dict)] if isinstance(records, list) else []
+    swept = ["frequency" in one for one in tables]
+    if not any(swept) or all(swept):
+        return []
+    return [
+        f"records.{swept.index(True)} is a sweep (frequency), records.{swept.index(False)} is in time: a dataset has "
+        "one kind of records; write a second manifest for the sweeps, and identify or diagnose from each"
+    ]
+
+
 def _shared_columns(signals: dict[str, Any]) -> list[str]:
     """Return findings on two signals of one column, a slip of copying."""
     columns: dict[str, str] = {}
     found = []
     for name, table in signals.items():
-        column = str(table.get("column", name)) if isinstance(table, dict) else name
+        column = str(table.get("column", _first_part(table) or name)) if isinstance(table, dict) else name
         if column in columns:
             found.append(
                 f'key "signals.{name}.column": "{columns[column]}" and "{name}" both read the column "{column}"; '

@@ -37,7 +37,10 @@ def quoted(text: str) -> str:
 
 def _signal(signal: SignalGuess) -> list[str]:
     lines = ["", f"[signals.{signal.name}]", f"role = {quoted(signal.role)}"]
-    lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
+    for key, value in signal.keys:
+        lines.append(f"{key} = {quoted(value) if isinstance(value, str) else 'true'}")
+    if not signal.keys:
+        lines.append(f"column = {quoted(signal.column)}{_because(signal.why)}")
     lines.append(f"unit = {quoted(signal.unit)}{_because(signal.unit_source)}")
     if signal.hold:
         lines.append(f"hold = {quoted(signal.hold)}{_because(signal.hold_why)}")
@@ -58,6 +61,9 @@ def _record(record: RecordGuess, time: TimeGuess, folder: Path) -> list[str]:
 
 
 def _time(record: RecordGuess, time: TimeGuess) -> list[str]:
+    if time.column is not None and time.is_frequency:
+        lines = [f"frequency = {quoted(time.column)}{_because(time.why)}"]
+        return [*lines, *([f"frequency_unit = {quoted(time.unit)}"] if time.unit else [])]
     if time.column is not None and not time.rounded:
         lines = [f"time = {quoted(time.column)}{_because(time.why)}"]
         lines += [f"time_unit = {quoted(time.unit)}"] if time.unit else []

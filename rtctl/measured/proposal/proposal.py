@@ -66,6 +66,8 @@ class SignalGuess:
     hold_why: str = ""
     certain: bool = False
     """Whether the user said so."""
+    keys: tuple[tuple[str, str | bool], ...] = ()
+    """Keys in place of `column`, of the response of a sweep: its two columns and how they are meant."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +83,8 @@ class TimeGuess:
     """Rate that the files state."""
     why: str = ""
     resample: bool = False
+    is_frequency: bool = False
+    """Whether the column has the frequencies of a sweep."""
     rounded: str = ""
     """Why the records have the rate of their stamps in the place of the column; "": they have the column."""
 

@@ -20,6 +20,7 @@ from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGues
 from rtctl.measured.proposal.roles import Choice, Roles, assign_roles
 from rtctl.measured.proposal.stamps import judge_stamps
 from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.proposal.sweeps import find_sweep, propose_sweeps
 from rtctl.measured.proposal.time_base import find_time, variable_rate_hz
 from rtctl.registry import PlantKind, plant_kind
 
@@ -33,6 +34,8 @@ HOLDS = ("linear", "zero", "band-limited")
 
 def propose(surveys: Sequence[Survey], answers: Answers) -> Proposal:
     """Return what the files probably hold. Raises InputError where the user's word contradicts them."""
+    if surveys and (swept := find_sweep(surveys[0], answers)) is not None:
+        return propose_sweeps(swept, surveys, answers)
     time = find_time(surveys, answers)
     candidates, unused = find_candidates(surveys, [time.guess.column])
     _check_two_signals(surveys[0], time.guess)

@@ -1,5 +1,9 @@
 """Universal file, datasets 58 and 58b (function at nodal DOF), by pyuff: a column a function of time.
 
+A complex function of frequency (a frequency response, type 4; a spectrum) is two columns, its name followed by
+" in phase" (real part) and " quadrature" (imaginary part), beside a column "frequency" [Hz] for all functions of the
+same frequencies.
+
 A column is named by ID line 1. Where that is empty, NONE or the same for several functions, the response
 follows as "node:direction" (`x tip 12:+Z`, or `12:+Z` alone), and where that does not tell them apart either,
 the function's place in the file from 1 (`x tip 12:+Z #3`). The ordinate's units label is the column's unit,
@@ -27,6 +31,9 @@ Fields = Mapping[str, Any]
 _DIRECTIONS = ("S", "X", "Y", "Z", "RX", "RY", "RZ")
 _COMPLEX, _EVEN = (5, 6), 1  # record 7, fields 1 and 3
 _OF_TIME = (0, 1, 17)  # record 8, field 1: unknown, general, time
+_FREQUENCY = 18
+PARTS = {" in phase": np.real, " quadrature": np.imag}
+"""Ends of the names of the two columns of a complex function, with what they hold of it."""
 _ABSCISSAE = {18: "frequency", 19: "rpm", 20: "order"}
 
 
@@ -40,18 +47,45 @@ def read(path: Path) -> Table:
     if not functions:
         raise ValueError("holds no dataset 58 (measured functions); export the time records as UFF 58")
     names = _names(functions)
+    responses = [name for name, function in zip(names, functions, strict=True) if _is_response(function)]
     place = dict(zip(names, sets, strict=True))
+    parts = {f"{name}{part}": (name, part) for name in responses for part in PARTS}
+    with reading("a universal file (UFF)"):
+        axes = _frequency_axes([(name, file.read_sets(place[name])) for name in responses])
 
     def load(name: str, first: int, end: int) -> Column:
+        if name in axes:
+            return axes[name][first:end]
+        whole, part = parts.get(name, (name, ""))
         with reading("a universal file (UFF)"):
-            function = file.read_sets(place[name])
+            function = file.read_sets(place[whole])
         values, stated = np.asarray(function["data"]), int(function["num_pts"])
         if len(values) < stated:
             raise ValueError(f'column "{name}" ends after {len(values)} of {stated} values: damaged')
-        return values[first:end]
+        return PARTS[part](values[first:end]) if part else values[first:end]
 
-    columns = {name: _header(function) for name, function in zip(names, functions, strict=True)}
+    headers = {name: _header(function) for name, function in zip(names, functions, strict=True)}
+    columns = {
+        name: Header(shape=values.shape, dtype=values.dtype, unit="Hz") for name, values in axes.items()
+    }
+    for name, header in headers.items():
+        both = [f"{name}{part}" for part in PARTS] if name in responses else [name]
+        columns |= dict.fromkeys(both, header)
     return Table(columns=columns, load=load, piecewise=False)
+
+
+def _is_response(function: Fields) -> bool:
+    """Return whether it is a complex function of frequency."""
+    return function["ord_data_type"] in _COMPLEX and function["abscissa_spec_data_type"] == _FREQUENCY
+
+
+def _frequency_axes(functions: list[tuple[str, Fields]]) -> dict[str, Column]:
+    """Return the columns of frequencies [Hz]: one where all functions have the same, else one for each."""
+    axes = {name: np.asarray(function["x"], np.float64) for name, function in functions}
+    values = list(axes.values())
+    if all(np.array_equal(one, values[0]) for one in values):
+        return {"frequency": values[0]} if values else {}
+    return {f"frequency of {name}": one for name, one in axes.items()}
 
 
 def _names(functions: list[Fields]) -> list[str]:
@@ -78,15 +112,17 @@ def _header(function: Fields) -> Header:
         shape=(int(function["num_pts"]),),
         dtype=np.dtype(np.float64),
         unit=_label(function, "ordinate_axis_units_lab") or None,
-        period_s=_period_s(function),
+        period_s=None if _is_response(function) else _period_s(function),
         period_key="abscissa increment",
-        start_s=_in_seconds(function, float(function["abscissa_min"])),
+        start_s=None if _is_response(function) else _in_seconds(function, float(function["abscissa_min"])),
         start_key="abscissa minimum",
         refusal=_refusal(function),
     )
 
 
 def _refusal(function: Fields) -> str:
+    if _is_response(function):
+        return ""
     if function["ord_data_type"] in _COMPLEX:
         return "holds complex numbers, real numbers are needed; export the time record, not its spectrum"
     kind = function["abscissa_spec_data_type"]

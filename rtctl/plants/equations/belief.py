@@ -14,13 +14,15 @@ from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
 from rtctl.border.errors import InputError
 from rtctl.estimators.cubature import FilterSettings
-from rtctl.estimators.equations_flow import advance
-from rtctl.estimators.equations_rest import STEP_SHARE, rates_of, state_at_rest
+from rtctl.estimators.equations.flow import move, sides_at
+from rtctl.estimators.equations.rest import STEP_SHARE, rates_of, state_at_rest
 
 MODEL_ERROR = 0.02
 """Share of its swing to which a state is believed."""
 START_ERROR = MODEL_ERROR
 """Standard deviation of a state at the start, where the device rests, as a share of its swing."""
+KNOWN = 1e-9
+"""The same of a state that events alone change."""
 LEAST_NOISE = 1e-3
 """Noise of a reading for which the model file states none, as a share of the reading's swing."""
 HOLDS, SAMPLES = 40, 8
@@ -40,7 +42,7 @@ def filter_settings(model: StateSpace) -> FilterSettings:
     spread = np.maximum(readings.std(axis=0), 1e-12)
     noise = np.where(model.noise > 0.0, model.noise, LEAST_NOISE * spread)
     return FilterSettings(
-        start=START_ERROR * swing,
+        start=np.where(model.switched, KNOWN, START_ERROR) * swing,
         drift=MODEL_ERROR**2 * swing * speed,
         noise=noise,
         step_s=STEP_SHARE / fastest,
@@ -53,15 +55,13 @@ def _motion(model: StateSpace, fastest: float, slowest: float) -> tuple[FloatArr
     bounds = model.command_range
     hold_s = min(3.0 / slowest, STEP_SHARE * MOST_STEPS / HOLDS / fastest)
     steps = max(1, math.ceil(hold_s / SAMPLES * fastest / STEP_SHARE))
-    x, law = state_at_rest(model, (0.0,) * width)[None].copy(), model.law
+    x = state_at_rest(model, (0.0,) * width)[None].copy()
+    sides = sides_at(model, x, (0.0,) * width)
     states, rates, readings = [], [], []
     for _ in range(HOLDS):
         levels = rng.uniform(bounds[:, 0], bounds[:, 1]).tolist()
         for _ in range(SAMPLES):
-            advance(
-                law, x, model.input_si(levels), model.parameters, model.low, model.high,
-                hold_s / SAMPLES / steps, steps,
-            )  # fmt: skip
+            move(model, x, sides, levels, hold_s / SAMPLES / steps, steps)
             states.append(x[0].copy())
             rates.append(model.rates(x, levels)[0])
             readings.append(model.readings(x, levels)[0])

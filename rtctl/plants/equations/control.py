@@ -16,11 +16,12 @@ from rtctl.border.errors import InputError
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, margins_of_gains, tune_pid
 from rtctl.estimators.cubature import CubatureFilter
-from rtctl.estimators.equations_rest import RestPoint, jacobian, rest_point, rests_anywhere, swept_points
+from rtctl.estimators.equations.rest import RestPoint, jacobian, rest_point, rests_anywhere, swept_points
 from rtctl.interfaces import Estimator
 from rtctl.models.span import Span
 from rtctl.plant_control.support import Control
 from rtctl.plants.equations.belief import filter_settings
+from rtctl.plants.equations.several import decoupled_control
 from rtctl.plants.equations.tables import PidTable
 from rtctl.registry.loading import resolved
 from rtctl.safety.limits import CommandLimits
@@ -85,6 +86,8 @@ class EquationsSupport:
         if not isinstance(table, PidTable):
             raise InputError(f'controller.kind = "{table.kind}" does not control "equations"; use "pid"')
         _same_channels(model, scenario)
+        if scenario.references:
+            return decoupled_control(scenario, model, delay)
         units = (profile.commands[0].unit, profile.reference.unit)
         others = tuple(one.safe for one in self.limits(scenario, model)[1:])
         places = _working_points(scenario, model, self.output_range(scenario, model))

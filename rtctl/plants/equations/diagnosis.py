@@ -64,12 +64,14 @@ class EquationsModel(Simulation, Protocol):
 def equations_subject(simulation: Any, dataset: Dataset) -> Subject:
     """Return the subject of a model: its first input and first measured output are the drive and the reading."""
     inputs = tuple(one.name for one in simulation.system.inputs)
-    states = tuple(one.name for one in simulation.system.states)
+    system = simulation.system
+    states = tuple(one.name for one in system.states)
+    moving = tuple(name for name, switched in zip(states, system.discrete, strict=True) if not switched)
     outputs = tuple(one.name for one in simulation.system.outputs if one.name in dataset.units)
-    forces = _forces(states, inputs)
+    forces = _forces(moving, inputs)
 
     def sensitivities(hypothesis: FittedModel, problem: FittedRecords, index: int) -> FloatArray:
-        return _push(hypothesis, problem, index, states, inputs)
+        return _push(hypothesis, problem, index, states, moving, inputs)
 
     return Subject(
         kind="equations",
@@ -139,7 +141,8 @@ def _forces(states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Force, ..
 
 
 def _push(
-    hypothesis: FittedModel, problem: FittedRecords, index: int, states: tuple[str, ...], inputs: tuple[str, ...]
+    hypothesis: FittedModel, problem: FittedRecords, index: int, states: tuple[str, ...], moving: tuple[str, ...],
+    inputs: tuple[str, ...],
 ) -> FloatArray:  # fmt: skip
     """Return what each force does to the outputs of a record (forces, outputs, n), as strong as the state's rate."""
     record, simulation = problem.records[index], hypothesis.simulation
@@ -149,7 +152,7 @@ def _push(
 
     def run(pushes: FloatArray) -> FloatArray:
         made = simulation.pushed(record.stimulus, values, start, pushes, problem.steps_per_period)  # type: ignore[attr-defined]
-        return np.array([made.outputs[name][0] for name in (*outputs, *states)])
+        return np.array([made.outputs[name][0] for name in (*outputs, *moving)])
 
     base = run(idle)
     courses = [*base[len(outputs) :], *(record.stimulus.inputs[name] for name in inputs)]
@@ -157,8 +160,9 @@ def _push(
     shapes = [np.ones(record.samples), np.linspace(-1.0, 1.0, record.samples)]
     shapes += [shape(course) for course in along for _, shape in ALONG]
     found = []
-    for k in range(len(states)):
-        rate = float(np.std(np.gradient(base[len(outputs) + k], record.period_s))) or 1.0
+    for place, name in enumerate(moving):
+        k, course = states.index(name), base[len(outputs) + place]
+        rate = float(np.std(np.gradient(course, record.period_s))) or 1.0
         for phi in shapes:
 
             def moved(step: float, k: int = k, phi: FloatArray = phi, rate: float = rate) -> FloatArray:

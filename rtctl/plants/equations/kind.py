@@ -25,7 +25,10 @@ EQUATIONS = PlantKind(
         option_names={"starts": "starts", "seed": "seed"},
         takes_model=True,
     ),
-    control=Control(support="rtctl.plants.equations.control:EquationsSupport"),
+    control=Control(
+        support="rtctl.plants.equations.control:EquationsSupport",
+        several="rtctl.plants.equations.several:with_further_outputs",
+    ),
     diagnosis="rtctl.plants.equations.diagnosis:equations_subject",
     device_file="plant_sim.equations.plant:load_plant",
     device_profile="plant_sim.equations.device_profile:read_profile",

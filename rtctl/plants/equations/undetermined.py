@@ -40,6 +40,8 @@ def undetermined_parameters(simulation: Simulation, records: Records, scales: Sc
     """Return the names of parameters that are not fixed and not determined beside the others, at their own values."""
     sensitivity = Sensitivity.of(simulation, records, scales=scales)
     names = [simulation.parameters[k].name for k in sensitivity.free]
+    if not names:
+        return ()
     gram = np.zeros((len(names), len(names)))
     for record in records:
         found = _beyond_start(sensitivity, simulation, record)

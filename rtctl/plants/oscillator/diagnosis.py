@@ -30,6 +30,7 @@ from rtctl.diagnosis.problem.subject import (
 from rtctl.models.derived.oscillator import derive_oscillator
 from rtctl.models.oscillator import read_oscillator_model, write_oscillator_model
 from rtctl.plants.oscillator.response import describe_response
+from rtctl.plants.oscillator.steady import by_steady_state
 
 GENERIC: tuple[tuple[str, str, Callable[..., FloatArray]], ...] = (
     ("z^2", "displacement", lambda z, v, u, t: z**2),
@@ -239,5 +240,6 @@ BY_ACCELERATION = replace(
     OSCILLATOR, output="acceleration", required_signal="acceleration", clippable_outputs=("acceleration",),
     spike_outputs=("acceleration",), levels={"acceleration": Levels("step", "level")},
 )  # fmt: skip
-SUBJECTS = (OSCILLATOR, BY_VELOCITY, BY_ACCELERATION)
-"""The oscillator by what was measured of its motion."""
+IN_TIME = (OSCILLATOR, BY_VELOCITY, BY_ACCELERATION)
+SUBJECTS = (*IN_TIME, *(by_steady_state(one) for one in IN_TIME))
+"""The oscillator by what was measured of its motion, in time or by sweeps."""

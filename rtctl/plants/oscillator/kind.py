@@ -28,11 +28,12 @@ OSCILLATOR = PlantKind(
         ),
     },
     responses=("displacement", "velocity", "acceleration"),
+    has_sweeps=True,
     initial=("displacement", "velocity"),
     model=ModelFiles(
         read="rtctl.models.oscillator:read_oscillator_model",
         write="rtctl.models.oscillator:write_oscillator_model",
-        simulation="plant_sim.oscillator.model:oscillator_simulation",
+        simulation="plant_sim.oscillator.model:simulation_of_data",
         mechanisms="plant_sim.oscillator.mechanisms:MECHANISMS",
         mechanism_type="plant_sim.oscillator.mechanism:OscillatorMechanism",
         is_device=True,

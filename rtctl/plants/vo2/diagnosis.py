@@ -61,6 +61,11 @@ SLOW = (5.0, 25.0, 125.0)
 """Times the heating's time constant: of averages over the past."""
 BRANCH_RADIUS = 0.05
 """Of the range of temperatures."""
+NOT_TRUSTED = (
+    "the identification of this model says that it is not to be trusted: its static loops are those of a device on the "
+    "way, not at rest, and what is named here may be their error; first acquire and identify again with holds as long "
+    "as rtctl identify says"
+)
 ON_OTHER_LOOPS = 2.0
 """Times what an identification left on its own data: its misfit on loops that it did not see. Of twelve devices of the
 blind generator with nothing hidden 0.3 to 1.7 of the deflection's, 0.4 to 3.1 of the resistance's."""
@@ -241,6 +246,11 @@ def _from_comparable(simulation: Simulation) -> Simulation:
     return simulation.plain if isinstance(simulation, LogReading) else simulation
 
 
+def _doubt(model: Vo2Model) -> str:
+    """Return a sentence where the identification wrote that its static loops are not those of a device at rest."""
+    return NOT_TRUSTED if model.provenance.get("trusted") == "false" else ""
+
+
 def _stated_misfit(model: Vo2Model, dataset: Dataset) -> dict[str, float]:
     """Return the RMS misfit, by output, that identified loops may have on other records.
 
@@ -366,6 +376,7 @@ VO2 = Subject(
     growth_is_misfit=False,
     allowed_share=0.05,
     stated_misfit=_stated_misfit,
+    doubt=_doubt,
     least_share_removed=0.6,
     steps_per_period=8.0,
     screening_samples=12_000,
@@ -380,6 +391,7 @@ VO2 = Subject(
     levels={name: Levels(name, f"{name}_level") for name in ("resistance", "deflection")},
     output_units={LOG_RESISTANCE: "ln(ohm)"},
     coarse_part_units=UNITS,
+    coarse_part_readings={"resistance": LOG_RESISTANCE, "deflection": "deflection"},
     describe_coarse_parts=describe_improvement,
     coarse_part_figure=draw_coarse_loops,
     find_initial_state=find_initial_temperature,

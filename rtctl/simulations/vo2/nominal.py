@@ -7,9 +7,11 @@ x' = x + (gain - 1) (x - middle) + offset, x a current [mA], -ln R, or a deflect
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.mechanisms import Parameter
+from rtctl.border.mechanisms import Parameter, Scales
 from rtctl.border.simulation import FreeParameter
 from rtctl.models.span import Span
 from rtctl.models.vo2 import Vo2Model
@@ -25,31 +27,42 @@ TIME_CONSTANT = Parameter(
 )
 
 
-def _gain(of: str) -> Parameter:
+AT_REST = ("heater.tcr", "thermal.nonlinear_loss")
+"""Mechanisms that change how far a current heats at rest, as a gain and an offset of the current do."""
+
+
+def _gain(of: str, **more: Any) -> Parameter:
     return Parameter(
         name=f"{of}_gain", unit="dimensionless", meaning=f"of the {of} about the middle of its range",
-        scale=lambda s: 0.1, neutral=1.0, default=1.0, low=0.2, high=5.0,
+        scale=lambda s: 0.1, neutral=1.0, default=1.0, low=0.2, high=5.0, **more,
     )  # fmt: skip
 
 
-def _offset(of: str, unit: str, scale: float, what: str = "") -> Parameter:
+def _offset(of: str, unit: str, scale: Callable[[Scales], float], what: str = "", **more: Any) -> Parameter:
     return Parameter(
         name=f"{of}_offset",
         unit=unit,
         meaning=f"added to the {what or of}",
-        scale=lambda s: scale,
+        scale=scale,
         default=0.0,
+        **more,
     )
 
 
 NOMINAL_PARAMETERS = (
     TIME_CONSTANT,
-    _gain("current"),
-    _offset("current", "mA", 0.1),
+    _gain("current", imitates=AT_REST),
+    _offset(
+        "current",
+        "mA",
+        lambda s: 0.005 * s.drive,
+        opposite="actuation.deadband",
+        imitates=AT_REST,
+    ),
     _gain("resistance"),
-    _offset("resistance", "dimensionless", 0.1, "logarithm of the resistance"),
+    _offset("resistance", "dimensionless", lambda s: 0.1, "logarithm of the resistance"),
     _gain("deflection"),
-    _offset("deflection", "um", 1.0),
+    _offset("deflection", "um", lambda s: 0.02 * s.displacement),
 )
 CORRECTIONS = {declared.name: declared for declared in NOMINAL_PARAMETERS[1:]}
 

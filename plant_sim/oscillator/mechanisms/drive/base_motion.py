@@ -46,6 +46,7 @@ MECHANISM = OscillatorMechanism(
             least_periods=10.0,
         ),
     ),
+    in_steady_state=False,
     memory=Memory(shaken, 2, constants, start=lambda z, v: (1.0, 0.0)),
     fastest_rate=lambda p, speed: 2.0 * math.pi * p["frequency"],
 )  # fmt: skip

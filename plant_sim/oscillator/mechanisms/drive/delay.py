@@ -1,5 +1,7 @@
 """`drive.delay`: u(t - delay)."""
 
+import numpy as np
+
 from plant_sim.oscillator.mechanism import OscillatorMechanism, Sampled, Values, coefficient
 
 
@@ -15,5 +17,6 @@ MECHANISM = OscillatorMechanism(
         coefficient("delay", "s", "from the drive's samples to the force", lambda s: 1.0 / s.rate, low=0.0),
     ),
     input=late,
+    transfer=lambda s, p: np.exp(-p["delay"] * s),
     stage=1,
 )

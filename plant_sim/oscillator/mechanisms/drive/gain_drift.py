@@ -24,6 +24,7 @@ MECHANISM = OscillatorMechanism(
     id="input.gain_drift",
     statement="The gain of the drive drifts by {rate} of itself from the start of each record.",
     parameters=(coefficient("rate", "1/s", "relative, of the drive's gain", lambda s: 1.0 / s.duration),),
+    in_steady_state=False,
     drive=drifting,
     stage=1,
     slow=True,

@@ -41,6 +41,7 @@ MECHANISM = OscillatorMechanism(
         )
         for name, hold in HOLDS.items()
     ),
+    in_steady_state=False,
     input=held,
     stage=0,
 )

@@ -28,5 +28,6 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     drive=lagging,
+    transfer=lambda s, p: 1.0 / (1.0 + p["time_constant"] * s),
     stage=6,
 )  # fmt: skip

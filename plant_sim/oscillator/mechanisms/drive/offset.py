@@ -14,6 +14,7 @@ MECHANISM = OscillatorMechanism(
     id="drive.offset",
     statement="The drive has a constant part of {offset} that its samples do not show.",
     parameters=(coefficient("offset", "{u}", "added to the drive", lambda s: s.drive),),
+    in_steady_state=False,
     drive=shifted,
     stage=2,
 )

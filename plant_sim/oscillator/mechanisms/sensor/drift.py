@@ -12,6 +12,7 @@ MECHANISM = OscillatorMechanism(
     id="sensor.drift",
     statement="The reading drifts by {rate} from the start of each record.",
     parameters=(coefficient("rate", "{y}/s", "of the reading's zero", lambda s: s.reading / s.duration),),
+    in_steady_state=False,
     sensor=drifting,
     stage=6,
     slow=True,

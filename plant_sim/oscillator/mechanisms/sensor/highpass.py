@@ -6,6 +6,7 @@ import numpy as np
 
 from plant_sim.oscillator.mechanism import Moved, OscillatorMechanism, Values, coefficient
 from plant_sim.oscillator.mechanisms.sensor.lag import behind
+from rtctl.border.arrays import ComplexArray
 
 
 def coupled(moved: Moved, p: Values) -> Moved:
@@ -15,6 +16,11 @@ def coupled(moved: Moved, p: Values) -> Moved:
     z = moved.displacement
     reading = z - behind(moved, 1.0 / p["rate"]) + z[0] * np.exp(-p["rate"] * moved.time_s)
     return moved._replace(displacement=reading, filtered_slope=moved.slope - p["rate"] * reading)
+
+
+def passed(s: ComplexArray, p: Values) -> ComplexArray:
+    """Return the high-pass at complex angular frequency s [1/s]; a constant, of which nothing is read, is kept."""
+    return s / np.where(s == 0.0, 1.0, s + p["rate"])
 
 
 MECHANISM = OscillatorMechanism(
@@ -30,6 +36,7 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=coupled,
+    transfer=passed,
     looks_between=True,
     stage=1,
 )

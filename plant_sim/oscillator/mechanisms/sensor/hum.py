@@ -38,6 +38,7 @@ MECHANISM = OscillatorMechanism(
         ),
         shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
     ),
+    in_steady_state=False,
     sensor=humming,
     stage=5,
 )

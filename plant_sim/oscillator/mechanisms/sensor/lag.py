@@ -46,6 +46,7 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     sensor=lagging,
+    transfer=lambda s, p: 1.0 / (1.0 + p["time_constant"] * s),
     looks_between=True,
     stage=2,
 )

@@ -12,6 +12,7 @@ MECHANISM = OscillatorMechanism(
     id="sensor.offset",
     statement="The sensor reads {offset} too much.",
     parameters=(coefficient("offset", "{y}", "of the reading", lambda s: s.reading),),
+    in_steady_state=False,
     sensor=shifted,
     unread=lambda reading, p: reading - p["offset"],
     stage=4,

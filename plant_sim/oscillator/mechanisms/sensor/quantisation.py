@@ -24,6 +24,7 @@ MECHANISM = OscillatorMechanism(
         ),
         shape("level", "{y}", "one of the levels", lambda s: s.reading, default=0.0, low=-np.inf),
     ),
+    in_steady_state=False,
     sensor=rounded,
     stage=7,
     by_levels=True,

@@ -11,4 +11,5 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     terms={"drift": "rate"},
+    in_steady_state=False,
 )

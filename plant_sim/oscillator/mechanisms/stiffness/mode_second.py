@@ -17,6 +17,7 @@ import numpy as np
 from plant_sim.oscillator.equation.binding import law
 from plant_sim.oscillator.integration.linear import mode_response
 from plant_sim.oscillator.mechanism import Memory, Moved, OscillatorMechanism, Values, coefficient, shape
+from rtctl.border.arrays import ComplexArray
 
 
 def beside(moved: Moved, p: Values) -> Moved:
@@ -37,6 +38,12 @@ def beside(moved: Moved, p: Values) -> Moved:
     return moved._replace(
         displacement=moved.displacement + p["gain"] * response, velocity=moved.velocity + p["gain"] * slope
     )
+
+
+def compliance(s: ComplexArray, p: Values) -> ComplexArray:
+    """Return the mode's displacement over the drive."""
+    rate = 2.0 * math.pi * p["frequency"]
+    return p["gain"] / (s**2 + 2.0 * p["damping_ratio"] * rate * s + rate**2)
 
 
 # 8 parameters because every memory law has them (`plant_sim.oscillator.equation.memory`)
@@ -95,5 +102,6 @@ MECHANISM = OscillatorMechanism(
     ),
     memory=Memory(carried, 2, constants, acts=lambda p: p["mass_ratio"] != 0.0, start=lambda z, v: (z, v)),
     sensor=beside,
+    beside=compliance,
     fastest_rate=fastest_rate,
 )

@@ -14,4 +14,5 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     terms={"parametric": "coefficient"},
+    in_steady_state=False,
 )

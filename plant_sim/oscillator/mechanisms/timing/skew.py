@@ -21,5 +21,6 @@ MECHANISM = OscillatorMechanism(
         ),
     ),
     input=read_late,
+    in_steady_state=False,
     stage=1,
 )  # fmt: skip

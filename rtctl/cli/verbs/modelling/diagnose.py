@@ -67,6 +67,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _next_words(diagnosis: Diagnosis, dataset: Path, folder: Path) -> list[object]:
     """Return the words of the next command: the experiment that decides, else the extended model beside the data."""
+    if diagnosis.answer.doubt:
+        return []
     proposed = diagnosis.next_experiment
     if proposed is not None and not proposed.in_vain:
         return ["acquire", folder / "next-experiment.toml", "--out", folder / "next"]

@@ -35,7 +35,6 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.cli.next_step import say_next
     from rtctl.cli.options import is_quiet, output_file, print_json
     from rtctl.cli.printing.fits import print_fit
-    from rtctl.registry import plant_kind
 
     out = output_file(args.out)
     fit = identify(
@@ -47,6 +46,15 @@ def run(args: argparse.Namespace) -> int:
         print_json({"model": str(out), **fit.to_dict()})
     elif not args.quiet:
         print_fit(fit, out)
-    if plant_kind(fit.model.kind).diagnosis is not None:
+    if is_diagnosed_next(fit.model.kind, trusted=fit.trusted):
         say_next(args, ["diagnose", args.dataset, "--model", out, "--out", out.parent / "diagnosis"])
     return 0 if fit.trusted else 1
+
+
+def is_diagnosed_next(kind: str, *, trusted: bool) -> bool:
+    """Return whether a diagnosis is the next step: not where a note says how to acquire better data first."""
+    from rtctl.registry import plant_kind
+
+    record = plant_kind(kind)
+    acquires = record.identification is not None and bool(record.identification.excitation)
+    return record.diagnosis is not None and (trusted or not acquires)

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from rtctl.border.arrays import FloatArray
 from rtctl.border.equations.controlled import StateSpace
-from rtctl.estimators.equations_flow import advance
+from rtctl.estimators.equations.flow import move, sides_at
 
 LEFT_OVER = 1e-4
 """Step that a search still wants to take where it found a point of rest, as a share of what it has moved and is at."""
@@ -47,8 +47,10 @@ class RestPoint(NamedTuple):
 def state_at_rest(model: StateSpace, levels: Sequence[float]) -> FloatArray:
     """Return the states (n,) [SI] at which `levels` hold the device; the initial ones where it rests nowhere near."""
     start, rows = model.initial, _row_sizes(model, levels)
-    found = _solved(lambda x: model.rates(x[None], levels)[0] / rows, _off_limits(model), model)
-    return found if found is not None else start.copy()
+    found = _solved(
+        lambda x: model.rates(_unswitched(model, x)[None], levels)[0] / rows, _off_limits(model), model
+    )
+    return _unswitched(model, found) if found is not None else start.copy()
 
 
 def rest_point(model: StateSpace, levels: Sequence[float], output: float, swing: float) -> RestPoint:
@@ -64,14 +66,14 @@ def rest_point(model: StateSpace, levels: Sequence[float], output: float, swing:
     begin = _off_limits(model)
 
     def missed(unknown: FloatArray) -> FloatArray:
-        there, command = unknown[None, 1:], (levels[0] + unknown[0] * swing, *others)
+        there, command = _unswitched(model, unknown[1:])[None], (levels[0] + unknown[0] * swing, *others)
         off = model.controlled(there, command) - output
         return np.concatenate((model.rates(there, command)[0] / rows, off))
 
     found = _solved(missed, np.concatenate(([0.0], begin)), model)
     if found is None:
         return RestPoint(begin, levels[0], holds=False)
-    return RestPoint(found[1:], float(levels[0] + found[0] * swing), holds=True)
+    return RestPoint(_unswitched(model, found[1:]), float(levels[0] + found[0] * swing), holds=True)
 
 
 def swept_points(
@@ -94,13 +96,12 @@ def swept_points(
     dwell_s = min(SWEEP / slowest, STEP_SHARE * MOST_STEPS / fastest) / PLACES
     steps = max(1, math.ceil(dwell_s * fastest / STEP_SHARE))
     x, step_s, found = model.initial[None].copy(), dwell_s / steps, []
+    way = sides_at(model, x, (span[0], *levels[1:]))
     for side, ramp in ((1, np.linspace(*span, PLACES)), (-1, np.linspace(*span[::-1], PLACES))):
         states, shown = [], []
         for level in ramp:
             command = (float(level), *levels[1:])
-            advance(
-                model.law, x, model.input_si(command), model.parameters, model.low, model.high, step_s, steps
-            )
+            move(model, x, way, command, step_s, steps)
             states.append(x[0].copy())
             shown.append(float(model.controlled(x, command)[0]))
         passed = np.asarray(shown)
@@ -118,7 +119,7 @@ def _held(
 ) -> RestPoint:
     """Return where the device rests once `levels` were held for `steps` from the states `x` (n,) on."""
     rest = x[None].copy()
-    advance(model.law, rest, model.input_si(levels), model.parameters, model.low, model.high, step_s, steps)
+    move(model, rest, sides_at(model, rest, levels), levels, step_s, steps)
     return RestPoint(rest[0], levels[0], holds=True, side=side)
 
 
@@ -143,6 +144,11 @@ def jacobian(model: StateSpace, x: FloatArray, levels: Sequence[float]) -> Float
     moved = np.concatenate((x + np.diag(steps), x - np.diag(steps)))
     up, down = np.split(model.rates(moved, levels), 2)
     return np.asarray(((up - down) / (2.0 * steps[:, None])).T)
+
+
+def _unswitched(model: StateSpace, x: FloatArray) -> FloatArray:
+    """Return states (n,) with those that events alone change as they are at the start: they rest by themselves."""
+    return np.where(model.switched, model.initial, x)
 
 
 def _row_sizes(model: StateSpace, levels: Sequence[float]) -> FloatArray:

@@ -1,0 +1,262 @@
+"""Periodic motions under a periodic drive, by shooting: the state that one period of the drive leads back to itself.
+
+P(s) is the state after one period from s. Newton's method on F(s) = P(s) - s, with dP/ds by finite differences, costs a
+few periods, whatever the quality factor; following the motion in time costs several Q. A step is trusted only while it
+makes F four times smaller, and an orbit only if it is stable: otherwise (at a fold of the response) the motion is
+followed in time, as the device does, and Newton's method starts again from there. The states are displacement, velocity
+and those of the mechanisms. The compiled integrator of the equation is an argument.
+
+Reference: A. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics (1995), 6.2.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numba import types
+
+from rtctl.border.kernels import compiled_with
+
+DIFFERENCE = 1e-6
+"""Step of the finite differences, relative to the size of a state."""
+CLOSED = 1e-12
+"""Largest |F|, relative to the size of the motion, of an orbit that counts as closed."""
+CONTRACTION = 0.25
+"""Share of |F| that a trusted step of Newton's method may leave."""
+MOST_STEPS = 8
+"""Steps of Newton's method; in its basin the number of digits doubles with each."""
+STABLE = 1.0 + 1e-6
+"""Largest magnitude of a multiplier (an eigenvalue of dP/ds) of an orbit that a device stays on."""
+SQUARINGS = 12
+"""Squarings of dP/ds by which its largest multiplier is found: its power 4096 shows nothing else."""
+
+
+def kernel(function: Any) -> Any:
+    """Return `function`, compiled for other kernels."""
+    return compiled_with(function, error_model="numpy", nogil=True)
+
+
+@kernel
+def fill(state: Any, z: Any, v: Any, own: Any) -> None:
+    """Set all lanes to one state."""
+    for j in range(z.shape[0]):
+        z[j], v[j] = state[0], state[1]
+        for s in range(own.shape[0]):
+            own[s, j] = state[2 + s]
+
+
+@kernel
+def value(z: Any, v: Any, own: Any, s: int, j: int) -> Any:
+    """Return state `s` of lane `j`."""
+    return z[j] if s == 0 else v[j] if s == 1 else own[s - 2, j]
+
+
+@kernel
+def set_sizes(size: Any, state: Any, rate: float) -> None:
+    """Set the size of each state of a motion at angular frequency `rate` [1/s]; zeros at rest."""
+    size[0] = max(abs(state[0]), abs(state[1]) / rate)
+    size[1] = size[0] * rate
+    for s in range(2, size.shape[0]):
+        size[s] = max(abs(state[s]), size[0])
+
+
+@kernel
+def solve(a: Any, b: Any) -> None:
+    """Solve a x = b in place, x in `b`, by Gauss's elimination with pivoting; a state that never moves stays."""
+    n = b.shape[0]
+    for k in range(n):
+        most = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[most, k]):
+                most = i
+        if a[most, k] == 0.0:
+            a[most, k] = 1.0
+        for c in range(n):
+            a[k, c], a[most, c] = a[most, c], a[k, c]
+        b[k], b[most] = b[most], b[k]
+        for i in range(k + 1, n):
+            f = a[i, k] / a[k, k]
+            for c in range(k, n):
+                a[i, c] -= f * a[k, c]
+            b[i] -= f * b[k]
+    for k in range(n - 1, -1, -1):
+        for c in range(k + 1, n):
+            b[k] -= a[k, c] * b[c]
+        b[k] /= a[k, k]
+
+
+@kernel
+def largest_multiplier(m: Any) -> Any:
+    """Return the largest magnitude of an eigenvalue of `m`, which is used up: |m^4096|^(1/4096)."""
+    n, total, power = m.shape[0], 0.0, 1.0
+    product = np.empty((n, n))
+    for _ in range(SQUARINGS):
+        norm = 0.0
+        for i in range(n):
+            for c in range(n):
+                norm = max(norm, abs(m[i, c]))
+        if not norm > 0.0:
+            return 0.0
+        total += math.log(norm) / power
+        for i in range(n):
+            for c in range(n):
+                product[i, c] = 0.0
+                for k in range(n):
+                    product[i, c] += (m[i, k] / norm) * (m[k, c] / norm)
+        m[:, :] = product
+        power *= 2.0
+    return math.exp(total)
+
+
+@kernel
+def set_slopes(multipliers: Any, slopes: Any, z: Any, v: Any, own: Any, size: Any) -> None:
+    """Set dP/ds, scaled by the sizes, and dF/ds from lanes that began a small step of each state apart."""
+    n = size.shape[0]
+    for s in range(n):
+        for c in range(n):
+            moved = value(z, v, own, s, 1 + c) - value(z, v, own, s, 0)
+            multipliers[s, c] = moved / (DIFFERENCE * size[s])
+            slopes[s, c] = multipliers[s, c] - (1.0 if s == c else 0.0)
+
+
+@kernel
+def spread(z: Any, v: Any, own: Any, size: Any) -> None:
+    """Move each lane but the first by a small step of one state."""
+    z[1] += DIFFERENCE * size[0]
+    v[2] += DIFFERENCE * size[1]
+    for s in range(2, size.shape[0]):
+        own[s - 2, 1 + s] += DIFFERENCE * size[s]
+
+
+class Lanes(NamedTuple):
+    """Arrays of the motions by which one orbit is found: one a state more than the states."""
+
+    coefficients: Any
+    """Coefficients (rows, states + 1) of the equation, the same in each lane."""
+    z: Any
+    """Displacement (states + 1,)."""
+    v: Any
+    """Velocity (states + 1,)."""
+    own: Any
+    """States of the mechanisms (states - 2, states + 1)."""
+    out_z: Any
+    """Displacement (steps + 1, states + 1) over the period."""
+    out_v: Any
+    """Velocity (steps + 1, states + 1) over the period."""
+
+
+@kernel
+def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
+    """Move `state` (states,) to a stable closed orbit by trusted steps, and return whether that went well.
+
+    Args:
+        march: integrator of the equation.
+        state: where to begin, moved.
+        nodes: drive (steps, 3) over one period.
+        h: step [s].
+        lanes: `Lanes` to calculate in.
+    """
+    z, v, own = lanes.z, lanes.v, lanes.own
+    n, rate = state.shape[0], 2.0 * math.pi / (h * nodes.shape[0])
+    size, left, multipliers, slopes = np.empty(n), np.empty(n), np.empty((n, n)), np.empty((n, n))
+    set_sizes(size, state, rate)
+    if not size[0] > 0.0:  # at rest: the size is that of the first period
+        fill(state, z, v, own)
+        march(z, v, own, nodes, h, 1, lanes.coefficients, lanes.out_z, lanes.out_v)
+        for s in range(n):
+            left[s] = value(z, v, own, s, 0)
+        set_sizes(size, left, rate)
+    if not size[0] > 0.0:
+        return True  # nothing drives it
+    before = np.inf
+    for _ in range(MOST_STEPS):
+        fill(state, z, v, own)
+        spread(z, v, own, size)
+        march(z, v, own, nodes, h, 1, lanes.coefficients, lanes.out_z, lanes.out_v)
+        set_slopes(multipliers, slopes, z, v, own, size)
+        distance = 0.0
+        for s in range(n):
+            left[s] = (value(z, v, own, s, 0) - state[s]) / size[s]
+            distance = max(distance, abs(left[s])) if math.isfinite(left[s]) else np.inf
+        if distance <= CLOSED:
+            return bool(largest_multiplier(multipliers) <= STABLE)
+        if not distance <= CONTRACTION * before:
+            return False
+        solve(slopes, left)
+        for s in range(n):
+            state[s] -= left[s] * size[s]
+        before = distance
+        set_sizes(size, state, rate)
+    return False
+
+
+# 8 parameters because a kernel takes its arrays one by one
+def shoot(  # noqa: PLR0913
+    march: Any, states: Any, p: Any, nodes: Any, h: float, settling: int, attempts: int, out_z: Any
+) -> None:
+    """Put the orbit on which each lane settles in place of its state, and the displacement over it in `out_z`.
+
+    A motion that does not repeat with the drive is what it is after the last attempt; one that runs away is not finite.
+
+    Args:
+        march: integrator of the equation.
+        states: (lanes, states) from which the motions settle.
+        p: coefficients (rows, lanes) of the equation.
+        nodes: drive (steps, 3) over one period.
+        h: step [s].
+        settling: periods that a motion is followed before Newton's method is tried again.
+        attempts: times that a motion is followed before it is taken as it is.
+        out_z: displacement (steps, lanes), out.
+    """
+    lanes, n = states.shape
+    steps = nodes.shape[0]
+    z, v, own = np.empty(n + 1), np.empty(n + 1), np.empty((n - 2, n + 1))
+    all_z, all_v = np.empty((steps + 1, n + 1)), np.empty((steps + 1, n + 1))
+    z1, v1, own1, end_z, end_v = (
+        np.empty(1),
+        np.empty(1),
+        np.empty((n - 2, 1)),
+        np.empty((2, 1)),
+        np.empty((2, 1)),
+    )
+    q, q1, state = np.empty((p.shape[0], n + 1)), np.empty((p.shape[0], 1)), np.empty(n)
+    apart = Lanes(q, z, v, own, all_z, all_v)
+    for lane in range(lanes):
+        for j in range(n + 1):
+            q[:, j] = p[:, lane]
+        q1[:, 0] = p[:, lane]
+        for _ in range(attempts):
+            if not math.isfinite(states[lane, 0]):
+                break
+            state[:] = states[lane]
+            if newton(march, state, nodes, h, apart):
+                states[lane] = state
+                break
+            fill(states[lane], z1, v1, own1)
+            for _ in range(settling):
+                march(z1, v1, own1, nodes, h, steps, q1, end_z, end_v)
+            for s in range(n):
+                states[lane, s] = value(z1, v1, own1, s, 0)
+        fill(states[lane], z, v, own)
+        march(z, v, own, nodes, h, 1, q, all_z, all_v)
+        for i in range(steps):
+            out_z[i, lane] = all_z[i, 0]
+
+
+@lru_cache(maxsize=1)
+def shooting() -> Any:
+    """Return `shoot`, compiled once for the integrators of all equations."""
+    compiled: Any = compiled_with(shoot, error_model="numpy", nogil=True)
+    if isinstance(compiled, numba.core.dispatcher.Dispatcher):  # not with NUMBA_DISABLE_JIT=1
+        line, table, number = types.float64[::1], types.float64[:, ::1], types.float64
+        march = types.void(line, line, table, table, number, types.int64, table, table, table)
+        shape = types.void(
+            types.FunctionType(march), table, table, table, number, types.int64, types.int64, table
+        )
+        compiled.compile(shape)
+        compiled.disable_compile()
+    return compiled

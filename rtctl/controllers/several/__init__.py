@@ -1,0 +1,1 @@
+"""Controllers of several outputs at once."""

@@ -1,0 +1,207 @@
+"""A change of what the input does at rest, since the model was identified on its device.
+
+An identified model needs no corrections of its input. Where a re-fit needs them, and nearly all of the error returns
+without them, the device has changed, or the model is that of another one. What changed is the simplest that does the
+same: an offset, a gain, or a mechanism that acts at rest (a dead zone, a heater whose resistance grows). Each is fitted
+alone, in place of all corrections of the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.mechanisms import plain_unit
+from rtctl.border.simulation import Simulation
+from rtctl.diagnosis.problem.fit import fit_hypothesis
+from rtctl.diagnosis.problem.hypothesis import Hypothesis
+from rtctl.diagnosis.problem.problem import Problem
+from rtctl.diagnosis.problem.statement import state_mechanism
+from rtctl.diagnosis.residual.noise_floor import noise_cost_of
+from rtctl.diagnosis.residual.parameter_estimates import estimates_of
+from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
+from rtctl.diagnosis.result import Cause, Diagnosis
+from rtctl.diagnosis.search.request import SearchRequest
+from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData, extend_model
+
+KNOWN = "known"
+"""Shape of a mechanism: share of its steady effect that the loops held already where they were identified."""
+START = 0.3
+"""Share of its scale at which such a mechanism starts."""
+SINCE = "The {} is {:.4g} {}, and was {:.4g} {} where the model was identified."
+
+
+class _Change(NamedTuple):
+    """One change of the input at rest, fitted in place of all corrections of the input."""
+
+    id: str
+    """Mechanism, or `parameter.<name>`."""
+    fit: Hypothesis
+
+
+def explain_by_changed_input(
+    answer: Diagnosis, request: SearchRequest, given: Simulation, holdout: HoldoutData
+) -> Diagnosis:
+    """Return the answer with a change of the input at rest among its causes, where it needs one.
+
+    Args:
+        answer: The answer that the search gives.
+        request: Records of the diagnosis.
+        given: The model of the file.
+        holdout: Test records.
+    """
+    corrections = {one.name: one.value for one in given.parameters if one.declared.imitates and not one.fixed}
+    if not corrections or answer.stopped:
+        return answer
+    refit = answer.search.hysteresis_refit  # loops that were learned behind a change fit nothing else
+    compared = refit.before if refit else answer.fits.after.hypothesis
+    without = _fit(answer, compared.simulation, given, corrections)
+    share = _returning_share(answer, compared, without)
+    thresholds = answer.problem.thresholds.report
+    least = thresholds.changed_input_misfit**2 * _promised_cost(answer.problem)
+    if without is None or without.cost < least or share < thresholds.changed_input_share:
+        return answer
+    changes = _list_changes(answer, request.ids, given, compared.simulation, corrections)
+    if not changes:
+        return answer
+    cause = _cause(answer, given, changes, share)
+    if answer.causes:
+        causes = sorted((*answer.causes, cause), key=lambda one: -one.share_removed)
+        return replace(answer, causes=tuple(causes))
+    noise = answer.fits.after.noise
+    fits = Fits(*(run_residual_tests(one, answer.problem, (), noise) for one in (without, changes[0].fit)))
+    return _explained_by(answer, request, holdout, cause, fits)
+
+
+def _fit(
+    answer: Diagnosis, simulation: Simulation, given: Simulation, held: Mapping[str, float]
+) -> Hypothesis | None:
+    """Fit a simulation from the file's values, some parameters held; None where that diverges."""
+    start = {**{one.name: one.value for one in given.parameters}, **held}
+    values = np.array([start.get(one.name, one.value) for one in simulation.parameters])
+    mechanisms = [one.id for one in simulation.mechanisms]
+    fixed = answer.fits.after.hypothesis.fixed_parameters | set(held)
+    return fit_hypothesis(answer.problem, simulation.with_values(values), mechanisms, fixed_parameters=fixed)
+
+
+def _promised_cost(problem: Problem) -> float:
+    """Return the cost of the misfit that the model's identification promises."""
+    shares = sum(square / problem.size(name) ** 2 for name, square in problem.allowed.items())
+    return 0.5 * problem.samples * shares
+
+
+def _returning_share(answer: Diagnosis, compared: Hypothesis, without: Hypothesis | None) -> float:
+    """Return the fraction of the squared error beyond the noise that returns without corrections of the input."""
+    if without is None:
+        return 0.0
+    removable = without.cost - noise_cost_of(answer.fits.after)
+    return float(np.clip((without.cost - compared.cost) / removable, 0.0, 1.0)) if removable > 0.0 else 0.0
+
+
+def _list_changes(
+    answer: Diagnosis,
+    ids: Sequence[str],
+    given: Simulation,
+    simulation: Simulation,
+    corrections: Mapping[str, float],
+) -> list[_Change]:
+    """Return what explains the records in place of all corrections, the best fit first, others that are near after it.
+
+    Each correction alone, and each mechanism that it imitates, from after the identification.
+    """
+    found: list[tuple[str, Hypothesis | None]] = []
+    for name in corrections:
+        held = {other: value for other, value in corrections.items() if other != name}
+        found.append((f"parameter.{name}", _fit(answer, simulation, given, held)))
+    acting = {one.id for one in simulation.mechanisms}
+    imitated = {name: one.declared.imitates for one in given.parameters for name in one.declared.imitates}
+    for identity in imitated:
+        if identity in ids and identity not in acting:
+            found.append((identity, _fit_mechanism(answer, simulation, given, identity, corrections)))
+    changes = [_Change(name, fit) for name, fit in found if fit is not None]
+    changes.sort(key=lambda one: one.fit.cost)
+    most = changes[0].fit.cost * answer.problem.thresholds.report.changed_input_cost_ratio if changes else 0.0
+    return [one for one in changes if one.fit.cost <= most]
+
+
+def _fit_mechanism(
+    answer: Diagnosis,
+    simulation: Simulation,
+    given: Simulation,
+    identity: str,
+    corrections: Mapping[str, float],
+) -> Hypothesis | None:
+    """Fit a mechanism of which the loops hold nothing, in place of all corrections of the input."""
+    extended = simulation.extended((identity,))
+    values: FloatArray = np.array([one.value for one in extended.parameters])
+    for k, one in enumerate(extended.parameters):
+        if one.mechanism == identity and not one.declared.is_shape:
+            values[k] = START * one.declared.scale(answer.problem.scales)
+    held = {**corrections, f"{identity}.{KNOWN}": 0.0}
+    return _fit(answer, extended.with_values(values), given, held)
+
+
+def _cause(answer: Diagnosis, given: Simulation, changes: Sequence[_Change], share: float) -> Cause:
+    """Return the change that fits best as a cause, beside those that are near."""
+    best, noise = changes[0], answer.fits.after.noise
+    tested = run_residual_tests(best.fit, answer.problem, (), noise)
+    weights = np.array([1.0 / max(one.fit.cost, 1e-300) for one in changes])
+    names = [name for one in changes for name in (one.id, *_same_law(one, given))]
+    likeliest = min(answer.problem.thresholds.report.max_probability, float(weights[0] / weights.sum()))
+    is_value = best.id.startswith("parameter.")
+    estimates = estimates_of(tested, "" if is_value else best.id)
+    if is_value:
+        name = best.id.removeprefix("parameter.")
+        estimates = {name: estimates[name]}
+        statement = _state_value(name, given, tested)
+    else:
+        mechanism = next(one for one in best.fit.simulation.mechanisms if one.id == best.id)
+        statement = state_mechanism(mechanism, estimates)
+    return Cause(
+        id=best.id,
+        statement=statement,
+        kind="parameter" if is_value else "mechanism",
+        probability=None if answer.verdict in ("partly_explained", "unexplained") else likeliest,
+        parameters=estimates,
+        share_removed=share,
+        indistinguishable_from=tuple(name for name in names if name != best.id),
+    )
+
+
+def _same_law(change: _Change, given: Simulation) -> tuple[str, ...]:
+    """Return the mechanism that is one law with a correction below zero: a dead zone that every current exceeds."""
+    name = change.id.removeprefix("parameter.")
+    declared = next((one.declared for one in given.parameters if one.name == name), None)
+    value = next((one.value for one in change.fit.simulation.parameters if one.name == name), 0.0)
+    return (declared.opposite,) if declared is not None and declared.opposite and value < 0.0 else ()
+
+
+def _state_value(name: str, given: Simulation, tested: TestedHypothesis) -> str:
+    """Say which correction the input needs."""
+    estimate = estimates_of(tested, "")[name]
+    before = next(one.value for one in given.parameters if one.name == name)
+    unit = plain_unit(estimate.unit)
+    text = SINCE.format(
+        name.replace("_", " of the ", 0).replace("_", " "), estimate.value, unit, before, unit
+    )
+    return text.replace(" ,", ",").replace("  ", " ")
+
+
+def _explained_by(
+    answer: Diagnosis, request: SearchRequest, holdout: HoldoutData, cause: Cause, fits: Fits
+) -> Diagnosis:
+    """Return an answer without causes as explained by one change: gain, extended model and the loop with it."""
+    extended, rehearse = (
+        extend_model(answer.problem, request.model, fits.after),
+        answer.problem.subject.rehearse,
+    )
+    loop = rehearse(request.model, extended, request.dataset.records) if rehearse else None
+    verdict = "explained" if answer.verdict == "adequate" else "partly_explained"
+    return replace(
+        answer, verdict=verdict, causes=(cause,), fits=fits, loop=loop, model=extended,
+        gain=holdout.gain_of(fits, answer.problem.subject.output),
+    )  # fmt: skip

@@ -1,0 +1,114 @@
+"""The model file of an oscillator's fit: its values with errors, and what the fit warns of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from rtctl.border.model_file import MechanismTable, ModelFile, ModelTable, Value
+from rtctl.border.simulation import FreeParameter, Simulation
+from rtctl.border.statistics import NORMAL_95
+from rtctl.identification.fit import Fit
+
+KIND = "oscillator"
+NOMINAL = ("damping", "stiffness", "stiffness_cubic", "drive_gain")
+CONSTANT_RESIDUAL_RATIO = 0.7
+"""Mean over RMS of a residual above which it is called constant: half of its power."""
+Build = Callable[[ModelFile, Mapping[str, str], str], Simulation]
+"""Binds a model to the units of the data; the last argument names its file."""
+
+
+def make_nominal_model(build: Build, units: Mapping[str, str], without: Sequence[str] = ()) -> ModelFile:
+    """Return the nominal model with all parameters free but those left out, in the data's units."""
+    empty = build(ModelFile(model=ModelTable(kind=KIND)), units, "nominal model")
+    return ModelFile(
+        model=ModelTable(
+            kind=KIND,
+            parameters={
+                one.name: Value(value=0.0, unit=_simplify_unit(one.unit))
+                for one in empty.parameters
+                if one.name in NOMINAL and one.name not in without
+            },
+        )
+    )
+
+
+def _simplify_unit(unit: str) -> str:
+    """Remove brackets around single names: 1/((V)^2*s^2) becomes 1/(V^2*s^2)."""
+    while (shorter := re.sub(r"\((\w+)\)|\((\([^()]*\))\)", r"\1\2", unit)) != unit:
+        unit = shorter
+    return unit
+
+
+def write_model(start: ModelFile, fit: Fit, *, with_errors: bool) -> ModelFile:
+    """Return `start` with the fitted values, errors and 95 % intervals, in its own units."""
+    numbers = dict(zip(fit.names, zip(fit.values, fit.standard_errors, strict=True), strict=True))
+    parameters = {one.name: one for one in fit.simulation.parameters}
+
+    def moved(name: str, old: Value) -> Value:
+        if name not in numbers:
+            return old
+        value, error = numbers[name]
+        return _write_value(old, parameters[name], float(value), float(error) if with_errors else np.inf)
+
+    return ModelFile(
+        model=ModelTable(
+            kind=KIND,
+            parameters={name: moved(name, old) for name, old in start.model.parameters.items()},
+            mechanisms=tuple(
+                MechanismTable(
+                    id=table.id,
+                    parameters={
+                        name: moved(f"{table.id}.{name}", old) for name, old in table.parameters.items()
+                    },
+                )
+                for table in start.model.mechanisms
+            ),
+        )
+    )
+
+
+def _write_value(old: Value, parameter: FreeParameter, value: float, error: float) -> Value:
+    """Return a value in the unit of `old`; without errors where the data do not determine it."""
+    unit = old.unit
+    factor = Value(value=1.0, unit=parameter.unit).to(unit) if unit != parameter.unit else 1.0
+    known: dict[str, Any] = {}
+    if error < float("inf"):
+        half = NORMAL_95 * error
+        low, high = max(value - half, parameter.low), min(value + half, parameter.high)
+        known = {"low": low * factor, "high": high * factor, "standard_error": error * factor}
+    return Value(value=value * factor, unit=unit, **known)
+
+
+def collect_warnings(fit: Fit) -> tuple[str, ...]:
+    """Return what a user must know of a fit: what is undetermined, on a bound, or left as a constant."""
+    said = list(fit.determinability.describe())
+    if fit.status != "converged":
+        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
+    for k, name in zip(fit.free, fit.names, strict=True):
+        parameter = fit.simulation.parameters[k]
+        if parameter.value in (parameter.low, parameter.high):
+            said.append(
+                f"{name} ended on its bound, {parameter.value:g} {parameter.unit}: the model is short of something"
+            )
+    if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
+        said.append("a mechanism with a memory or a clock of its own began anew with each segment")
+    return (*said, *_describe_offsets(fit))
+
+
+def _describe_offsets(fit: Fit) -> list[str]:
+    """Describe residuals that are mostly a constant, which has a simple cause."""
+    said = []
+    for record, outputs in fit.residuals.items():
+        for name, residual in outputs.items():
+            mean, rms = float(np.mean(residual)), fit.record_rms[record][name]
+            if abs(mean) > CONSTANT_RESIDUAL_RATIO * rms:
+                said.append(
+                    f"record {record}: {name} is simulated {abs(mean):.3g} too {'high' if mean > 0.0 else 'low'} on "
+                    f"average, {100.0 * (mean / rms) ** 2:.0f} % of its residual's power: a start model (--model) with "
+                    "sensor.offset or drive.offset would take that"
+                )
+    return said

@@ -1,0 +1,214 @@
+"""Files that hold sweeps of frequencies to a proposed manifest: recognised by a column of frequencies and two parts.
+
+The parts are in phase and quadrature, or amplitude and phase, by the names of their columns. What no file tells, a unit
+or the amplitude of the drive, is refused with what to do: it is never guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtctl.border.arrays import FloatArray
+from rtctl.border.errors import InputError
+from rtctl.measured.proposal.given import Given, given_signals
+from rtctl.measured.proposal.naming.column_names import bare_name
+from rtctl.measured.proposal.naming.column_units import MOTIONS, quantity_of, read_column
+from rtctl.measured.proposal.proposal import Answers, Open, Proposal, RecordGuess, SignalGuess, TimeGuess
+from rtctl.measured.proposal.survey import Survey
+from rtctl.measured.sweep_reading import LEAST_ROWS
+from rtctl.measured.units import is_unit
+from rtctl.registry import plant_kind
+
+FREQUENCY = re.compile(r"f|freq\w*|frequenz\w*|f_?drive|drive_?freq\w*", re.IGNORECASE)
+PAIRS = (
+    ("in_phase", r"x|i|re|real|in.?phase", "quadrature", r"y|q|im|imag|imaginary|quad|quadrature"),
+    ("amplitude", r"r|a|amp\w*|mag\w*|abs|modulus", "phase", r"phase|theta|phi|ang|angle|arg"),
+)
+"""Keys of the manifest with the names that their columns have, or with which these end."""
+MOST_RADIANS = 2.0 * np.pi + 0.1
+"""Phase beyond which it is in degrees."""
+NO_AMPLITUDE = (
+    'a sweep of frequencies (frequency "{0}", {1} "{2}", {3} "{4}"): no column is the amplitude of the drive, and the '
+    "response is in {5}, not per drive. Write the manifest by hand, with drive_amplitude (docs/datasets.md, Sweeps of "
+    'frequencies), or add a column such as "drive [V]"'
+)
+
+
+class SweepColumns(NamedTuple):
+    """Columns of a sweep: its frequencies, and the keys and columns of the two parts of its response."""
+
+    frequency: str
+    parts: dict[str, str]
+
+
+def find_sweep(survey: Survey, answers: Answers) -> SweepColumns | None:
+    """Return the columns of a sweep; None: the file is none, or the user said what its time is."""
+    if answers.sample_rate_hz is not None or answers.time is not None:
+        return None
+    numeric = list(survey.numeric)
+    frequency = next((name for name in numeric if _is_frequency(survey, name)), None)
+    if frequency is None:
+        return None
+    others = [name for name in numeric if name != frequency]
+    for first_key, first, second_key, second in PAIRS:
+        parts = [_called(others, first), _called(others, second)]
+        if parts[0] is not None and parts[1] is not None and parts[0] != parts[1]:
+            return SweepColumns(frequency, {first_key: parts[0], second_key: parts[1]})
+    return None
+
+
+def propose_sweeps(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> Proposal:
+    """Return what files of sweeps hold. Raises InputError where nobody tells the amplitude of the drive."""
+    survey = surveys[0]
+    given = given_signals(answers, plant_kind("oscillator").without_stand_ins().signals, survey.columns)
+    name, unit, source, drive_unit = _response(columns, survey, given)
+    drive = _drive(columns, survey, given, drive_unit)
+    first, second = columns.parts.items()
+    if drive is None:
+        raise InputError(
+            f"{survey.path}: " + NO_AMPLITUDE.format(columns.frequency, *first, *second, unit or "no unit")
+        )
+    keys, unsure = _keys(columns, survey, per_drive=bool(drive_unit))
+    response = SignalGuess(
+        name=name, role="output", column=first[1], why="a sweep of frequencies, by the names of its columns",
+        unit=unit, unit_source=source, keys=keys,
+    )  # fmt: skip
+    opens = [
+        Open(f"unit.{one.name}", f'nobody states the unit of column "{one.column}"', f"--{one.role} {text}")
+        for one, text in ((drive, f"{drive.column}:UNIT"), (response, f"{name}={first[1]}:UNIT"))
+        if not one.unit
+    ]
+    return Proposal(
+        name=answers.name or survey.path.name.partition(".")[0],
+        plant="oscillator",
+        plant_why="a response over frequency",
+        signals=(drive, response),
+        time=TimeGuess(
+            column=columns.frequency, unit=read_column(survey.columns[columns.frequency]).unit.text or None,
+            why="frequencies, by name and unit", is_frequency=True,
+        ),
+        records=_records(columns, surveys, answers),
+        opens=tuple(opens),
+        unsure=unsure,
+    )  # fmt: skip
+
+
+def _is_frequency(survey: Survey, name: str) -> bool:
+    column = survey.columns[name]
+    values = column.values
+    if (
+        values is None
+        or len(values) < LEAST_ROWS
+        or not np.isfinite(values).all()
+        or not (values > 0.0).all()
+    ):
+        return False
+    unit = read_column(column).unit.text
+    by_unit = unit in ("Hz", "kHz", "MHz")
+    return (by_unit or (not unit and FREQUENCY.fullmatch(bare_name(name)) is not None)) and _runs(
+        values
+    ) != []
+
+
+def _runs(frequency: FloatArray) -> list[tuple[int, int]]:
+    """Return the rows [first, end) of each rising or falling run; [] where a run is too short to be a sweep."""
+    way = np.sign(np.diff(frequency))
+    turned, stayed = np.flatnonzero(way[1:] * way[:-1] < 0.0) + 2, np.flatnonzero(way == 0.0) + 1
+    edges = [0, *np.union1d(turned, stayed).tolist(), len(frequency)]
+    runs = list(zip(edges[:-1], edges[1:], strict=True))
+    return runs if all(end - first >= LEAST_ROWS for first, end in runs) else []
+
+
+def _called(names: Sequence[str], pattern: str) -> str | None:
+    """Return the column that is called so, or whose name ends so after a blank or an underscore."""
+    whole = [name for name in names if re.fullmatch(pattern, bare_name(name), re.IGNORECASE)]
+    ends = [
+        name for name in names if re.search(rf"(?:^|[ _.])(?:{pattern})$", bare_name(name), re.IGNORECASE)
+    ]
+    return next(iter([*whole, *ends]), None)
+
+
+def _response(columns: SweepColumns, survey: Survey, given: dict[str, Given]) -> tuple[str, str, str, str]:
+    """Return signal, unit and its source, and the unit of the drive where the response is per drive."""
+    column = next(iter(columns.parts.values()))
+    for name, one in given.items():
+        if name in MOTIONS:
+            return name, one.unit, "you said so", ""
+    stated = survey.columns[column].unit or read_column(survey.columns[column]).unit.text
+    numerator, slash, drive = (stated or "").rpartition("/")
+    if slash and is_unit(numerator.strip("() ")) and quantity_of(numerator.strip("() ")) in MOTIONS:
+        unit = numerator.strip("() ")
+        per_second = quantity_of(str(stated)) if is_unit(stated) else ""
+        if per_second not in MOTIONS:
+            return quantity_of(unit), unit, f"the file states {stated}", drive.strip("() ")
+    unit = stated if is_unit(stated) else ""
+    quantity = quantity_of(unit) if unit else ""
+    return quantity if quantity in MOTIONS else "displacement", unit or "", "the file states it", ""
+
+
+def _drive(
+    columns: SweepColumns, survey: Survey, given: dict[str, Given], per_drive: str
+) -> SignalGuess | None:
+    """Return the drive: the column of its amplitude, or of a response per drive its unit alone; None without."""
+    if (one := given.get("drive")) is not None:
+        unit = one.unit or read_column(survey.columns[one.column]).unit.text
+        return SignalGuess(name="drive", role="input", column=one.column, why="you said so", unit=unit)
+    used = {columns.frequency, *columns.parts.values()}
+    for name in survey.numeric:
+        reading = read_column(survey.columns[name])
+        if name not in used and "drive" in reading.votes:
+            return SignalGuess(
+                name="drive", role="input", column=name, why="its amplitude", unit=reading.unit.text,
+                unit_source=reading.unit.source,
+            )  # fmt: skip
+    if not per_drive:
+        return None
+    return SignalGuess(name="drive", role="input", column="drive", why="no column has it", unit=per_drive)
+
+
+def _keys(
+    columns: SweepColumns, survey: Survey, *, per_drive: bool
+) -> tuple[tuple[tuple[str, str | bool], ...], tuple[str, ...]]:
+    """Return the keys of the response's table, and what was guessed of them."""
+    keys: list[tuple[str, str | bool]] = list(columns.parts.items())
+    unsure: list[str] = []
+    if (phase := columns.parts.get("phase")) is not None:
+        column = survey.columns[phase]
+        stated = read_column(column).unit.text
+        values = column.values if column.values is not None else np.empty(0)
+        large = bool(np.abs(values[np.isfinite(values)]).max(initial=0.0) > MOST_RADIANS)
+        unit = "deg" if stated.startswith("deg") or (stated != "rad" and large) else "rad"
+        keys.append(("phase_unit", unit))
+        if not stated:
+            unsure.append(f'phase: nobody states the unit of "{phase}"; by its size it is {unit}')
+    unsure.append('phase: a response that lags is taken to have a phase below 0; else add phase_sign = "lag"')
+    if per_drive:
+        keys.append(("per_drive", True))
+    return tuple(keys), tuple(unsure)
+
+
+def _records(columns: SweepColumns, surveys: Sequence[Survey], answers: Answers) -> tuple[RecordGuess, ...]:
+    """Return one record for each run of frequencies; of several the last one is for the test."""
+    found = []
+    for survey in surveys:
+        values = survey.columns[columns.frequency].values if columns.frequency in survey.columns else None
+        runs = _runs(values) if values is not None else []
+        if not runs:
+            raise InputError(
+                f'{survey.path}: has no sweep in a column "{columns.frequency}", as {surveys[0].path} has'
+            )
+        found += [(survey.path, rows if len(runs) > 1 else None) for rows in runs]
+    last = len(found) - 1 if len(found) > 1 and answers.test != "none" else -1
+    return tuple(
+        RecordGuess(
+            file=path,
+            use="test" if k == last else "fit",
+            why="the last sweep" if k == last else "",
+            rows=rows,
+        )
+        for k, (path, rows) in enumerate(found)
+    )
