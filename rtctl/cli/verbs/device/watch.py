@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from rtctl.output.progress import say
 
     def ready(address: str) -> None:
+        os.nice(NICENESS)
         if args.json:
             import json
 
@@ -53,7 +54,6 @@ def run(args: argparse.Namespace) -> int:
         only = "" if args.control else " (it only shows; --control lets it change the run)"
         say(f"open it in a browser of this machine{only}; Ctrl-C ends it", quiet=args.quiet)
 
-    os.nice(NICENESS)
     watch(
         args.run,
         live=args.live,

@@ -4,7 +4,8 @@ const ALWAYS = {
   setpoint: "--ink", measured: "--measured", estimate: "--estimate", band: "--band", error: "--ink",
   sensing_error: "--estimate",
 };
-const FIRST = { command: "--command", reading: "--reading" };
+const FIRST = { command: 3, reading: 4 }; // the others of a panel follow in the order of the cycle
+const CYCLE = [1, 2, 3, 4, 5, 6];
 
 const known = new Map(); // a look into the style sheet costs more than a line of a chart
 let theme = "";
@@ -20,8 +21,9 @@ export function colour(name) {
 
 /** Return the colour of a signal that is the `place`-th one of its panel. */
 export function colourOf(signal, place) {
-  const other = `--other-${(place % 6) + 1}`;
-  return colour(ALWAYS[signal.role] ?? (place === 0 ? FIRST[signal.role] : undefined) ?? other);
+  const first = FIRST[signal.role] ?? 1;
+  const order = [first, ...CYCLE.filter((one) => one !== first)];
+  return colour(ALWAYS[signal.role] ?? `--other-${order[place % order.length]}`);
 }
 
 /** Return words for a signal's name. */
