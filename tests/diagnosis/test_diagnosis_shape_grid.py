@@ -45,6 +45,16 @@ def test_hum_is_found_to_a_hundredth_of_a_bin(frequency_Hz: float) -> None:
     assert found < 0.01 / (N * PERIOD_S)
 
 
+@pytest.mark.parametrize(("samples", "tried"), [(N, True), (20, False)], ids=["200 periods", "1 period"])
+def test_hum_is_looked_for_only_in_records_that_hold_periods_of_it(samples: int, tried: bool) -> None:
+    """With a phase of its own in each record, one period of a hum would be a drift of the reading."""
+    drive = np.random.default_rng(0).standard_normal(samples)
+    stimulus = Stimulus(inputs={"drive": drive}, holds={"drive": "zero"}, period_s=PERIOD_S)
+    records = (FitRecord(name="r", stimulus=stimulus, measured={"displacement": drive}),)
+    problem = Problem(subject=subject_of("oscillator"), records=records, scales=estimate_scales(records))
+    assert bool(list(shape_grid(MECHANISMS["sensor.hum"], problem, [drive[None]]))) is tried
+
+
 @pytest.mark.parametrize("well", [0.0, 2.0])
 def test_a_spring_that_yields_is_looked_for_within_the_excursion_wherever_the_well_is(well: float) -> None:
     """A beam that stays in one well is far from zero, and yields over a part of its motion all the same."""

@@ -39,7 +39,8 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
             least, most = _shape_bounds(declared, problem, sensitivity.scale[k])
             low[k], high[k] = max(low[k], least), min(high[k], most)
         if declared.least_periods:
-            low[k] = max(low[k], lowest_frequency(declared, problem) / sensitivity.scale[k])
+            lowest = lowest_frequency(declared, problem) / sensitivity.scale[k]
+            low[k] = max(low[k], min(lowest, float(start[k])))
     return low, high
 
 

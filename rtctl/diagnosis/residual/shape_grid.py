@@ -57,8 +57,9 @@ def _axis(
         return [(value, 1) for value in places_of_motion(parameter, problem, form)]
     size = abs(float(parameter.scale(problem.scales))) or 1.0
     low, high = (factor * size for factor in parameter.shape_range)
-    if parameter.least_periods:
-        return _lines(problem, residuals, max(low, lowest_frequency(parameter, problem)), high)
+    lowest = lowest_frequency(parameter, problem)
+    if parameter.least_periods and parameter.default is None:
+        return _lines(problem, residuals, max(low, lowest), high)
     if parameter.redundant and parameter.default is None:
         values = [(size, 1)]
     elif parameter.default is not None and not parameter.searched and parameter.simplest is None:
@@ -68,7 +69,7 @@ def _axis(
         values += [] if parameter.simplest is None else [(parameter.simplest, 1)]
     if parameter.unit == "Hz":
         values += _peaks(problem, residuals, low, high)
-    return values
+    return [one for one in values if one[0] >= lowest] if parameter.least_periods else values
 
 
 def _lines(

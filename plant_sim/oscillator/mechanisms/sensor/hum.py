@@ -36,7 +36,15 @@ MECHANISM = OscillatorMechanism(
             default=0.0,
             per_record=True,
         ),
-        shape("frequency", "Hz", "of the hum", lambda s: 50.0, default=50.0, shape_range=(0.9, 1.3)),
+        shape(
+            "frequency",
+            "Hz",
+            "of the hum",
+            lambda s: 50.0,
+            default=50.0,
+            shape_range=(0.9, 1.3),
+            least_periods=2.0,  # of fewer a phase in each record makes a drift
+        ),
     ),
     in_steady_state=False,
     sensor=humming,
