@@ -60,6 +60,7 @@ class CubatureFilter:
         self._x, self._p = model.initial.copy(), np.diag(settings.start**2)
         self._held: tuple[float, ...] = ()
         self._side = np.empty(0)
+        self._switched = np.flatnonzero(model.switched)
 
     def start(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         """Begin at the state that a long hold of `levels` leaves, as far as the first reading agrees with it."""
@@ -106,7 +107,7 @@ class CubatureFilter:
         move(model, every, sides, levels, step_s, steps)
         self._side, self._held = sides[-1].copy(), tuple(levels)
         points[:] = every[:-1]
-        points[:, model.switched] = every[-1, model.switched]
+        points[:, self._switched] = every[-1, self._switched]
 
     def _update(self, levels: Sequence[float], sensed: Sequence[float]) -> Estimate:
         z = np.asarray(sensed, dtype=np.float64)
@@ -121,7 +122,8 @@ class CubatureFilter:
         gain = np.linalg.solve(s, _covariance(seen, points)).T
         toward = np.linalg.solve(s, _covariance(seen, output[:, None]))[:, 0]
         variance = float(output.var() - toward @ s @ toward)
-        gain[self._model.switched] = 0.0
+        if len(self._switched):
+            gain[self._switched] = 0.0
         self._x = np.clip(self._x + gain @ innovation, self._model.low, self._model.high)
         self._p = self._p - gain @ s @ gain.T
         surprise = float(innovation @ np.linalg.solve(s, innovation))
@@ -135,7 +137,8 @@ class CubatureFilter:
         p = 0.5 * (self._p + self._p.T)
         size = np.sqrt(np.maximum(np.diag(p), (JITTER * self._settings.start) ** 2))
         correlation = p / np.outer(size, size)
-        correlation[self._model.switched, self._model.switched] = 1.0  # known: their spread is next to none
+        if len(self._switched):
+            correlation[self._switched, self._switched] = 1.0  # known: their spread is next to none
         for jitter in (0.0, JITTER, 1e-9, 1e-6, 1e-3):
             try:
                 factor = np.linalg.cholesky(correlation + jitter * np.eye(n))

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from equation_cases import written
 
 import rtctl
 from plant_sim.equations.controlled import ControlledEquations
 from rtctl.border.arrays import FloatArray
 from rtctl.border.errors import InputError
+from rtctl.cli import main
 from rtctl.controllers.pid import PidController, PidGains
 from rtctl.controllers.pid_tuning import WorkingPoint, margins_of_gains
 from rtctl.controllers.several.decoupled_pid import DecoupledPid
@@ -21,7 +23,7 @@ from rtctl.controllers.several.margins import SampledPlant, SeveralPlant
 from rtctl.estimators.several_outputs import SeveralEstimates
 from rtctl.interfaces import Estimate
 from rtctl.plants.equations.several import SeveralTuning, decoupled_control
-from rtctl.scenario.schema import load_scenario
+from rtctl.scenario.schema import checked_scenario, load_scenario
 
 MIRROR = Path(__file__).resolve().parents[2] / "scenarios" / "vo2_mirror_steps.toml"
 HEATERS = """
@@ -79,7 +81,21 @@ def test_a_mirror_is_tipped_tilted_and_raised_from_four_resistances(tmp_path: Pa
         wanted = np.asarray(run.signals["setpoint" if name == "tip" else f"setpoint_{name}"])
         error = np.abs(np.asarray(run.signals[name]) - wanted)
         assert error[-100:].max() < 0.05 * span, name
-    assert run.summary["outputs"]["height"]["tracking"]["mean_abs_um"] > 0.0
+    time_s = 5e-4 * np.asarray(run.signals["index"])
+    wanted = 30.0 + 3.0 * np.sin(2.0 * np.pi * 4.0 * time_s)
+    np.testing.assert_allclose(run.signals["setpoint_height"], wanted, atol=1e-9)
+    worst = max(one["tracking"]["mean_abs_percent"] for one in run.summary["outputs"].values())
+    assert run.summary["checks"][0]["measured"] == worst > run.summary["tracking"]["mean_abs_percent"]
+
+
+def test_the_command_line_prints_every_output(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tables = heaters(written(tmp_path, HEATERS))
+    path = written(tmp_path, tomli_w.dumps(tables), "scenario.toml")
+    assert main(["run", str(path), "--out", str(tmp_path / "out"), "--set", "scenario.duration=0.5 s"]) == 0
+    said = capsys.readouterr().out
+    for row in ("warm tracking", "warm self-sensing", "other tracking", "other self-sensing"):
+        assert row in said
+    assert "PIDs of warm, other behind a static decoupler (condition number 5)" in said
 
 
 def test_a_decoupler_moves_each_output_alone() -> None:
@@ -177,6 +193,17 @@ def test_the_loops_together_are_as_insensitive_as_each_may_be() -> None:
     assert isinstance(tuning, SeveralTuning)
     assert 1.0 < tuning.maximum_sensitivity <= 1.6
     assert "1 more commands than outputs" in tuning.describe()
+
+
+def test_loops_of_which_one_disturbs_the_other_keep_the_bound_together(tmp_path: Path) -> None:
+    """The eigenvalues of such a plant are those of two that do not meet: they alone would allow far more gain."""
+    one_way = HEATERS.replace(" - exchange*(a - b)", "").replace("- exchange*(b - a)", "+ 2*exchange*a")
+    path = written(tmp_path, one_way)
+    scenario = checked_scenario(heaters(path), "scenario")
+    tuning = decoupled_control(scenario, ControlledEquations(path), 0).tuning
+    assert isinstance(tuning, SeveralTuning)
+    assert 1.3 < tuning.maximum_sensitivity <= 1.6
+    assert tuning.gains.ki < 20.0
 
 
 def test_sensitivities_of_loops_that_do_not_meet_are_those_of_one() -> None:

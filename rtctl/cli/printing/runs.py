@@ -37,13 +37,14 @@ def number(value: float | None, digits: int = 0) -> str:
 
 def print_summary(summary: Mapping[str, Any], tuning: str | None, folder: Path) -> None:
     """Print errors, checks, tuning and timing of one run."""
+    outputs: Mapping[str, Mapping[str, Any]] = summary.get("outputs") or {"": summary}
     rows = []
-    for name in ("tracking", "self_sensing"):
-        errors = summary[name]
-        mean = error_text(errors, "mean_abs")
-        largest = error_text(errors, "max_abs")
-        paper = summary["paper"].get(f"{name}_mean")
-        rows.append([name.replace("_", "-"), mean, largest, "–" if paper is None else f"{paper:g} %"])
+    for output, figures in outputs.items():
+        for name in ("tracking", "self_sensing"):
+            errors = [error_text(figures[name], figure) for figure in ("mean_abs", "max_abs")]
+            paper = summary["paper"].get(f"{name}_mean")
+            title = f"{output} {name.replace('_', '-')}".strip()
+            rows.append([title, *errors, "–" if paper is None else f"{paper:g} %"])
     print_table(
         f"{summary['scenario']}: {verdict_in_words(summary)}",
         ["", "mean abs", "max abs", "paper, mean"],
