@@ -40,7 +40,7 @@ def parameter_bounds(problem: Problem, sensitivity: Sensitivity) -> tuple[FloatA
             low[k], high[k] = max(low[k], least), min(high[k], most)
         if declared.least_periods:
             lowest = lowest_frequency(declared, problem) / sensitivity.scale[k]
-            low[k] = max(low[k], min(lowest, float(start[k])))
+            low[k] = max(low[k], min(lowest, high[k]))
     return low, high
 
 
