@@ -32,7 +32,7 @@ from rtctl.plots.elements.style import (
     new_figure,
     save_png,
 )
-from rtctl.plots.sweep import compared_curves, sweep_figure
+from rtctl.plots.frequency.sweep import compared_curves, sweep_figure
 
 BEYOND = 1.5
 """Widths of the measured range that a simulation may lie beyond it on the axis."""

@@ -57,9 +57,8 @@ def test_a_hidden_quadratic_damping_is_named_with_its_size(tmp_path: Path) -> No
         ("", nothing),
         ("stiffness.quintic", lambda z, v: 0.03 * RATE**2 * z**5),
         ("damping.nonlinear", lambda z, v: 0.8 * DAMPING * z**2 * v),
-        ("friction.coulomb", lambda z, v: 600.0 * np.tanh(v / 5.0)),
     ],
-    ids=["nothing", "quintic", "nonlinear", "friction"],
+    ids=["nothing", "quintic", "nonlinear"],
 )
 def test_each_effect_is_named_among_the_others(tmp_path: Path, truth: str, force: Force) -> None:
     found = diagnosed(tmp_path, sweeps(force), CANDIDATES)

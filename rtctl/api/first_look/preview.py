@@ -60,8 +60,8 @@ class Preview:
     def plot(self) -> Figure:
         """Return the figure: of every signal the first periods, the whole, and its spectrum."""
         require("matplotlib", "Preview.plot")
+        from rtctl.plots.frequency.sweep import sweeps_figure
         from rtctl.plots.preview import preview_figure
-        from rtctl.plots.sweep import sweeps_figure
 
         if self.dataset.has_sweeps:
             count = len(self.dataset.records)

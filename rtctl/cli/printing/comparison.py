@@ -26,7 +26,9 @@ def print_comparison(summary: Mapping[str, Any], folder: Path) -> None:
         shown = sorted(scored, key=lambda one: -_order(one[2]))[:MOST_ROWS]
     units = _units_of(summary)
     print_table(
-        "free run from the first sample, no measured output fed in",
+        "steady state of each row, no measured output fed in"
+        if all(row["sample_rate_hz"] is None for row in summary["records"])
+        else "free run from the first sample, no measured output fed in",
         [
             "record",
             "use",

@@ -26,7 +26,7 @@ from rtctl.plots.diagnosis_ranking import (
 )
 from rtctl.plots.elements.before_after import BeforeAfter, join_pieces
 from rtctl.plots.elements.style import BLUE, VERMILION, house_style
-from rtctl.plots.sweep import compared_curves, sweep_figure
+from rtctl.plots.frequency.sweep import compared_curves, sweep_figure
 
 
 class Picture(NamedTuple):

@@ -1,0 +1,1 @@
+"""Figures over frequency: amplitude and phase."""
