@@ -10,6 +10,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -28,6 +30,7 @@ def typed(blocks: list[str], folder: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_tutorial_names_what_the_bundled_beam_has_and_then_finds_nothing(tmp_path: Path) -> None:
     assert len(OSCILLATOR) == 4
     typed(OSCILLATOR, tmp_path)

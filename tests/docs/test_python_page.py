@@ -26,6 +26,7 @@ def printed_by(page: Path) -> str:
     return said.getvalue()
 
 
+@pytest.mark.slow
 def test_the_page_on_python_runs_and_names_the_hidden_spring(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -84,6 +84,7 @@ def test_a_run_that_has_gone_is_said(run: tuple[PageServer, ParameterChannel]) -
 
 
 @pytest.mark.wire
+@pytest.mark.slow
 def test_stop_ends_an_acquisition_that_is_under_way(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "rtctl", "acquire", "acquire_vo2", "--out", str(tmp_path / "data"),
                "--set", "clock.mode=live", "--set", "clock.watchdog=10 s"]  # fmt: skip

@@ -43,6 +43,7 @@ def quantity(report: Path, name: str, section: str = "") -> dict[str, Any]:
     return dict(rows[0])
 
 
+@pytest.mark.slow
 def test_every_step_yields_its_section_and_every_picture_is_there(report: Path) -> None:
     results = json.loads((report / "results.json").read_text(encoding="utf-8"))
     assert [one["name"] for one in results["sections"]] == [step.name for step in STUDY.steps]
@@ -54,11 +55,13 @@ def test_every_step_yields_its_section_and_every_picture_is_there(report: Path) 
                 assert part["file"] in text
 
 
+@pytest.mark.slow
 def test_the_threshold_finds_the_second_mode_of_the_short_campaign(report: Path) -> None:
     assert quantity(report, "records below R² 0.84")["ours"] == 2
     assert quantity(report, "of these without a second mode")["ours"] == 0
 
 
+@pytest.mark.slow
 def test_what_is_left_beyond_the_noise_finds_it_too_and_the_diagnosis_names_it(report: Path) -> None:
     results = json.loads((report / "results.json").read_text(encoding="utf-8"))
     section = next(one for one in results["sections"] if one["name"] == "outliers")
@@ -70,6 +73,7 @@ def test_what_is_left_beyond_the_noise_finds_it_too_and_the_diagnosis_names_it(r
     assert quantity(report, "error of simulation before over after, test records")["ours"] > 10.0
 
 
+@pytest.mark.slow
 def test_the_filter_is_biased_and_the_weak_form_is_not(report: Path) -> None:
     assert quantity(report, "quintic that the filter finds on RM5's truth, no noise")["ours"] > 120.0
     assert quantity(report, "quintic that it invents on a cubic truth, no noise")["ours"] > 20.0
@@ -77,11 +81,13 @@ def test_the_filter_is_biased_and_the_weak_form_is_not(report: Path) -> None:
     assert quantity(report, "the paper's filter, records kept: quintic off by")["ours"] > 4.0
 
 
+@pytest.mark.slow
 def test_the_criteria_choose_the_truths_terms_on_the_weak_form(report: Path) -> None:
     for rule in ("one standard error from it", "BIC", "sparse regression from ten terms"):
         assert quantity(report, f"weak form, {rule}: number of terms")["ours"] == 4
 
 
+@pytest.mark.slow
 def test_the_heuristic_model_is_right_in_the_wells_and_wrong_outside(report: Path) -> None:
     by_hm, by_weak = (
         quantity(report, f"{name}: median error of free simulation, both wells")["ours"]
@@ -90,6 +96,7 @@ def test_the_heuristic_model_is_right_in_the_wells_and_wrong_outside(report: Pat
     assert by_hm > 5.0 * by_weak
 
 
+@pytest.mark.slow
 def test_a_sweep_settles_what_the_rule_calls_chaos(report: Path) -> None:
     assert (
         quantity(report, "HM: of these settled later")["ours"]

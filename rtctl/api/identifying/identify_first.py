@@ -59,6 +59,6 @@ def identify_first(
     if not fit.trusted:
         raise RunError(
             "the model that was identified on the way is not to be trusted, so nothing was run with it: "
-            f"{fit.warnings[-1]}"
+            f"{'; '.join(fit.warnings)}"
         )
     return fit.model.content

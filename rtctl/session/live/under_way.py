@@ -36,7 +36,7 @@ def excitation_under_way(
         tables: the scenario's tables.
         title: what the page calls it.
     """
-    path, changes = dataset / FOLDER, ParameterChannel()
+    path, changes, is_new = dataset / FOLDER, ParameterChannel(), not dataset.exists()
     changes.judge = _refuse
     metadata = {
         **run_metadata(tables),
@@ -50,6 +50,9 @@ def excitation_under_way(
             (path / name).unlink(missing_ok=True)
     with suppress(OSError):  # not empty: a recording that was killed earlier lies here
         path.rmdir()
+    with suppress(OSError):  # not empty: it was written, or was there before
+        if is_new:
+            dataset.rmdir()
 
 
 def _refuse(name: str, value: float) -> str:
