@@ -36,6 +36,16 @@ def test_the_command_prints_the_address_serves_and_ends_on_a_signal(tmp_path: Pa
     )
 
 
+def test_a_folder_without_a_run_is_said_to_have_none_yet(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "rtctl", "watch", str(tmp_path), "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "nothing is recorded there yet" in process.stderr.readline()
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=10.0)
+    assert process.returncode == 0
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> int:
     import os
 
     from rtctl.api.recordings import watch
+    from rtctl.live_page.recorded.places import places_in
     from rtctl.output.progress import say
 
     def ready(address: str) -> None:
@@ -52,6 +53,11 @@ def run(args: argparse.Namespace) -> int:
             return
         print(address, flush=True)
         only = "" if args.control else " (it only shows; --control lets it change the run)"
+        if args.run is not None and not places_in(args.run):
+            say(
+                f"{args.run}: nothing is recorded there yet; the page begins with the first run",
+                quiet=args.quiet,
+            )
         say(f"open it in a browser of this machine{only}; Ctrl-C ends it", quiet=args.quiet)
 
     watch(
