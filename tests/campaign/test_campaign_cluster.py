@@ -54,6 +54,7 @@ def scheduler(stack: ExitStack, folder: Path) -> str:
 
 
 @pytest.mark.wire
+@pytest.mark.slow
 def test_four_workers_killed_one_at_a_time_lose_nothing(tmp_path: Path, processes: ExitStack) -> None:
     file = campaign(tmp_path, SMALL.replace("part = 16", "part = 2"))
     address = scheduler(processes, tmp_path)

@@ -45,20 +45,24 @@ def table(section: dict[str, object], title: str) -> list[list[str]]:
     return list(next(part["rows"] for part in parts if title in part["title"]))
 
 
+@pytest.mark.slow
 def test_every_step_yields_its_section(sections):
     assert list(sections) == [step.name for step in STUDY.steps]
 
 
+@pytest.mark.slow
 def test_annealing_follows_the_record_no_worse_than_the_paper(sections):
     assert row(sections["coefficients"], "correlation with the record") >= 0.995
 
 
+@pytest.mark.slow
 def test_the_letter_drives_the_error_up_and_the_meant_algorithm_down(sections):
     error = table(sections["coefficients"], "by its letter")[1]
     start, letter, meant = (float(value) for value in error[1:4])
     assert letter > start > meant
 
 
+@pytest.mark.slow
 def test_least_squares_reaches_the_noise_that_annealing_only_nears(sections):
     rows = {cells[0]: cells for cells in table(sections["least-squares"], "Median of the seeds")}
     own = rows["least squares, its own start (weak form)"]
@@ -67,16 +71,19 @@ def test_least_squares_reaches_the_noise_that_annealing_only_nears(sections):
     assert float(own[3].split()[0]) < 0.06
 
 
+@pytest.mark.slow
 def test_below_30_db_least_squares_still_finds_the_damping_from_rest(sections):
     assert row(sections["noise"], "damping at 10 dB from rest, least squares") < 5.0
 
 
+@pytest.mark.slow
 def test_a_steady_tone_hides_40_per_cent_of_the_damping(sections):
     for _, off, steady, from_rest in table(sections["noise"], "One steady motion"):
         assert abs(float(off)) >= 20.0
         assert float(steady) > 0.9999 > float(from_rest)
 
 
+@pytest.mark.slow
 def test_the_resonance_softens_then_hardens_and_the_device_agrees(sections):
     peaks = [float(cells[1]) for cells in table(sections["response"], "The curves")]
     assert peaks[1] < peaks[0] < peaks[2]
@@ -86,6 +93,7 @@ def test_the_resonance_softens_then_hardens_and_the_device_agrees(sections):
             assert count == of != "0"
 
 
+@pytest.mark.slow
 def test_the_third_harmonic_rises_out_of_the_noise_between_the_paper_s_two_fields(sections):
     weak, strong = (row(sections["harmonics"], f"third harmonic at {field} mT") for field in ("0.28", "0.8"))
     # a cubic spring's third harmonic grows with the square of the amplitude: more than twice here
@@ -97,6 +105,7 @@ def test_the_third_harmonic_rises_out_of_the_noise_between_the_paper_s_two_field
     )
 
 
+@pytest.mark.slow
 def test_force_and_stiffness_lead_over_wide_ranges_and_damping_counts_over_narrow_ones(sections):
     rows = {
         cells[0]: [float(cell) for cell in cells[1:]]
@@ -108,11 +117,13 @@ def test_force_and_stiffness_lead_over_wide_ranges_and_damping_counts_over_narro
     assert rows["damping"][2] > 10.0 * rows["damping"][0]
 
 
+@pytest.mark.slow
 def test_the_array_predicts_another_field_better_than_the_paper(sections):
     assert row(sections["array"], "correlation, mean of the points") >= 0.99
     assert abs(row(sections["array"], "its error against the measured one")) < 3.0
 
 
+@pytest.mark.slow
 def test_the_diagnosis_names_the_hysteresis_that_duffing_misses(sections):
     causes = [cells[0] for cells in table(sections["hysteresis"], "What the diagnosis named")]
     assert causes == ["hysteresis.bouc_wen"]
@@ -120,6 +131,7 @@ def test_the_diagnosis_names_the_hysteresis_that_duffing_misses(sections):
 
 
 @pytest.mark.wire
+@pytest.mark.slow
 def test_the_loop_stands_on_the_unstable_branch_over_the_wire(sections):
     points = table(sections["continuation"], "Points")
     assert [cells[-1] for cells in points] == ["unstable"]
