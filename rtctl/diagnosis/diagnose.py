@@ -108,7 +108,7 @@ def diagnose(
         if not subject.is_steady:
             notes += tuple(note_few_periods(fit, problem.scales.rate, options.thresholds.screening))
         answer = explain_by_changed_input(answer, request, data.simulation, holdout)
-        told = [cause.id.removeprefix("parameter.") for cause in answer.causes]
+        told = [cause.id for cause in answer.causes]
         notes += (*first.notes, *found.notes)
         notes += tuple(note_large_shifts(data.simulation, search.nominal, problem, told))
         answer = replace(answer, warnings=(*notes, *answer.warnings))

@@ -17,15 +17,15 @@ from rtctl.measured.dataset import Dataset, Record
 IDS = ("actuation.deadband", "actuation.delay")
 
 
-def answer(offset_mA: float) -> Diagnosis:
-    """Diagnose records of the small model with an offset of the current."""
-    records = []
+def answer(offset_mA: float, ids: tuple[str, ...] = IDS, **hidden: dict[str, float]) -> Diagnosis:
+    """Diagnose records of the small model with an offset of the current, and hidden mechanisms."""
+    device, records = simulation(**hidden), []
     for seed, use in ((1, "fit"), (2, "fit"), (3, "test")):
         levels = telegraph(500, seed)
         acting = Stimulus(
             inputs={"current": levels + offset_mA}, holds={"current": "zero"}, period_s=PERIOD_S
         )
-        resistance, deflection = predict(simulation(), acting)
+        resistance, deflection = predict(device, acting)
         draw = np.random.default_rng([seed, 1])
         signals = {
             "current": levels,
@@ -37,7 +37,7 @@ def answer(offset_mA: float) -> Diagnosis:
         path=Path("dataset.toml"), name="offset", plant="vo2", units=UNITS, holds={"current": "zero"},
         records=tuple(records),
     )  # fmt: skip
-    return diagnose(data, small_model(), simulation(), IDS, DiagnosisOptions(threads=1))
+    return diagnose(data, small_model(), simulation(), ids, DiagnosisOptions(threads=1))
 
 
 @pytest.mark.parametrize(
@@ -60,3 +60,27 @@ def test_an_offset_without_which_the_error_returns_is_a_cause(
 
 def test_an_offset_of_the_size_of_identification_errors_is_none() -> None:
     assert answer(-0.003).verdict == "adequate"
+
+
+def test_beside_another_cause_both_are_told_and_are_in_the_model() -> None:
+    found = answer(-0.6, actuation__delay={"delay": 3e-3})
+    assert found.verdict == "explained"
+    assert {cause.id for cause in found.causes} == {"parameter.current_offset", "actuation.delay"}
+    assert found.model.corrections["current_offset"].value == pytest.approx(-0.6, abs=0.03)
+    assert [one.id for one in found.model.mechanisms] == ["actuation.delay"]
+
+
+def test_a_heater_whose_resistance_grows_since_is_told_as_that_and_is_in_the_model() -> None:
+    found = answer(0.0, (*IDS, "heater.tcr"), heater__tcr={"tcr": 4e-3, "known": 0.0})
+    assert found.verdict == "explained"
+    assert found.causes[0].id == "heater.tcr"
+    assert found.causes[0].parameters["tcr"].value == pytest.approx(4e-3, rel=0.1)
+    assert [one.id for one in found.model.mechanisms] == ["heater.tcr"]
+    assert not found.warnings
+
+
+def test_where_something_else_is_left_it_is_the_part_that_is_known() -> None:
+    found = answer(-1.2, ("actuation.delay",), sensor__lag={"time_constant": 3e-3})
+    assert found.verdict == "partly_explained"
+    assert found.causes[0].id == "parameter.current_offset"
+    assert found.causes[0].probability is None

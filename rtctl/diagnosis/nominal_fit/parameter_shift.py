@@ -25,7 +25,7 @@ def note_large_shifts(
         given: The model of the file.
         refitted: The same, re-fitted.
         problem: Records that were fitted.
-        told: Names of parameters.
+        told: Ids of causes: `parameter.NAME`, or of a mechanism that a parameter imitates.
     """
     limits = problem.thresholds.nominal_fit
     shifted = []
@@ -38,7 +38,7 @@ def note_large_shifts(
         else:
             possible = _includes(before.value, now.low, now.high, limits.shifted_value_ratio)
             far = before.value != 0.0 and not possible
-        if far and name not in told:
+        if far and not {f"parameter.{name}", *before.declared.imitates} & set(told):
             text = f"{name} from {before.value:.4g} to {now.value:.4g} {plain_unit(now.unit)}"
             shifted.append(text.rstrip())
     return [SHIFTED.format(", ".join(shifted))] if shifted else []

@@ -26,12 +26,16 @@ from rtctl.diagnosis.residual.parameter_estimates import estimates_of
 from rtctl.diagnosis.residual.residual_tests import TestedHypothesis, run_residual_tests
 from rtctl.diagnosis.result import Cause, Diagnosis
 from rtctl.diagnosis.search.request import SearchRequest
+from rtctl.diagnosis.search.stepwise import significance_level
 from rtctl.diagnosis.verification.whole_record_fits import Fits, HoldoutData, extend_model
 
 KNOWN = "known"
 """Shape of a mechanism: share of its steady effect that the loops held already where they were identified."""
 START = 0.3
 """Share of its scale at which such a mechanism starts."""
+AS_CORRECTIONS = (
+    "the extended model has {} as corrections of the current, behind which its loops were identified again"
+)
 SINCE = "The {} is {:.4g} {}, and was {:.4g} {} where the model was identified."
 
 
@@ -59,22 +63,70 @@ def explain_by_changed_input(
         return answer
     refit = answer.search.hysteresis_refit  # loops that were learned behind a change fit nothing else
     compared = refit.before if refit else answer.fits.after.hypothesis
-    without = _fit(answer, compared.simulation, given, corrections)
-    share = _returning_share(answer, compared, without)
     thresholds = answer.problem.thresholds.report
     least = thresholds.changed_input_misfit**2 * _promised_cost(answer.problem)
+    if not _exceeds(answer, compared, corrections, least):
+        return answer
+    without = _fit(answer, compared.simulation, given, corrections)
+    share = _returning_share(answer, compared, without)
     if without is None or without.cost < least or share < thresholds.changed_input_share:
         return answer
     changes = _list_changes(answer, request.ids, given, compared.simulation, corrections)
-    if not changes:
-        return answer
-    cause = _cause(answer, given, changes, share)
-    if answer.causes:
-        causes = sorted((*answer.causes, cause), key=lambda one: -one.share_removed)
-        return replace(answer, causes=tuple(causes))
-    noise = answer.fits.after.noise
-    fits = Fits(*(run_residual_tests(one, answer.problem, (), noise) for one in (without, changes[0].fit)))
-    return _explained_by(answer, request, holdout, cause, fits)
+    return _told(answer, request, given, holdout, without, changes, share) if changes else answer
+
+
+def _exceeds(answer: Diagnosis, compared: Hypothesis, corrections: Mapping[str, float], least: float) -> bool:
+    """Return whether the corrections may matter: a fit without them costs no more than the same values without them."""
+    values = np.array([corrections.get(one.name, one.value) for one in compared.simulation.parameters])
+    plain = fit_hypothesis(
+        answer.problem, compared.simulation.with_values(values), compared.mechanisms, compared.starts, 0,
+        compared.fixed_parameters,
+    )  # fmt: skip
+    return plain is None or plain.cost >= least
+
+
+def _told(
+    answer: Diagnosis, request: SearchRequest, given: Simulation, holdout: HoldoutData, without: Hypothesis,
+    changes: Sequence[_Change], share: float,
+) -> Diagnosis:  # fmt: skip
+    """Return the answer with the best change among its causes; the model has it, unless its loops fit corrections."""
+    problem, noise = answer.problem, answer.fits.after.noise
+    before, after = (run_residual_tests(one, problem, (), noise) for one in (without, changes[0].fit))
+    cause = _cause(answer, given, changes, after, share)
+    answer = _judged_anew(answer, request, changes[0].fit) if answer.verdict == "unexplained" else answer
+    if answer.search.hysteresis_refit:
+        after, is_value = answer.fits.after, cause.kind == "parameter"
+        notes = () if is_value else (AS_CORRECTIONS.format(cause.id),)
+        answer = replace(answer, warnings=(*answer.warnings, *notes))
+    fits = Fits(answer.fits.before if answer.causes else before, after)
+    extended, rehearse = extend_model(problem, request.model, after), problem.subject.rehearse
+    is_part = answer.verdict == "partly_explained"
+    return replace(
+        answer,
+        verdict="partly_explained" if is_part else "explained",
+        causes=tuple(
+            sorted(
+                (*answer.causes, cause._replace(probability=None) if is_part else cause),
+                key=lambda one: -one.share_removed,
+            )
+        ),
+        fits=fits,
+        model=extended,
+        gain=holdout.gain_of(fits, problem.subject.output),
+        loop=rehearse(request.model, extended, request.dataset.records) if rehearse else None,
+    )
+
+
+def _judged_anew(answer: Diagnosis, request: SearchRequest, fit: Hypothesis) -> Diagnosis:
+    """Return an unexplained answer as partly explained, or as explained if the change passes the residual tests."""
+    tested = run_residual_tests(fit, answer.problem, request.ids)
+    if not tested.p_value > significance_level(answer.problem, request.options.false_claim_rate):
+        return replace(answer, verdict="partly_explained")
+    search = answer.search._replace(chosen=tested, passes=True)
+    return replace(
+        answer, verdict="explained", search=search, shape=None, next_experiment=None,
+        warnings=tuple(filter(None, [answer.doubt])),
+    )  # fmt: skip
 
 
 def _fit(
@@ -145,10 +197,11 @@ def _fit_mechanism(
     return _fit(answer, extended.with_values(values), given, held)
 
 
-def _cause(answer: Diagnosis, given: Simulation, changes: Sequence[_Change], share: float) -> Cause:
+def _cause(
+    answer: Diagnosis, given: Simulation, changes: Sequence[_Change], tested: TestedHypothesis, share: float
+) -> Cause:
     """Return the change that fits best as a cause, beside those that are near."""
-    best, noise = changes[0], answer.fits.after.noise
-    tested = run_residual_tests(best.fit, answer.problem, (), noise)
+    best = changes[0]
     weights = np.array([1.0 / max(one.fit.cost, 1e-300) for one in changes])
     names = [name for one in changes for name in (one.id, *_same_law(one, given))]
     likeliest = min(answer.problem.thresholds.report.max_probability, float(weights[0] / weights.sum()))
@@ -165,7 +218,7 @@ def _cause(answer: Diagnosis, given: Simulation, changes: Sequence[_Change], sha
         id=best.id,
         statement=statement,
         kind="parameter" if is_value else "mechanism",
-        probability=None if answer.verdict in ("partly_explained", "unexplained") else likeliest,
+        probability=likeliest,
         parameters=estimates,
         share_removed=share,
         indistinguishable_from=tuple(name for name in names if name != best.id),
@@ -189,19 +242,3 @@ def _state_value(name: str, given: Simulation, tested: TestedHypothesis) -> str:
         name.replace("_", " of the ", 0).replace("_", " "), estimate.value, unit, before, unit
     )
     return text.replace(" ,", ",").replace("  ", " ")
-
-
-def _explained_by(
-    answer: Diagnosis, request: SearchRequest, holdout: HoldoutData, cause: Cause, fits: Fits
-) -> Diagnosis:
-    """Return an answer without causes as explained by one change: gain, extended model and the loop with it."""
-    extended, rehearse = (
-        extend_model(answer.problem, request.model, fits.after),
-        answer.problem.subject.rehearse,
-    )
-    loop = rehearse(request.model, extended, request.dataset.records) if rehearse else None
-    verdict = "explained" if answer.verdict == "adequate" else "partly_explained"
-    return replace(
-        answer, verdict=verdict, causes=(cause,), fits=fits, loop=loop, model=extended,
-        gain=holdout.gain_of(fits, answer.problem.subject.output),
-    )  # fmt: skip
