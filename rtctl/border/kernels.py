@@ -43,6 +43,11 @@ def background_kernel(function: Callable[P, T]) -> Callable[P, T]:
     return _compiled(function, nogil=True)
 
 
+def called_kernel(function: Callable[P, T]) -> Callable[P, T]:
+    """Compile a kernel that is called: compiled into its callers, as others are, many of them take half a minute."""
+    return compiled_with(function, fastmath=False, error_model="numpy", nogil=True)
+
+
 def _compiled(function: Callable[P, T], *, nogil: bool = False) -> Callable[P, T]:
     return compiled_with(function, fastmath=False, error_model="numpy", forceinline=True, nogil=nogil)
 

@@ -63,3 +63,17 @@ class Fit:
         with np.errstate(invalid="ignore"):
             found: FloatArray = self.covariance / np.outer(self.standard_errors, self.standard_errors)
         return found
+
+    def describe_doubts(self) -> list[str]:
+        """Describe what the data do not determine, how the fit ended, and which parameters are on a bound."""
+        said = list(self.determinability.describe())
+        if self.status != "converged":
+            said.append(f"the fit {self.status}" if self.status.startswith("stopped") else str(self.status))
+        for k, name in zip(self.free, self.names, strict=True):
+            one = self.simulation.parameters[k]
+            if one.value in (one.low, one.high):
+                said.append(
+                    f"{name} ended on its bound, {one.value:g} {one.unit}: the model is short of something, or the "
+                    "bound of the model file is too near"
+                )
+        return said

@@ -15,14 +15,13 @@ References: Oliveira, Takahashi, ACM Trans. Math. Software 47 (2020) 5 (ITP); Mo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from plant_sim.equations.compiled.implicit import at_share, lane_step
 from rtctl.border.arrays import FloatArray
-from rtctl.border.kernels import background_kernel, compiled_with, first_class
+from rtctl.border.kernels import background_kernel, called_kernel, first_class
 
 LOCATED = 1e-12
 """Width to which the share of a step is enclosed at which an expression passes zero."""
@@ -34,15 +33,6 @@ CURVATURE, SLACK = 0.2, 1.0
 """Constants kappa1 and n0 of ITP; kappa2 is 2."""
 FARTHEST = 1e300
 """Value beyond which an expression is taken to be no larger, so that a line can be drawn."""
-
-
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-def _part(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a kernel that is called: compiled into its callers, as others are, these take half a minute."""
-    return compiled_with(function, fastmath=False, error_model="numpy", nogil=True)
 
 
 class Laws(NamedTuple):
@@ -97,7 +87,7 @@ class Scratch(NamedTuple):
     """States (3, states): where events take place, of a trial, after the events."""
 
 
-@_part
+@called_kernel
 def make_scratch(states: int, inputs: int, events: int) -> Scratch:
     """Return the arrays."""
     return Scratch(
@@ -106,14 +96,14 @@ def make_scratch(states: int, inputs: int, events: int) -> Scratch:
     )  # fmt: skip
 
 
-@_part
+@called_kernel
 def _copy(source: FloatArray, target: FloatArray) -> None:
     """Copy (n,) numbers: a slice is checked, and the words of its error take seconds to compile."""
     for k in range(target.shape[0]):
         target[k] = source[k]
 
 
-@_part
+@called_kernel
 def _explicit(rates: Any, one: Step, own: Scratch, x: FloatArray, begin: float, end: float) -> None:
     """Move `x` (states,) from share `begin` of the step to `end` by one Runge-Kutta step of order 4."""
     n, h, t = x.shape[0], (end - begin) * one.h, one.t + begin * one.h
@@ -127,7 +117,7 @@ def _explicit(rates: Any, one: Step, own: Scratch, x: FloatArray, begin: float, 
         x[r] += h / 6.0 * (own.k[0, r] + 2.0 * (own.k[1, r] + own.k[2, r]) + own.k[3, r])
 
 
-@_part
+@called_kernel
 def _within(x: FloatArray, one: Step) -> None:
     """Put states (states,) back that are beyond a limit."""
     for r in range(x.shape[0]):
@@ -135,7 +125,7 @@ def _within(x: FloatArray, one: Step) -> None:
 
 
 # 7 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def _move(
     rates: Any, one: Step, own: Scratch, x: FloatArray, begin: float, end: float, moved: FloatArray
 ) -> int:
@@ -149,14 +139,14 @@ def _move(
     return 0
 
 
-@_part
+@called_kernel
 def _guard(guards: Any, one: Step, own: Scratch, x: FloatArray, share: float, g: FloatArray) -> None:
     """Fill `g` (events,) with the expressions at `x` (states,) and a share of the step."""
     at_share(one.nodes, one.i, share, own.u)
     guards(x, own.u, one.t + share * one.h, one.p, one.j, g)
 
 
-@_part
+@called_kernel
 def _left(directions: FloatArray, side: FloatArray, g: FloatArray, j: int) -> float:
     """Return how far the nearest of the expressions `g` (events,) is from an event; < 0: it is beyond it."""
     least = math.inf
@@ -167,7 +157,7 @@ def _left(directions: FloatArray, side: FloatArray, g: FloatArray, j: int) -> fl
     return least
 
 
-@_part
+@called_kernel
 def _slope(rates: Any, guards: Any, one: Step, own: Scratch, x: FloatArray, share: float, e: int) -> float:
     """Return the change of an expression along the rates at `x` (states,), over `PROBE` of the step."""
     at_share(one.nodes, one.i, share, own.u)
@@ -180,7 +170,7 @@ def _slope(rates: Any, guards: Any, one: Step, own: Scratch, x: FloatArray, shar
     return change
 
 
-@_part
+@called_kernel
 def _set_states(resets: Any, one: Step, own: Scratch, x: FloatArray, share: float) -> None:
     """Fill the states after all events that take place at `x` (states,)."""
     n, after = x.shape[0], own.x[2]
@@ -196,7 +186,7 @@ def _set_states(resets: Any, one: Step, own: Scratch, x: FloatArray, share: floa
     _within(after, one)
 
 
-@_part
+@called_kernel
 def _mark(directions: FloatArray, side: FloatArray, own: Scratch, j: int) -> int:
     """Mark which events take place with the expressions `own.g[0]`, and return the first; the others change sides."""
     first = -1
@@ -211,7 +201,7 @@ def _mark(directions: FloatArray, side: FloatArray, own: Scratch, j: int) -> int
 
 
 # 7 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def _settle(guards: Any, one: Step, own: Scratch, side: FloatArray, x: FloatArray, share: float) -> None:
     """Give each event that took place the side of its expression at the states `x` after it."""
     _guard(guards, one, own, x, share, own.g[1])
@@ -221,7 +211,7 @@ def _settle(guards: Any, one: Step, own: Scratch, side: FloatArray, x: FloatArra
 
 
 # 8 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def _enclose(  # noqa: PLR0913
     rates: Any, guards: Any, directions: FloatArray, move: Any, one: Step, own: Scratch, side: FloatArray,
     x: FloatArray, begin: float, last: float,
@@ -253,7 +243,7 @@ def _enclose(  # noqa: PLR0913
 
 
 # 9 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def _to_event(  # noqa: PLR0913
     rates: Any, guards: Any, resets: Any, directions: FloatArray, move: Any, one: Step, own: Scratch,
     side: FloatArray, x: FloatArray, share: float,
@@ -288,7 +278,7 @@ def _to_event(  # noqa: PLR0913
 
 
 # 9 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def carry(  # noqa: PLR0913
     rates: Any, guards: Any, resets: Any, directions: FloatArray, move: Any, one: Step, own: Scratch,
     side: FloatArray, x: FloatArray, endless: FloatArray,

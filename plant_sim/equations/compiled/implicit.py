@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from plant_sim.elimination import solve_in_place
 from plant_sim.equations.compiled.source import law_source, loaded
 from plant_sim.equations.system import System
 from rtctl.border.arrays import FloatArray
@@ -28,34 +29,6 @@ def derive_source(system: System) -> str:
     head = loaded(system, "derive(x, u, t, p, j, rates)")
     places = ", ".join(f"rates[{k}]" for k in range(len(system.states)))
     return law_source(system, head, f"{places}, = {{rates}},\n    return 0", limited=True)
-
-
-@kernel
-def solve_in_place(matrix: FloatArray, rhs: FloatArray) -> None:
-    """Solve matrix (n, n) times unknown = rhs (n,) by elimination with pivots; both are overwritten."""
-    n = matrix.shape[0]
-    for c in range(n):
-        best = c
-        for r in range(c + 1, n):
-            if abs(matrix[r, c]) > abs(matrix[best, c]):
-                best = r
-        if best != c:
-            for k in range(n):
-                kept = matrix[c, k]
-                matrix[c, k] = matrix[best, k]
-                matrix[best, k] = kept
-            kept = rhs[c]
-            rhs[c] = rhs[best]
-            rhs[best] = kept
-        for r in range(c + 1, n):
-            factor = matrix[r, c] / matrix[c, c]
-            for k in range(c, n):
-                matrix[r, k] -= factor * matrix[c, k]
-            rhs[r] -= factor * rhs[c]
-    for r in range(n - 1, -1, -1):
-        for k in range(r + 1, n):
-            rhs[r] -= matrix[r, k] * rhs[k]
-        rhs[r] /= matrix[r, r]
 
 
 @kernel

@@ -19,7 +19,8 @@ import numba
 import numpy as np
 from numba import types
 
-from rtctl.border.kernels import compiled_with
+from plant_sim.elimination import solve_in_place
+from rtctl.border.kernels import called_kernel
 
 DIFFERENCE = 1e-6
 """Step of the finite differences, relative to the size of a state."""
@@ -35,12 +36,7 @@ SQUARINGS = 12
 """Squarings of dP/ds by which its largest multiplier is found: its power 4096 shows nothing else."""
 
 
-def kernel(function: Any) -> Any:
-    """Return `function`, compiled for other kernels."""
-    return compiled_with(function, error_model="numpy", nogil=True)
-
-
-@kernel
+@called_kernel
 def fill(state: Any, z: Any, v: Any, own: Any) -> None:
     """Set all lanes to one state."""
     for j in range(z.shape[0]):
@@ -49,13 +45,13 @@ def fill(state: Any, z: Any, v: Any, own: Any) -> None:
             own[s, j] = state[2 + s]
 
 
-@kernel
+@called_kernel
 def value(z: Any, v: Any, own: Any, s: int, j: int) -> Any:
     """Return state `s` of lane `j`."""
     return z[j] if s == 0 else v[j] if s == 1 else own[s - 2, j]
 
 
-@kernel
+@called_kernel
 def set_sizes(size: Any, state: Any, rate: float) -> None:
     """Set the size of each state of a motion at angular frequency `rate` [1/s]; zeros at rest."""
     size[0] = max(abs(state[0]), abs(state[1]) / rate)
@@ -64,32 +60,7 @@ def set_sizes(size: Any, state: Any, rate: float) -> None:
         size[s] = max(abs(state[s]), size[0])
 
 
-@kernel
-def solve(a: Any, b: Any) -> None:
-    """Solve a x = b in place, x in `b`, by Gauss's elimination with pivoting; a state that never moves stays."""
-    n = b.shape[0]
-    for k in range(n):
-        most = k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[most, k]):
-                most = i
-        if a[most, k] == 0.0:
-            a[most, k] = 1.0
-        for c in range(n):
-            a[k, c], a[most, c] = a[most, c], a[k, c]
-        b[k], b[most] = b[most], b[k]
-        for i in range(k + 1, n):
-            f = a[i, k] / a[k, k]
-            for c in range(k, n):
-                a[i, c] -= f * a[k, c]
-            b[i] -= f * b[k]
-    for k in range(n - 1, -1, -1):
-        for c in range(k + 1, n):
-            b[k] -= a[k, c] * b[c]
-        b[k] /= a[k, k]
-
-
-@kernel
+@called_kernel
 def largest_multiplier(m: Any) -> Any:
     """Return the largest magnitude of an eigenvalue of `m`, which is used up: |m^4096|^(1/4096)."""
     n, total, power = m.shape[0], 0.0, 1.0
@@ -112,18 +83,25 @@ def largest_multiplier(m: Any) -> Any:
     return math.exp(total)
 
 
-@kernel
+@called_kernel
 def set_slopes(multipliers: Any, slopes: Any, z: Any, v: Any, own: Any, size: Any) -> None:
-    """Set dP/ds, scaled by the sizes, and dF/ds from lanes that began a small step of each state apart."""
+    """Set dP/ds, scaled by the sizes, and dF/ds from lanes that began a small step of each state apart.
+
+    A state that never moves has a row of zeros in dF/ds; its 1 there keeps it where it is.
+    """
     n = size.shape[0]
     for s in range(n):
+        most = 0.0
         for c in range(n):
             moved = value(z, v, own, s, 1 + c) - value(z, v, own, s, 0)
             multipliers[s, c] = moved / (DIFFERENCE * size[s])
             slopes[s, c] = multipliers[s, c] - (1.0 if s == c else 0.0)
+            most = max(most, abs(slopes[s, c]))
+        if most == 0.0:
+            slopes[s, s] = 1.0
 
 
-@kernel
+@called_kernel
 def spread(z: Any, v: Any, own: Any, size: Any) -> None:
     """Move each lane but the first by a small step of one state."""
     z[1] += DIFFERENCE * size[0]
@@ -149,7 +127,7 @@ class Lanes(NamedTuple):
     """Velocity (steps + 1, states + 1) over the period."""
 
 
-@kernel
+@called_kernel
 def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
     """Move `state` (states,) to a stable closed orbit by trusted steps, and return whether that went well.
 
@@ -186,7 +164,7 @@ def newton(march: Any, state: Any, nodes: Any, h: float, lanes: Any) -> bool:
             return bool(largest_multiplier(multipliers) <= STABLE)
         if not distance <= CONTRACTION * before:
             return False
-        solve(slopes, left)
+        solve_in_place(slopes, left)
         for s in range(n):
             state[s] -= left[s] * size[s]
         before = distance
@@ -250,7 +228,7 @@ def shoot(  # noqa: PLR0913
 @lru_cache(maxsize=1)
 def shooting() -> Any:
     """Return `shoot`, compiled once for the integrators of all equations."""
-    compiled: Any = compiled_with(shoot, error_model="numpy", nogil=True)
+    compiled: Any = called_kernel(shoot)
     if isinstance(compiled, numba.core.dispatcher.Dispatcher):  # not with NUMBA_DISABLE_JIT=1
         line, table, number = types.float64[::1], types.float64[:, ::1], types.float64
         march = types.void(line, line, table, table, number, types.int64, table, table, table)

@@ -7,13 +7,12 @@ events at its own times.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rtctl.border.arrays import FloatArray
-from rtctl.border.kernels import compiled_with
+from rtctl.border.kernels import called_kernel
 from rtctl.estimators.equations.step import step
 
 HALVINGS = 40
@@ -22,13 +21,6 @@ MOST_EVENTS = 100
 """Events of a point in a step, at most; then it waits for the next step."""
 PROBE = 1e-3
 """Share of a step over which the slope of an expression is taken."""
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-def _part(function: Callable[P, T]) -> Callable[P, T]:
-    """Compile a kernel that others call: compiled into each of them, they take many times as long to compile."""
-    return compiled_with(function, fastmath=False, error_model="numpy", nogil=True)
 
 
 class Held(NamedTuple):
@@ -61,7 +53,7 @@ class Room(NamedTuple):
     """(events * n,)."""
 
 
-@_part
+@called_kernel
 def _mark(side: FloatArray, held: Held, room: Room) -> int:
     """Mark the events whose expressions `room.g` are beyond zero, and return the first; -1: none."""
     first = -1
@@ -72,14 +64,14 @@ def _mark(side: FloatArray, held: Held, room: Room) -> int:
     return first
 
 
-@_part
+@called_kernel
 def _try(law: Any, guards: Any, x: FloatArray, held: Held, room: Room, time_s: float) -> None:
     """Fill `room.x[1]` and `room.g` with the states and expressions after a step of `time_s` [s] from `x` (n,)."""
     step(law, x, held.u, held.p, held.low, held.high, time_s, room.k, room.x[0], room.x[1])
     guards(room.x[1], held.u, 0.0, held.p, 0, room.g)
 
 
-@_part
+@called_kernel
 def _slope(law: Any, guards: Any, x: FloatArray, held: Held, room: Room, e: int) -> float:
     """Return the change of an expression along the rates at `x` (n,) over `PROBE` of a step."""
     law(x, held.u, 0.0, held.p, 0, room.k[0])
@@ -92,7 +84,7 @@ def _slope(law: Any, guards: Any, x: FloatArray, held: Held, room: Room, e: int)
     return change
 
 
-@_part
+@called_kernel
 def _set_states(resets: Any, x: FloatArray, held: Held, room: Room) -> None:
     """Fill `room.x[2]` with the states after the events that take place at `x` (n,)."""
     n = x.shape[0]
@@ -108,7 +100,7 @@ def _set_states(resets: Any, x: FloatArray, held: Held, room: Room) -> None:
 
 
 # 9 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def _passage(  # noqa: PLR0913
     law: Any, guards: Any, resets: Any, x: FloatArray, side: FloatArray, held: Held, room: Room, left_s: float
 ) -> float:  # fmt: skip
@@ -134,7 +126,7 @@ def _passage(  # noqa: PLR0913
     return before_s
 
 
-@_part
+@called_kernel
 def _step_with_events(
     law: Any, guards: Any, resets: Any, x: FloatArray, side: FloatArray, held: Held, room: Room
 ) -> None:
@@ -165,7 +157,7 @@ def _step_with_events(
 
 
 # 12 parameters because a compiled kernel takes its arrays one by one
-@_part
+@called_kernel
 def advance_with_events(  # noqa: PLR0913
     law: Any, guards: Any, resets: Any, directions: FloatArray, points: FloatArray, sides: FloatArray, u: FloatArray,
     p: FloatArray, low: FloatArray, high: FloatArray, step_s: float, steps: int,

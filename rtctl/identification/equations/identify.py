@@ -102,7 +102,7 @@ def identify_equations(
         model=fitted,
         fit=fit,
         reason=f"{reason}, free runs leave {100.0 * left:.2g} % of {output}",
-        warnings=(*(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)), *_warnings(fit)),
+        warnings=(*(() if trusted else (NOT_TRUSTED.format(100.0 * left, output),)), *fit.describe_doubts()),
         records=records,
         tested=_test(build(fitted, dataset.units, source), dataset),
         trusted=trusted,
@@ -224,16 +224,3 @@ def _test(simulation: Simulation, dataset: Dataset) -> dict[str, dict[str, float
             if name in simulation.outputs
         }
     return found
-
-
-def _warnings(fit: Fit) -> tuple[str, ...]:
-    said = list(fit.determinability.describe())
-    if fit.status != "converged":
-        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
-    for k, name in zip(fit.free, fit.names, strict=True):
-        one = fit.simulation.parameters[k]
-        if one.value in (one.low, one.high):
-            said.append(
-                f"{name} ended on its bound, {one.value:g} {one.unit}: widen it, or the model is short of something"
-            )
-    return tuple(said)

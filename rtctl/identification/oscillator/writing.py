@@ -85,15 +85,7 @@ def _write_value(old: Value, parameter: FreeParameter, value: float, error: floa
 
 def collect_warnings(fit: Fit) -> tuple[str, ...]:
     """Return what a user must know of a fit: what is undetermined, on a bound, or left as a constant."""
-    said = list(fit.determinability.describe())
-    if fit.status != "converged":
-        said.append(f"the fit {fit.status}" if fit.status.startswith("stopped") else str(fit.status))
-    for k, name in zip(fit.free, fit.names, strict=True):
-        parameter = fit.simulation.parameters[k]
-        if parameter.value in (parameter.low, parameter.high):
-            said.append(
-                f"{name} ended on its bound, {parameter.value:g} {parameter.unit}: the model is short of something"
-            )
+    said = fit.describe_doubts()
     if fit.method == "multiple_shooting" and fit.simulation.mechanisms:
         said.append("a mechanism with a memory or a clock of its own began anew with each segment")
     return (*said, *_describe_offsets(fit))

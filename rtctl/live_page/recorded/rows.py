@@ -116,10 +116,7 @@ class ParquetRows:
 
     def replaced(self) -> bool:
         """Return whether another file, or none, has taken the place of this one."""
-        try:
-            return _stamp(self.path) != self._stamp
-        except OSError:
-            return True
+        return _is_another(self.path, self._stamp)
 
     def close(self) -> None:
         """Close the file."""
@@ -170,10 +167,7 @@ class RecordRows:
 
     def replaced(self) -> bool:
         """Return whether the manifest is another one by now, or gone."""
-        try:
-            return _stamp(self.path) != self._stamp
-        except OSError:
-            return True
+        return _is_another(self.path, self._stamp)
 
     def close(self) -> None:
         """Keep nothing open."""
@@ -191,3 +185,11 @@ def recording_key(
 def _stamp(path: Path) -> tuple[int, int]:
     found = path.stat()
     return found.st_ino, found.st_mtime_ns
+
+
+def _is_another(path: Path, stamp: tuple[int, int]) -> bool:
+    """Return whether another file, or none, has taken the place of the one with `stamp`."""
+    try:
+        return _stamp(path) != stamp
+    except OSError:
+        return True

@@ -1,5 +1,6 @@
 /** A strip of the whole run, in which a range is chosen by dragging, with a mouse or a finger. */
 
+import { cleared } from "./canvas.js";
 import { colour, colourOf } from "./colours.js";
 import { drawable } from "./view.js";
 
@@ -49,12 +50,7 @@ export class Overview {
   #paint() {
     const { canvas, data } = this;
     this.span = [data?.range[0] ?? 0, Math.max(this.end_s, data?.range[1] ?? 0)];
-    const width = canvas.clientWidth;
-    canvas.width = width * devicePixelRatio;
-    canvas.height = HEIGHT * devicePixelRatio;
-    canvas.style.height = `${HEIGHT}px`;
-    const ctx = canvas.getContext("2d");
-    ctx.scale(devicePixelRatio, devicePixelRatio);
+    const { ctx, width } = cleared(canvas, HEIGHT);
     if (data) for (const number of this.numbers) this.#line(ctx, data.time, data.values[number], number, width);
     const range = this.dragged ?? this.shown;
     if (!range) return;

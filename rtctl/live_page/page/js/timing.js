@@ -1,5 +1,6 @@
 /** Histogram of lateness (of round trips where the device waits for the loop), missed periods. */
 
+import { cleared } from "./canvas.js";
 import { colour } from "./colours.js";
 
 const HEIGHT = 120;
@@ -32,13 +33,7 @@ export class Timing {
 
   draw() {
     if (!this.content) return;
-    const canvas = document.getElementById("histogram");
-    const width = canvas.clientWidth;
-    canvas.width = width * devicePixelRatio;
-    canvas.height = HEIGHT * devicePixelRatio;
-    canvas.style.height = `${HEIGHT}px`;
-    const ctx = canvas.getContext("2d");
-    ctx.scale(devicePixelRatio, devicePixelRatio);
+    const { ctx, width } = cleared(document.getElementById("histogram"), HEIGHT);
     bars(ctx, this.content.counts[this.#name], this.content.edges_us, width);
     this.#words();
   }
