@@ -34,6 +34,8 @@ from rtctl.plots.run_errors import draw_errors
 
 SMALL = 0.01
 """Errors below it are told in the unit that fits them, the others in the output's own."""
+FOLLOWED = ("setpoint", "estimate")
+"""Signals that each controlled output has."""
 LABEL_IN_ONE_LINE = 16
 """Letters that fit beside one of the low panels."""
 MOST_TEXTS = 12
@@ -86,12 +88,15 @@ def run_figure(
     width = output_range
     panels = _panels(column, profile)
     with house_style():
-        figure = new_figure(11.5, (8.4 if window is None else 9.6) + 1.1 * (len(panels) - 2))
+        low = len(panels) + len(_further_outputs(profile, column))
+        figure = new_figure(11.5, (8.4 if window is None else 9.6) + 1.1 * (low - 2))
         beside = figure.add_gridspec(1, 2, width_ratios=(2.3, 1.0))
         left, right = figure.add_subfigure(beside[0, 0]), figure.add_subfigure(beside[0, 1])
         draw_planes(list(right.subplots(3, 1)), column, window, profile)
-        rows = _draw_against_time(left, time, column, width, window, profile.reference, panels)
+        rows = _draw_against_time(left, time, column, width, window, profile, panels)
         _draw_marks(rows, marks)
+        if _further_outputs(profile, column):
+            title = f"{title}, {profile.reference.name}"  # what is told below
         headline(figure, *_finding(title, column, width, profile.reference))
     return figure
 
@@ -104,7 +109,8 @@ def _columns(
     missing = [name for name in names if name not in signals]
     if missing:
         raise ValueError(f"a run's figure needs {', '.join(names)}; missing: {', '.join(missing)}")
-    column = {name: np.asarray(signals[name], np.float64) for name in names}
+    further = [f"{word}_{one.name}" for one in _further_outputs(profile, signals) for word in FOLLOWED]
+    column = {name: np.asarray(signals[name], np.float64) for name in (*names, *further)}
     for name, values in column.items():  # infinite standard error: the estimator claims nothing
         column[name] = np.where(np.isfinite(values), values, np.nan)
     shape = np.shape(time_s)
@@ -116,11 +122,18 @@ def _columns(
     return column
 
 
+def _further_outputs(profile: DeviceProfile, signals: Mapping[str, ArrayLike]) -> list[Channel]:
+    """Return the readings that have a setpoint of their own."""
+    return [one for one in profile.sensed if f"setpoint_{one.name}" in signals]
+
+
 def _panels(column: Mapping[str, FloatArray], profile: DeviceProfile) -> list[list[Shown]]:
     """Return the panels below the errors: every command, then the readings that share a unit."""
     panels = [[shown(channel, column[channel.name])] for channel in profile.commands]
-    for unit in dict.fromkeys(channel.unit for channel in profile.sensed):
-        panels.append([shown(c, column[c.name]) for c in profile.sensed if c.unit == unit])
+    followed = _further_outputs(profile, column)
+    read = [channel for channel in profile.sensed if channel not in followed]
+    for unit in dict.fromkeys(channel.unit for channel in read):
+        panels.append([shown(c, column[c.name]) for c in read if c.unit == unit])
     return panels
 
 
@@ -130,12 +143,13 @@ def _draw_against_time(
     column: Mapping[str, FloatArray],
     width: float,
     window: slice | None,
-    output: Channel,
+    profile: DeviceProfile,
     panels: Sequence[Sequence[Shown]],
 ) -> list[Axes]:
     """Draw every panel against time; return those that show the whole run."""
+    output, further = profile.reference, _further_outputs(profile, column)
     heights = [2.6, 1.9] if window is None else [2.2, 1.3, 1.7]
-    heights += len(panels) * [1.0 if window is None else 0.9]
+    heights += (len(panels) + len(further)) * [1.0 if window is None else 0.9]
     rows = list(left.subplots(len(heights), 1, height_ratios=heights))
     top = rows[0] if window is None else rows.pop(0)
     _draw_following(rows[0], time, column, output)
@@ -144,7 +158,9 @@ def _draw_against_time(
     if top.lines:
         top.legend(**ABOVE)
     draw_errors(rows[1], time, column, width, output)
-    for axes, panel in zip(rows[2:], panels, strict=True):
+    for axes, one in zip(rows[2:], further, strict=False):
+        _draw_following(axes, time, column, one, f"_{one.name}")
+    for axes, panel in zip(rows[2 + len(further) :], panels, strict=True):
         _draw_panel(axes, time, panel)
     rows[-1].set_xlabel("time [s]")
     for axes in rows:
@@ -180,11 +196,15 @@ def _draw_panel(axes: Axes, time: FloatArray, panel: Sequence[Shown]) -> None:
     scale_axis(axes, "y", panel[0])
 
 
-def _draw_following(axes: Axes, time: FloatArray, column: Mapping[str, FloatArray], output: Channel) -> None:
-    draw_line(axes, time, column["setpoint"], RAIL, "setpoint", 3.5)
+def _draw_following(
+    axes: Axes, time: FloatArray, column: Mapping[str, FloatArray], output: Channel, ending: str = ""
+) -> None:
+    """Draw setpoint, reading and estimate of an output; `ending` is that of a further output's signals."""
+    setpoint, estimate = (column[f"{word}{ending}"] for word in FOLLOWED)
+    draw_line(axes, time, setpoint, RAIL, "setpoint", 3.5)
     draw_line(axes, time, column[output.name], BLUE, f"{output.name} (external instrument)", 1.3)
-    draw_line(axes, time, column["estimate"], VERMILION, "estimate", 0.9)
-    limit_axis(axes, column["setpoint"], column[output.name], column["estimate"])
+    draw_line(axes, time, estimate, VERMILION, "estimate", 0.9)
+    limit_axis(axes, setpoint, column[output.name], estimate)
     axes.set_ylabel(label_of(output))
 
 

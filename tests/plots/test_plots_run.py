@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from plots_cases import run_signals
 
-from rtctl.border.records import VO2
+from rtctl.border.records import VO2, Channel
 from rtctl.plots.elements.errors import shown_limit
 from rtctl.plots.run import plot_run, run_figure
 
@@ -44,6 +45,24 @@ def test_short_runs_draw_every_sample_given() -> None:
     drawn = panel(figure, "resistance [kΩ]").lines[0].get_ydata()
     assert np.allclose(drawn, signals["resistance"] / 1e3, rtol=1e-12)
     assert np.array_equal(panel(figure, "current [mA]").lines[0].get_ydata(), signals["current"])
+
+
+def test_a_further_output_is_drawn_with_its_setpoint_and_planes_are_of_a_command_that_moves() -> None:
+    time_s, signals = run_signals(2000)
+    tilt, heater = (
+        Channel(name="tilt", unit="mrad", register=130),
+        Channel(name="heater", unit="mW", register=10),
+    )
+    signals |= {
+        "tilt": np.sin(time_s), "setpoint_tilt": 1.1 * np.sin(time_s), "estimate_tilt": 0.9 * np.sin(time_s),
+        "heater": np.full(2000, 5.0),
+    }  # fmt: skip
+    profile = replace(VO2, sensed=(*VO2.sensed, tilt), commands=(*VO2.commands, heater))
+    figure = run_figure(time_s, signals, title="two", closed_loop=True, output_range=57.0, profile=profile)
+    for label, name in (("setpoint", "setpoint_tilt"), ("tilt", "tilt"), ("estimate", "estimate_tilt")):
+        assert np.array_equal(line(panel(figure, "tilt [mrad]"), label)[1], signals[name])
+    assert figure.subfigs[1].axes[0].get_xlabel() == "current [mA]"
+    assert "two, deflection" in headline_of(figure)
 
 
 def test_every_axis_has_a_label_with_its_unit() -> None:

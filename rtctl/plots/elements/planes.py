@@ -36,7 +36,10 @@ def draw_planes(
     rows: Sequence[Axes], column: Mapping[str, FloatArray], window: slice | None, profile: DeviceProfile
 ) -> None:
     """Fill three axes from `column`, all samples or a `window`: as a path, or as dots where it jumps about."""
-    command = shown(profile.commands[-1], column[profile.commands[-1].name])
+    moved = [
+        one for one in profile.commands if (column[one.name] != column[one.name][0]).any()
+    ] or profile.commands
+    command = shown(moved[-1], column[moved[-1].name])
     readings = [shown(channel, column[channel.name]) for channel in profile.sensed]
     output = shown(profile.reference, column[profile.reference.name])
     estimate = shown(profile.reference, column["estimate"])
