@@ -28,6 +28,9 @@ EXTRAS = {
     "asammdf": Extra("asammdf", "mdf"),
     "matplotlib": Extra("matplotlib", "plots"),
     "distributed": Extra("distributed", "cluster"),
+    "pyvisa": Extra("pyvisa", "visa"),
+    "qcodes": Extra("qcodes", "qcodes"),
+    "pymeasure": Extra("pymeasure", "pymeasure"),
 }
 """Optional dependencies by the module that they provide."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,9 +32,11 @@ from rtctl.registry.loading import resolved
 from rtctl.safety.guards import ReadingGuard
 from rtctl.safety.limits import CommandLimits
 from rtctl.safety.plausibility import Plausibility
-from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial, Wire
+from rtctl.scenario.drivers import InProcess, ModbusRtu, ModbusTcp, Serial
+from rtctl.scenario.instruments import Scpi
 from rtctl.scenario.own_parts import OwnController, OwnDriver, OwnEstimator
 from rtctl.scenario.schema import Scenario
+from rtctl.scenario.wires import Wire
 from rtctl.timing.clock import SimulatedClock
 
 if TYPE_CHECKING:
@@ -49,22 +52,22 @@ def build_driver(scenario: Scenario, folder: Path) -> Driver:
         check_profile(f'driver.kind = "{table.kind}"', made.profile, profile)
         return made
     builder: Callable[..., Driver] = load(find("driver", table.kind, "driver.kind"))
+    if isinstance(table, Scpi):
+        builder = partial(builder, limits=scenario.limits)
     if isinstance(table, Wire) and table.faults:
         return _with_faults(table, profile, lambda reached: builder(reached, profile, folder))
     return builder(table, profile, folder)
 
 
-def _with_faults(
-    table: ModbusRtu | ModbusTcp | Serial, profile: DeviceProfile, build: Callable[[Wire], Driver]
-) -> Driver:
+def _with_faults(table: Wire, profile: DeviceProfile, build: Callable[[Wire], Driver]) -> Driver:
     """Return a driver with the faults of `[[driver.faults]]` on the line to its device."""
     from drivers.fault_line import Disturbance, Kind, Way
     from drivers.fault_proxy import FaultPlan
     from drivers.faulty import FaultyDriver
 
-    key = "address" if isinstance(table, ModbusTcp) else "port"
+    key = table.place_key
     plan = FaultPlan(
-        wire="tcp" if isinstance(table, ModbusTcp) else "pty",
+        wire="tcp" if key == "address" else "pty",
         target=getattr(table, key),
         disturbances=tuple(
             Disturbance(
@@ -393,21 +396,14 @@ def build_forced(model: Any, units: Mapping[str, str], source: str) -> Forced:
     return made
 
 
-def serve_plant(
-    name: str,
-    seed: int | None,
-    *,
-    rtu_path: Path | None = None,
-    serial_path: Path | None = None,
-    tcp: str | None = None,
-    baud: int | None = None,
-    journal: Path | None = None,
-) -> None:
-    """Serve a plant file or bundled plant until interrupted. Raises InputError."""
+def serve_plant(name: str, seed: int | None, wires: Mapping[str, Any], journal: Path | None = None) -> None:
+    """Serve a plant file or bundled plant until interrupted; `wires`: fields of `plant_sim.wire.serve.Wires`.
+
+    Raises InputError.
+    """
     from plant_sim.wire.serve import Wires, serve
 
-    wires = Wires(rtu_path=rtu_path, serial_path=serial_path, tcp=tcp, baud=baud)
-    serve(build_device(name, Path(), seed), wires, journal)
+    serve(build_device(name, Path(), seed), Wires(**wires), journal)
 
 
 def mechanism_ids(kind: str) -> tuple[str, ...]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import gc
 import signal
-from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from plant_sim.device import SimulatedDevice
@@ -16,9 +17,12 @@ from plant_sim.plant import Plant
 from plant_sim.wire.modbus_server import UNIT, RtuDevice, serve_tcp
 from plant_sim.wire.pty_server import Answer, serve_pty
 from plant_sim.wire.register_file import RegisterFile
+from plant_sim.wire.scpi.models import INSTRUMENTS
+from plant_sim.wire.scpi.server import Answering, serve_lines_pty, serve_lines_tcp
+from plant_sim.wire.scpi.voltmeter import voltmeter
 from plant_sim.wire.serial_server import SerialDevice
 from plant_sim.wire.virtual_port import virtual_port
-from rtctl.border.errors import InputError
+from rtctl.border.errors import InputError, nearest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,13 +35,24 @@ class Wires:
     """Path at which a serial port with the plain serial protocol appears."""
     tcp: str | None = None
     """HOST:PORT of Modbus TCP, port 0 for a free one."""
+    scpi: str | None = None
+    """HOST:PORT, or path of a serial port, of a source meter in front of the device."""
+    instrument: str = "keithley-2450"
+    """Which source meter."""
+    voltmeter: str | None = None
+    """HOST:PORT, or path of a serial port, of a voltmeter at the device's external instrument."""
     baud: int | None = None
     """Baud rate of the serial ports [bit/s]: bytes take their time on the line; None: none, as ptys do."""
 
     def __post_init__(self) -> None:
-        if self.rtu_path is None and self.serial_path is None and self.tcp is None:
+        if self.rtu_path is None and self.serial_path is None and self.tcp is None and self.scpi is None:
             raise InputError(
-                "nothing to serve on: give a path for Modbus RTU or the serial protocol, or HOST:PORT for Modbus TCP"
+                "nothing to serve on: give a path for Modbus RTU or the serial protocol, HOST:PORT for Modbus TCP, or "
+                "either of them for a source meter"
+            )
+        if self.instrument not in INSTRUMENTS:
+            raise InputError(
+                f'no simulated instrument "{self.instrument}"{nearest(self.instrument, INSTRUMENTS)}'
             )
         if self.baud is not None and not self.baud > 0:
             raise InputError(f"the baud rate must be > 0 bit/s, got {self.baud}")
@@ -86,13 +101,30 @@ async def served(device: SimulatedDevice, wires: Wires) -> AsyncIterator[str]:
         if wires.serial_path is not None:
             await on_a_port(wires.serial_path, SerialDevice(device).receive)
             ends.append(f"serial {wires.serial_path}")
-        if wires.tcp is not None:
-            host, port = parse_address(wires.tcp)
+
+        async def on_a_socket(
+            address: str, server: Callable[[str, int], AbstractAsyncContextManager[int]]
+        ) -> str:
+            host, port = parse_address(address)
             try:
-                port = await stack.enter_async_context(serve_tcp(registers, host, port))
+                port = await stack.enter_async_context(server(host, port))
             except OSError as error:
-                raise InputError(f"{wires.tcp}: cannot serve there: {error.strerror or error}") from None
-            ends.append(f"modbus-tcp {f'[{host}]' if ':' in host else host}:{port}")
+                raise InputError(f"{address}: cannot serve there: {error.strerror or error}") from None
+            return f"{f'[{host}]' if ':' in host else host}:{port}"
+
+        async def instrument_at(where: str, instrument: Answering) -> str:
+            if is_address(where):
+                return await on_a_socket(where, partial(serve_lines_tcp, instrument))
+            master = stack.enter_context(virtual_port(Path(where)))
+            await stack.enter_async_context(serve_lines_pty(instrument, master))
+            return where
+
+        if wires.tcp is not None:
+            ends.append(f"modbus-tcp {await on_a_socket(wires.tcp, partial(serve_tcp, registers))}")
+        if wires.scpi is not None:
+            ends.append(f"scpi {await instrument_at(wires.scpi, INSTRUMENTS[wires.instrument](device))}")
+        if wires.voltmeter is not None:
+            ends.append(f"voltmeter {await instrument_at(wires.voltmeter, voltmeter(device))}")
         yield f"{' '.join(ends)} unit {UNIT} identity {device.identity}"
 
 
@@ -108,6 +140,11 @@ def parse_address(address: str) -> tuple[str, int]:
     if not colon or not host or not port.isdecimal() or int(port) > 0xFFFF:
         raise InputError(f'"{address}": an address is HOST:PORT, such as 127.0.0.1:5020')
     return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def is_address(where: str) -> bool:
+    """Return whether `where` is HOST:PORT rather than a path."""
+    return "/" not in where and where.rpartition(":")[2].isdecimal() and ":" in where
 
 
 async def _serve_until_signal(device: SimulatedDevice, wires: Wires) -> None:

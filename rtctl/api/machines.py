@@ -44,13 +44,17 @@ def serve_device(
         yield {"kind": "modbus-rtu", "port": port}
 
 
-def serve(
+# 10 parameters because each is one option of `rtctl serve`
+def serve(  # noqa: PLR0913
     device: PathText,
     *,
     seed: int | None = None,
     rtu_path: PathText | None = None,
     serial_path: PathText | None = None,
     tcp: str | None = None,
+    scpi: str | None = None,
+    instrument: str = "keithley-2450",
+    voltmeter: str | None = None,
     baud: int | None = None,
     journal: PathText | None = None,
 ) -> None:
@@ -62,6 +66,9 @@ def serve(
         rtu_path: Link to a pseudo-terminal that speaks Modbus RTU.
         serial_path: The same with the plain serial protocol.
         tcp: HOST:PORT for Modbus TCP; port 0: a free one, printed.
+        scpi: HOST:PORT, or the link to a pseudo-terminal, of a simulated source meter in front of the device.
+        instrument: Which source meter: keithley-2400, keithley-2450, keithley-2600 or keysight-b2900.
+        voltmeter: The same places, for a voltmeter that reads the external instrument at 0.1 V a unit.
         baud: The bytes of a pseudo-terminal take the time of such a line [1/s]; None: no time.
         journal: CSV file of what the device did, written at its end.
 
@@ -70,10 +77,12 @@ def serve(
     """
     from rtctl.wiring import serve_plant
 
-    paths = {"rtu_path": rtu_path, "serial_path": serial_path, "journal": journal}
+    paths = {"rtu_path": rtu_path, "serial_path": serial_path}
+    wires = {name: None if path is None else path_of(name, path) for name, path in paths.items()}
+    others = {"tcp": tcp, "scpi": scpi, "instrument": instrument, "voltmeter": voltmeter, "baud": baud}
     serve_plant(
-        str(path_of("device", device)), seed, tcp=tcp, baud=baud,
-        **{name: None if path is None else path_of(name, path) for name, path in paths.items()},
+        str(path_of("device", device)), seed, {**wires, **others},
+        None if journal is None else path_of("journal", journal),
     )  # fmt: skip
 
 
@@ -173,7 +182,7 @@ def measure_latency(
 
     Args:
         drivers: Kinds such as "inprocess" or "modbus-tcp"; empty: all.
-        periods: Such as "1 ms"; empty: 10 ms down to 0.1 ms.
+        periods: Such as "1 ms"; empty: 10 ms down to 0.1 ms, of instruments 50 ms down to 2 ms.
         duration: Of each period, such as "2 s".
         priority: SCHED_FIFO priority of the loop, 1 to 99, if permitted.
         cpu: The only CPU of the loop.
@@ -185,19 +194,24 @@ def measure_latency(
         RunError: A device failed.
     """
     from rtctl.scenario.schema import overridden
-    from rtctl.session.latency import PERIODS_S, cyclictest, known_kinds, measure
+    from rtctl.session.latency import PERIODS_OF_KIND_S, PERIODS_S, cyclictest, known_kinds, measure
 
     kinds = list(drivers) or known_kinds()
     for kind in kinds:
         if kind not in known_kinds():
             raise InputError(f'driver: "{kind}" cannot be measured{nearest(str(kind), known_kinds())}')
-    periods_s = [_seconds("period", text) for text in periods] or list(PERIODS_S)
+    asked_s = [_seconds("period", text) for text in periods]
     duration_s, report = _seconds("duration", duration), reporter(progress)
     asked = {"priority": priority, "cpu": cpu, "lock_memory": priority is not None}
     clock = {key: value for key, value in asked.items() if value is not None}
     tables = overridden({"clock": clock}, override_texts(settings))
     with stop_on_interrupt() as stop:
-        ladders = [measure(kind, tables, periods_s, duration_s, stop, report.say) for kind in kinds]
+        ladders = [
+            measure(
+                kind, tables, asked_s or PERIODS_OF_KIND_S.get(kind, PERIODS_S), duration_s, stop, report.say
+            )
+            for kind in kinds
+        ]
     latency = Latency(ladders=ladders, reference=None)
     return Latency(ladders=ladders, reference=cyclictest(latency.fastest_s, duration_s, priority))
 

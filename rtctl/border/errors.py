@@ -43,6 +43,7 @@ class Fault(StrEnum):
     LEVEL_LIMIT = "level_limit"
     SLEW_LIMIT = "slew_limit"
     ENERGY_LIMIT = "energy_limit"
+    COMPLIANCE = "compliance"
     CONNECTION_LOST = "connection_lost"
     DEADLINES_MISSED = "deadlines_missed"
     RECORDING = "recording"

@@ -32,6 +32,7 @@ DRIVERS = {
     "modbus-rtu": BuiltIn("rtctl.wiring:modbus_rtu", "Modbus RTU on a serial port"),
     "modbus-tcp": BuiltIn("rtctl.wiring:modbus_tcp", "Modbus TCP"),
     "serial": BuiltIn("rtctl.wiring:serial", "plain serial protocol (docs/serial-protocol.md)"),
+    "scpi": BuiltIn("rtctl.wiring_scpi:scpi", "source meter with SCPI or TSP (docs/instruments.md)"),
 }
 
 ESTIMATORS = {

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, field_validator
+from pydantic import Field, Tag
 
 from rtctl.border.quantities import Checked
-from rtctl.scenario.clock import Seconds
+from rtctl.scenario.instruments import Scpi
 from rtctl.scenario.own_parts import OwnDriver, chosen_by_kind
-
-_ADDRESS = re.compile(r"(?!\.|[^:]*\.\.)[\w.-]{1,253}:\d{1,5}|\[[0-9a-fA-F:]+\]:\d{1,5}", re.ASCII)
+from rtctl.scenario.wires import Address, Wire
 
 
 class InProcess(Checked):
@@ -22,29 +20,6 @@ class InProcess(Checked):
     """Plant file, name of a bundled one, name of a registered kind of plant, or "module:Class"; the scenario's kind of
     plant may have a default."""
     seed: Annotated[int, Field(ge=0)] | None = None
-
-
-class FaultTable(Checked):
-    """[[driver.faults]]: what is done to the wire on purpose."""
-
-    kind: Literal[
-        "delay", "jitter", "drop", "duplicate", "reorder", "bit_flip", "truncate", "stall", "disconnect",
-        "device_reboot", "host_pause",
-    ]  # fmt: skip
-    rate: Annotated[float, Field(ge=0.0, le=1.0)]
-    """Share of the bursts of bytes that it strikes."""
-    duration_s: Annotated[Seconds, Field(alias="duration", ge=0.0, le=60.0)] = 0.0
-    way: Literal["to_device", "to_host"] | None = None
-    """Both, unless given."""
-
-
-class Wire(Checked):
-    """Keys of every driver with a wire."""
-
-    faults: tuple[FaultTable, ...] = ()
-    faults_seed: Annotated[int, Field(ge=0)] = 0
-    device_pid: Annotated[int, Field(gt=0)] | None = None
-    """Process id of `rtctl serve`, for device_reboot."""
 
 
 class ModbusRtu(Wire):
@@ -60,16 +35,8 @@ class ModbusTcp(Wire):
     """[driver] kind = "modbus-tcp"."""
 
     kind: Literal["modbus-tcp"] = "modbus-tcp"
-    address: str
-    """HOST:PORT."""
+    address: Address
     unit: Annotated[int, Field(ge=0, le=247)] = 1
-
-    @field_validator("address")
-    @classmethod
-    def _host_and_port(cls, address: str) -> str:
-        if not _ADDRESS.fullmatch(address) or int(address.rpartition(":")[2]) > 0xFFFF:
-            raise ValueError(f"an address is HOST:PORT, such as 127.0.0.1:5020, got {address!r}")
-        return address
 
 
 class Serial(Wire):
@@ -87,6 +54,7 @@ DriverTable = Annotated[
     | Annotated[ModbusRtu, Tag("modbus-rtu")]
     | Annotated[ModbusTcp, Tag("modbus-tcp")]
     | Annotated[Serial, Tag("serial")]
+    | Annotated[Scpi, Tag("scpi")]
     | Annotated[OwnDriver, Tag("own")],
-    chosen_by_kind("inprocess", "modbus-rtu", "modbus-tcp", "serial"),
+    chosen_by_kind("inprocess", "modbus-rtu", "modbus-tcp", "serial", "scpi"),
 ]

@@ -24,6 +24,7 @@ from rtctl.scenario.channels import profile_of as channels_profile
 from rtctl.scenario.clock import ClockTable, Seconds
 from rtctl.scenario.drivers import DriverTable, Serial
 from rtctl.scenario.further_references import FurtherReferences
+from rtctl.scenario.instruments import Scpi
 from rtctl.scenario.limits import LimitsTable, limits_table
 from rtctl.scenario.own_parts import OwnController, OwnEstimator, OwnPart, chosen_by_kind
 from rtctl.scenario.safety import SafetyTable
@@ -213,6 +214,12 @@ class Scenario(Checked):
                 f"driver.pipeline = {self.driver.pipeline} needs clock.mode = live: in lockstep the device waits for "
                 "each command, and a slow wire costs no delay"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _instrument_in_time(self) -> Scenario:
+        if isinstance(self.driver, Scpi):
+            self.driver.check_clock(self.clock.mode, self.scenario.period_s)
         return self
 
     def at_period_of(self, record: int) -> Scenario:

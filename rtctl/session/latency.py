@@ -22,6 +22,7 @@ import numpy as np
 
 from rtctl.border.errors import DriverError, Fault, RunError
 from rtctl.registry import DEFAULT_PLANT, names, plant_kind
+from rtctl.scenario.instruments import FASTEST_LINE_HZ, PLACES
 from rtctl.scenario.schema import Scenario, checked_scenario
 from rtctl.session.loop_setup import open_driver
 from rtctl.session.open_loop import play
@@ -32,11 +33,19 @@ from rtctl.timing.step_timing import StepTiming
 from rtctl.wiring import build_driver
 
 PERIODS_S = (10e-3, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
+PERIODS_OF_KIND_S = {"scpi": (50e-3, 20e-3, 10e-3, 5e-3, 2e-3)}
+"""Where a kind of driver is slower: a reading of an instrument takes milliseconds."""
 LARGEST_MISSED_SHARE = 1e-3
 LARGEST_SHARE_OF_PERIOD = 0.8
 LEAST_STEPS = 200
-SERVED = {"modbus-tcp": "--modbus-tcp", "modbus-rtu": "--modbus-rtu", "serial": "--serial"}
-ADDRESS_KEY = {"modbus-tcp": "address", "modbus-rtu": "port", "serial": "port"}
+SERVED = {"modbus-tcp": "--modbus-tcp", "modbus-rtu": "--modbus-rtu", "serial": "--serial", "scpi": "--scpi"}
+ADDRESS_KEY = {"modbus-tcp": "address", "modbus-rtu": "port", "serial": "port", "scpi": "address"}
+SERVED_KEYS: dict[str, dict[str, Any]] = {
+    "scpi": {"table": "keithley-2450", "compliance_voltage": "20 V", "nplc": 0.1}
+}
+"""Further keys of the driver of a device that is served here."""
+SERVED_DEVICE = {"scpi": "vo2_slow"}
+"""What is served, where it is not the default device."""
 Report = Callable[[str], None]
 
 
@@ -117,7 +126,8 @@ def measure(
     clock = tables.get("clock", {})
     with served_device(kind, tables.get("driver", {}), clock.get("priority")) as (driver_table, where):
         rungs: list[Rung] = []
-        for period_s in sorted(periods_s, reverse=True):
+        reading_s = float(driver_table.get("nplc", 0.0)) / FASTEST_LINE_HZ
+        for period_s in sorted((period for period in periods_s if period >= reading_s), reverse=True):
             scenario = latency_scenario(driver_table, clock, period_s)
             rung = measure_period(scenario, duration_s, stop_requested)
             rungs.append(rung)
@@ -176,13 +186,13 @@ def served_device(
     if kind == "inprocess":
         yield {"kind": kind, **table}, "in this process"
         return
-    key = ADDRESS_KEY[kind]
-    if key in table:
-        yield {"kind": kind, **table}, f"at {table[key]}"
+    if (given := next((key for key in PLACES if key in table), None)) is not None:
+        yield {"kind": kind, **table}, f"at {table[given]}"
         return
+    key = ADDRESS_KEY[kind]
     with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
         place = "127.0.0.1:0" if key == "address" else str(Path(folder) / "port")
-        device = str(plant_kind(DEFAULT_PLANT).defaults.device)
+        device = SERVED_DEVICE.get(kind) or str(plant_kind(DEFAULT_PLANT).defaults.device)
         command = [sys.executable, "-m", "rtctl", "serve", device, SERVED[kind], place, "--seed", "1"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
             try:
@@ -194,7 +204,8 @@ def served_device(
                     with suppress(OSError):
                         for task in os.listdir(f"/proc/{process.pid}/task"):
                             os.sched_setscheduler(int(task), os.SCHED_FIFO, os.sched_param(priority))
-                yield {"kind": kind, key: words[2], **table}, "served by another process here"
+                served = {"kind": kind, key: words[2], **SERVED_KEYS.get(kind, {}), **table}
+                yield served, "served by another process here"
             finally:
                 process.terminate()
 

@@ -10,11 +10,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of `rtctl latency`."""
     parser.add_argument(
         "--driver", action="append", default=[], metavar="KIND",
-        help="inprocess, modbus-tcp, modbus-rtu, serial; repeat for several (default: all)",
+        help="inprocess, modbus-tcp, modbus-rtu, serial, scpi; repeat for several (default: all)",
     )  # fmt: skip
     parser.add_argument(
         "--period", action="append", default=[], metavar="TIME",
-        help='such as "1 ms"; repeat for several (default: 10 ms down to 0.1 ms)',
+        help='such as "1 ms"; repeat for several (default: 10 ms down to 0.1 ms; scpi: 50 ms down to 2 ms)',
     )  # fmt: skip
     parser.add_argument("--duration", default="2 s", metavar="TIME", help="of each period (default: 2 s)")
     parser.add_argument("--priority", type=int, help="SCHED_FIFO priority, 1 to 99, if permitted")

@@ -1,4 +1,4 @@
-"""A simulated device on a wire: Modbus RTU or the plain serial protocol on a pty of its own, or Modbus TCP."""
+"""A simulated device on a wire: Modbus RTU or the plain serial protocol on a pty, Modbus TCP, or a source meter."""
 
 from __future__ import annotations
 
@@ -16,6 +16,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     wire.add_argument("--modbus-rtu", type=Path, metavar="PATH", help="link to the pty to be made here")
     wire.add_argument("--modbus-tcp", metavar="HOST:PORT", help="port 0: a free one, printed")
     wire.add_argument("--serial", type=Path, metavar="PATH", help="the same with the plain serial protocol")
+    wire.add_argument(
+        "--scpi",
+        metavar="PLACE",
+        help="a simulated source meter in front of the device, at HOST:PORT or a pty's link",
+    )
+    parser.add_argument(
+        "--instrument", default="keithley-2450", metavar="NAME",
+        help="of --scpi: keithley-2400, keithley-2450 (default), keithley-2600 or keysight-b2900",
+    )  # fmt: skip
+    parser.add_argument(
+        "--voltmeter", metavar="PLACE",
+        help="beside --scpi: an SCPI voltmeter that reads the external instrument, 0.1 V for 1 um",
+    )  # fmt: skip
     parser.add_argument(
         "--baud", type=int, help="of the pty: its bytes take the time of such a line (default: no time)"
     )
@@ -35,6 +48,9 @@ def run(args: argparse.Namespace) -> int:
         rtu_path=args.modbus_rtu,
         serial_path=args.serial,
         tcp=args.modbus_tcp,
+        scpi=args.scpi,
+        instrument=args.instrument,
+        voltmeter=args.voltmeter,
         baud=args.baud,
         journal=args.journal,
     )

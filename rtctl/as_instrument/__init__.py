@@ -1,0 +1,1 @@
+"""A running loop as an instrument of other laboratory programs: QCoDeS and PyMeasure."""
