@@ -18,6 +18,10 @@ from rtctl.border.errors import DriverError, Fault, InputError
 MOST_ERRORS = 30
 """Entries that are read of an error queue; the longest here has 30."""
 LONGEST_LINE = 4096
+MOST_ANSWERS = 30
+"""Answers that are heard until one says that the output is off."""
+LATE_S = 0.3
+"""How long the identity is waited for after another answer [s]: one to an earlier program may come first."""
 
 
 class Instrument:
@@ -130,11 +134,18 @@ class Instrument:
     def switch_off(self, *commands: str) -> bool:
         """Send `commands`, of which the last asks for the output; return whether it is said to be off. Never raises."""
         deadline_s = time.monotonic() + self._setup_timeout_s
+        self._arrived = b""  # half an answer must not be taken for the beginning of the next one
         try:
             self.send(*commands)
-            while (line := self._line(deadline_s)) is not None:  # answers to older questions may come first
+            for _ in range(MOST_ANSWERS):
+                line = self._line(deadline_s)
+                if line is None:
+                    return False
                 if is_off(line):
                     return True
+                self.send(
+                    commands[-1]
+                )  # that may have been the answer to an older question, or the rest of one
         except DriverError:
             pass
         return False
@@ -155,7 +166,7 @@ class Instrument:
                 self.identity = ",".join(part.strip() for part in line.split(",")[:3])
                 return
             heard = line
-            deadline_s = min(deadline_s, time.monotonic() + self._timeout_s)
+            deadline_s = min(deadline_s, time.monotonic() + LATE_S)
         if not heard:
             self.answer(question)  # raises, with what came instead
         raise DriverError(

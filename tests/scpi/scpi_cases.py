@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager
 from pathlib import Path
 from queue import SimpleQueue
@@ -29,19 +29,30 @@ TABLES = tuple(INSTRUMENTS)
 
 
 class SlowDevice(JournalledDevice):
-    """The bundled device for source meters; it notes what reaches its plant, and says when it is switched off."""
+    """The bundled device for source meters; it notes what reaches its plant.
 
-    def __init__(self) -> None:
+    It says when it is switched off, and when it has had `enough` commands.
+    """
+
+    def __init__(self, enough: int = 1) -> None:
         plant = load_plant(bundled_plant("vo2_slow"), seed=3)
         plant.step(plant.safe, 1e-3)  # compiles what a client would otherwise wait for
         plant.reset()
-        self.went_off = threading.Event()
+        self.went_off, self.has_enough = threading.Event(), threading.Event()
+        self._left = enough
         super().__init__(plant)
 
     def set_enable(self, on: bool) -> None:
         """As a device does."""
         super().set_enable(on)
         (self.went_off.clear if on else self.went_off.set)()
+
+    def command(self, levels: Sequence[float], sequence: int) -> None:
+        """As a device does."""
+        super().command(levels, sequence)
+        self._left -= 1
+        if self._left == 0:
+            self.has_enough.set()
 
 
 @contextmanager

@@ -60,7 +60,10 @@ def test_what_is_no_reading_is_a_fault(text: str, fault: Fault) -> None:
         ('-113,"Undefined header"', "-113 Undefined header"),
         ('+803,"Not permitted with OUTPUT off"', "803 Not permitted with OUTPUT off"),
         ("0.00000e+00\tQueue Is Empty\t0.00000e+00\t1.00000e+00", ""),
-        ("-2.85000e+02\tTSP Syntax error at line 1\t2.00000e+01\t1.00000e+00", "-285 TSP Syntax error at line 1"),
+        (
+            "-2.85000e+02\tTSP Syntax error at line 1\t2.00000e+01\t1.00000e+00",
+            "-285 TSP Syntax error at line 1",
+        ),
     ],
 )
 def test_an_entry_of_an_error_queue(text: str, said: str) -> None:
@@ -72,6 +75,8 @@ def test_what_is_no_entry_is_a_fault() -> None:
         error_of("KEITHLEY")
 
 
-@pytest.mark.parametrize(("text", "off"), [("0", True), ("0.00000e+00", True), ("OFF", True), ("1", False), ("", False)])
+@pytest.mark.parametrize(
+    ("text", "off"), [("0", True), ("0.00000e+00", True), ("OFF", True), ("1", False), ("", False)]
+)
 def test_the_output_is_off(text: str, off: bool) -> None:
     assert is_off(text) is off

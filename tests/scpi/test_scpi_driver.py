@@ -1,4 +1,4 @@
-"""The driver with each shipped table and its simulated instrument: the same resistance, safe currents, off at the end."""
+"""The driver with each shipped table at its simulated instrument: same resistance, safe currents, off at the end."""
 
 from __future__ import annotations
 
@@ -44,10 +44,12 @@ def test_each_shipped_table_drives_its_instrument(table: str, wire: str, tmp_pat
         driver.close((3.68,))
         assert not device.enabled
     told = [reading.sensed[0] for reading in (first, *readings)]
-    assert told == pytest.approx(measured[-4:], rel=3e-6), "seven digits of voltage and current"
+    assert told == pytest.approx(measured[2::2], rel=3e-6), (
+        "one when the level is set, one when it is asked for"
+    )
     assert [reading.counter for reading in readings] == [2, 3, 4]
     assert driver.identity.endswith("VO2-SLOW")
-    assert commanded(device) == pytest.approx([3.68, 3.68, 4.0, 6.0, 8.49, 3.68], rel=1e-6)
+    assert commanded(device) == pytest.approx([3.68, 4.0, 6.0, 8.49, 3.68], rel=1e-6)
 
 
 def test_a_current_outside_of_the_limits_is_not_sent() -> None:
@@ -64,17 +66,19 @@ def test_a_current_outside_of_the_limits_is_not_sent() -> None:
 
 
 BAD = {
-    "another identity": ("*IDN?", b"ACME,MODEL 1,7,2\n", Fault.COMMAND_REFUSED, r"its identity is 'ACME,MODEL 1,7,2', the table"),
+    "another identity": ("*IDN?", b"ACME,MODEL 1,7,2\n", Fault.COMMAND_REFUSED,
+                         r"its identity is 'ACME,MODEL 1,7,2', the table"),
     "an error": (":SYST:ERR?", b'-222,"Parameter data out of range"\n', Fault.COMMAND_REFUSED,
                  r"'\*RST' was refused: -222 Parameter data out of range"),
     "nothing": (":READ?", b"", Fault.NO_ANSWER, r"no answer to ':READ\?' within 200 ms: nothing came"),
-    "half a line": (":READ?", b"+1.0E+00,+3.68", Fault.NO_ANSWER, r"only '\+1.0E\+00,\+3.68' arrived, without an end of line"),
-    "a field too few": (":READ?", b"+1.0E+00\n", Fault.NO_ANSWER, r"3 values were expected \(voltage, current, status\)"),
+    "half a line": (":READ?", b"+1.0E+00,+3.68", Fault.NO_ANSWER,
+                    r"only '\+1.0E\+00,\+3.68' arrived, without an end of line"),
+    "a field too few": (":READ?", b"+1.0E+00\n", Fault.NO_ANSWER, r"3 values were expected \(voltage, curr"),
     "no number": (":READ?", b"oops,1,0\n", Fault.NO_ANSWER, r"'oops' is no number for voltage"),
     "overflow": (":READ?", b"+9.9E+37,+3.68E-03,0\n", Fault.OUT_OF_RANGE, r"a voltage beyond its range \(9.9e\+37"),
     "no reading": (":READ?", b"+9.91E+37,+3.68E-03,0\n", Fault.NOT_FINITE, r"has no voltage to tell"),
     "compliance": (":READ?", b"+2.0E+01,+3.68E-03,8\n", Fault.COMPLIANCE, r"in compliance: 20 V do not drive 3.68 mA"),
-    "another current": (":READ?", b"+2.0E+00,+5.0E-03,0\n", Fault.COMMAND_REFUSED, r"3.68 mA was commanded, 5 mA flows"),
+    "another current": (":READ?", b"+2.0E+00,+5.0E-03,0\n", Fault.COMMAND_REFUSED, r"3.68 mA was commanded, 5 mA flow"),
 }  # fmt: skip
 
 
@@ -100,11 +104,13 @@ def test_the_compliance_voltage_is_that_of_the_instrument() -> None:
     device = SlowDevice()
     with instrument_at(device, "keithley-2450") as where:
         driver = driver_at(where, compliance_V=2.0)
-        with pytest.raises(DriverError, match="2 V do not drive 3.68 mA through the device"):
+        with pytest.raises(DriverError, match=r"2 V do not drive 3\.68 mA through the device"):
             driver.open(**OPEN)
         assert not device.enabled
-    flowed = [entry.values[0] for entry in device.journal() if entry.event == "applied" and entry.values[0] > 0.0]
-    assert flowed == [], "what flows before the first reading lasts no longer than that"
+    flowed = [
+        entry.values[0] for entry in device.journal() if entry.event == "applied" and entry.values[0] > 0.0
+    ]
+    assert 0.5 < max(flowed) < 1.5, "2 V over the 1.87 kohm of a cold film"
 
 
 def test_a_late_answer_of_before_is_not_taken_for_a_reading(tmp_path: Path) -> None:
@@ -170,7 +176,7 @@ def test_a_host_that_stalled_hears_that_the_output_was_switched_off() -> None:
         driver = driver_at(where)
         driver.open(**OPEN | {"watchdog_ms": 50})
         assert device.went_off.wait(10.0)
-        with pytest.raises(DriverError, match="no command for longer than clock.watchdog") as caught:
+        with pytest.raises(DriverError, match=r"no command for longer than clock\.watchdog") as caught:
             driver.exchange((5.0,))
         driver.close((3.68,))
     assert caught.value.fault is Fault.WATCHDOG_TRIPPED

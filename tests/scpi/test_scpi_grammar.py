@@ -1,4 +1,4 @@
-"""The simulated instruments understand what the manuals write: long and short headers, optional parts, several units."""
+"""Simulated instruments understand what the manuals write: long and short headers, optional parts, several units."""
 
 from __future__ import annotations
 

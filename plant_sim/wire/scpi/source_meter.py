@@ -21,6 +21,8 @@ OVERHEAD_S = 1e-3
 """Of a reading besides its aperture: as of a source meter without automatic ranging."""
 OVERRANGE = 1.05
 LARGEST_CURRENT_A, LARGEST_VOLTAGE_V = 1.05, 210.0
+TINY = 1e-30
+"""Stands for a resistance of 0 [ohm] where it divides."""
 OUT_OF_RANGE = (-222, "Parameter data out of range")
 
 
@@ -72,6 +74,7 @@ class SourceMeter:
         self._device = device
         self._sequence = 0
         self.settings = Settings()
+        self._driven_A: float | None = None
         self.reset()
 
     @property
@@ -92,8 +95,9 @@ class SourceMeter:
     def switch(self, on: bool) -> None:
         """Switch the output."""
         self._device.set_enable(on)
+        self._driven_A = None
         if on:
-            self._drive(self.settings.level_A)
+            self._flow()
 
     def set_level(self, amperes: float) -> None:
         """Command a current. Raises RefusedError beyond the range."""
@@ -106,19 +110,14 @@ class SourceMeter:
             raise RefusedError(*OUT_OF_RANGE)
         self.settings.level_A = amperes
         if self.is_on:
-            self._drive(amperes)
+            self._flow()
 
     def measure(self) -> Measured:
         """Return a reading. Raises RefusedError while the output is off."""
         if not self.is_on:
             raise RefusedError(803, "Not permitted with OUTPUT off")
         settings = self.settings
-        resistance_ohm = self._device.read().sensed[0] * self._ohm
-        current_A = settings.level_A
-        limited = abs(current_A) * resistance_ohm > settings.compliance_V
-        if limited:
-            current_A = math.copysign(settings.compliance_V / resistance_ohm, current_A)
-            self._drive(current_A)
+        resistance_ohm, current_A = self._flow()
         voltage_V = current_A * resistance_ohm
         overflow = (
             settings.voltage_range_V is not None and abs(voltage_V) > OVERRANGE * settings.voltage_range_V
@@ -127,12 +126,20 @@ class SourceMeter:
             voltage_V = NO_NUMBER
         elif overflow:
             voltage_V = math.copysign(INFINITE, voltage_V)
-        return Measured(voltage_V, current_A, limited, overflow)
+        return Measured(voltage_V, current_A, current_A != settings.level_A, overflow)
 
-    def _drive(self, amperes: float) -> None:
-        self._sequence = (self._sequence + 1) & 0xFFFF
-        level = amperes * self._per_ampere
-        self._device.command((level, *self._device.off[1:]), self._sequence)
+    def _flow(self) -> tuple[float, float]:
+        """Drive what the level and the compliance voltage allow; return the resistance [ohm] and the current [A]."""
+        resistance_ohm = self._device.read().sensed[0] * self._ohm
+        current_A, most_A = self.settings.level_A, self.settings.compliance_V / max(resistance_ohm, TINY)
+        if abs(current_A) > most_A:
+            current_A = math.copysign(most_A, current_A)
+        if current_A != self._driven_A:
+            self._driven_A = current_A
+            self._sequence = (self._sequence + 1) & 0xFFFF
+            level = current_A * self._per_ampere
+            self._device.command((level, *self._device.off[1:]), self._sequence)
+        return resistance_ohm, current_A
 
 
 def in_range(low: float, value: float, high: float) -> float:
