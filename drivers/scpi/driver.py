@@ -1,13 +1,13 @@
 """Driver of a source meter as a device of one command, a current, and of readings: resistance, voltage or current.
 
-An exchange is two lines in one piece, the level and the question for a reading, and the answer:
+An exchange is one message, the question for a reading and then the new level, and its answer:
 
-    :SOUR:CURR 0.005          ->
-    :READ?                    ->
-                              <-  +1.234567E+00,+5.000000E-03,+2.1516E+04
+    :READ?;:SOUR:CURR 0.005   ->
+                              <-  +1.234567E+00,+4.900000E-03,+3.481600E+04
 
-The instrument has no clock of its own that tells, so sample counter and time are the host's. The watchdog is a process
-beside the program (`drivers.scpi.lease`) where the line is a socket or a serial port.
+In this order a reading is from before its own command, as everywhere in a live loop, however long it takes. The
+instrument tells no time, so sample counter and time are the host's. The watchdog is a process beside the program
+(`drivers.scpi.lease`) where the line is a socket or a serial port.
 """
 
 from __future__ import annotations
@@ -57,6 +57,7 @@ class ScpiDriver:
         self._setup = setup_commands(source, settings)
         self._lease: Lease | None = None
         self._is_on = False
+        self._in_force_A = settings.safe_A
         self._counter = self._sequence = 0
 
     def open(self, *, lockstep_period_us: int | None, watchdog_ms: int, timeout_s: float) -> Measurement:
@@ -72,6 +73,7 @@ class ScpiDriver:
         if lockstep_period_us is not None:
             raise InputError(f"{self._name}: an instrument goes on by itself: --set clock.mode=live")
         self._end(self._settings.safe_A)
+        self._in_force_A = self._settings.safe_A
         try:
             self._source.open(self._setup, timeout_s)
             if self._reference is not None:
@@ -114,12 +116,14 @@ class ScpiDriver:
                 Fault.WATCHDOG_TRIPPED,
                 f"{self._name}: there was no command for longer than clock.watchdog, so the output was switched off",
             )
-        self._source.send(filled(self._commands.current, amperes), self._commands.read)
+        level = filled(self._commands.current, amperes)
+        self._source.send(f"{self._commands.read}{self._commands.separator}{level}")
         if self._reference is not None:
             self._reference.meter.send(self._reference.meter.table.commands.read)
+        in_force_A, self._in_force_A = self._in_force_A, amperes
         reading = self._source.reading()
-        self._refuse_other_current(reading, amperes)
-        sensed = tuple(value(reading, amperes) for value in self._convert)
+        self._refuse_other_current(reading, in_force_A)
+        sensed = tuple(value(reading, in_force_A) for value in self._convert)
         self._counter = (self._counter + 1) & _UINT32
         self._sequence = (self._sequence + 1) & 0xFFFF
         time_us = time.monotonic_ns() // 1000 & _UINT32
@@ -179,7 +183,7 @@ def _factor(unit: str, to: str, what: str) -> float:
 
 
 def _reader(unit: str, source: Instrument, settings: SourceSettings) -> Callable[[Reading, float], float]:
-    """Return how a reading becomes a value in `unit`, given the current that was commanded [A]. Raises InputError."""
+    """Return how a reading becomes a value in `unit`, given the current in force [A]. Raises InputError."""
     fields, name = source.table.answer.fields, source.name
     quantity = next((key for key, of_unit in UNITS.items() if _converts(of_unit, unit)), None)
     if quantity is None:

@@ -51,6 +51,8 @@ class Commands(Checked):
     nplc: Setting | None = None
     current: Setting | None = None
     read: Command
+    separator: str = ";"
+    """Between two commands of one message; TSP: a blank."""
     output_on: Command | None = None
     output_off: Command | None = None
     output_state: Command | None = None
@@ -100,6 +102,7 @@ class SourceCommands(NamedTuple):
     output_off: str
     output_state: str
     read: str
+    separator: str
 
 
 class InstrumentTable(Checked):

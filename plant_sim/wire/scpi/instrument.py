@@ -17,6 +17,7 @@ from plant_sim.wire.scpi.source_meter import (
 )
 
 QUEUE_LENGTH = 10
+COMMAND_ERRORS = range(-199, -99)
 Write = Callable[[tuple[str, ...]], None]
 Read = Callable[[tuple[str, ...]], str]
 
@@ -44,20 +45,25 @@ class ScpiInstrument:
     async def answer(self, message: str) -> str:
         """Carry out a message; return the answers to its questions, "" if it has none."""
         answers = []
-        try:
-            for unit in units_of(message):
-                entry = self._entry(unit)
-                if not unit.is_query:
-                    assert entry.write is not None
-                    entry.write(unit.parameters)
-                    continue
-                assert entry.read is not None
-                if entry.aperture_s is not None:
-                    await asyncio.sleep(entry.aperture_s())
-                answers.append(entry.read(unit.parameters))
-        except RefusedError as error:
-            self._errors.append((error.code, error.text))
+        for unit in units_of(message):
+            try:
+                answers += await self._carried_out(unit)
+            except RefusedError as error:
+                self._errors.append((error.code, error.text))
+                if error.code in COMMAND_ERRORS:
+                    break  # what follows is not understood either
         return ";".join(answers)
+
+    async def _carried_out(self, unit: Unit) -> list[str]:
+        """Return the answer of a unit, if it has one. Raises RefusedError."""
+        entry = self._entry(unit)
+        if entry.aperture_s is not None:
+            await asyncio.sleep(entry.aperture_s())
+        if unit.is_query and entry.read is not None:
+            return [entry.read(unit.parameters)]
+        if entry.write is not None:
+            entry.write(unit.parameters)
+        return []
 
     def _entry(self, unit: Unit) -> Entry:
         for entry in self._entries:
@@ -102,22 +108,19 @@ def switch_of(parameters: tuple[str, ...]) -> bool:
     return known[plain(parameters[0])]
 
 
-def kept(header: str, value: str, allowed: Sequence[str]) -> Entry:
-    """Return a setting that has no effect here: it takes one of `allowed` words and tells it."""
-    held = [value]
+SWITCH = ("0", "1", "ON", "OFF")
+
+
+def fixed(header: str, told: str, allowed: Sequence[str] = SWITCH) -> Entry:
+    """Return a setting without effect here: it takes one of the words `allowed`, and tells `told`."""
 
     def write(parameters: tuple[str, ...]) -> None:
-        word = ",".join(plain(parameter) for parameter in parameters)
-        if word not in allowed:
+        if ",".join(plain(parameter) for parameter in parameters) not in allowed:
             raise RefusedError(
                 -221, "Settings conflict; simulated instruments source a current and read a voltage"
             )
-        held[0] = word
 
-    return Entry(header, write=write, read=lambda _: held[0])
-
-
-SWITCH = ("0", "1", "ON", "OFF")
+    return Entry(header, write=write, read=lambda _: told)
 
 
 def source_entries(meter: SourceMeter, headers: dict[str, str]) -> list[Entry]:

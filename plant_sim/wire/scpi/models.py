@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from plant_sim.device import SimulatedDevice
 from plant_sim.wire.scpi.grammar import plain
-from plant_sim.wire.scpi.instrument import SWITCH, Entry, ScpiInstrument, kept, source_entries
+from plant_sim.wire.scpi.instrument import Entry, ScpiInstrument, fixed, source_entries
 from plant_sim.wire.scpi.source_meter import NO_NUMBER, Measured, RefusedError, SourceMeter
 from plant_sim.wire.scpi.tsp import TspInstrument
 
@@ -49,13 +49,13 @@ def keithley_2400(device: SimulatedDevice) -> ScpiInstrument:
     }
     entries = [
         *source_entries(meter, headers),
-        kept(":SOURce[1]:FUNCtion[:MODE]", "CURR", ("CURR", "CURRENT")),
-        kept(":SOURce[1]:CURRent:MODE", "FIX", ("FIX", "FIXED")),
-        kept(":SOURce[1]:CLEar:AUTO", "0", SWITCH),
-        kept(":SOURce[1]:DELay", "0", ("0",)),
-        kept(":SENSe[1]:FUNCtion[:ON]", '"VOLT:DC"', ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")),
-        kept(":ARM[:SEQuence[1]][:LAYer[1]]:COUNt", "1", ("1",)),
-        kept(":TRIGger[:SEQuence[1]]:COUNt", "1", ("1",)),
+        fixed(":SOURce[1]:FUNCtion[:MODE]", "CURR", ("CURR", "CURRENT")),
+        fixed(":SOURce[1]:CURRent:MODE", "FIX", ("FIX", "FIXED")),
+        fixed(":SOURce[1]:CLEar:AUTO", "0"),
+        fixed(":SOURce[1]:DELay", "0", ("0",)),
+        fixed(":SENSe[1]:FUNCtion[:ON]", '"VOLT:DC"', ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")),
+        fixed(":ARM[:SEQuence[1]][:LAYer[1]]:COUNt", "1", ("1",)),
+        fixed(":TRIGger[:SEQuence[1]]:COUNt", "1", ("1",)),
         Entry(":FORMat:ELEMents[:SENSe[1]]", write=choose, read=lambda _: ",".join(elements)),
         Entry(":READ", read=read, aperture_s=lambda: meter.aperture_s),
     ]
@@ -85,11 +85,11 @@ def keithley_2450(device: SimulatedDevice) -> ScpiInstrument:
     }
     entries = [
         *source_entries(meter, headers),
-        kept(":SOURce[1]:FUNCtion[:MODE]", "CURR", ("CURR", "CURRENT")),
-        kept(":SENSe[1]:FUNCtion[:ON]", '"VOLT:DC"', ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")),
-        kept(":SOURce[1]:CURRent:READ:BACK", "1", SWITCH),
-        kept(":SOURce[1]:CURRent:DELay", "0", ("0",)),
-        kept(":SENSe[1]:COUNt", "1", ("1",)),
+        fixed(":SOURce[1]:FUNCtion[:MODE]", "CURR", ("CURR", "CURRENT")),
+        fixed(":SENSe[1]:FUNCtion[:ON]", '"VOLT:DC"', ("VOLT", "VOLT:DC", "VOLTAGE", "VOLTAGE:DC")),
+        fixed(":SOURce[1]:CURRent:READ:BACK", "1"),
+        fixed(":SOURce[1]:CURRent:DELay", "0", ("0",)),
+        fixed(":SENSe[1]:COUNt", "1", ("1",)),
         Entry("*LANG", read=lambda _: "SCPI"),
         Entry(":READ", read=read, aperture_s=lambda: meter.aperture_s),
         Entry(":MEASure[:VOLTage][:DC]", read=read, aperture_s=lambda: meter.aperture_s),
@@ -136,9 +136,9 @@ def keysight_b2900(device: SimulatedDevice) -> ScpiInstrument:
     sensed = ("VOLT", "CURR", "VOLT,CURR", "CURR,VOLT")
     entries = [
         *source_entries(meter, headers),
-        kept(":SOURce[1]:FUNCtion:MODE", "CURR", ("CURR", "CURRENT")),
-        kept(":SENSe[1]:FUNCtion[:ON]", "VOLT,CURR", sensed),
-        kept(":OUTPut[1]:ON:AUTO", "1", SWITCH),
+        fixed(":SOURce[1]:FUNCtion:MODE", "CURR", ("CURR", "CURRENT")),
+        fixed(":SENSe[1]:FUNCtion[:ON]", '"VOLT","CURR"', sensed),
+        fixed(":OUTPut[1]:ON:AUTO", "1"),
         Entry(":FORMat:ELEMents:SENSe[1]", write=choose, read=lambda _: ",".join(elements)),
         *(
             Entry(header, read=reading(name), aperture_s=lambda: meter.aperture_s)

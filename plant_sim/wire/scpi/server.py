@@ -36,18 +36,18 @@ async def _converse(
 async def serve_lines_tcp(instrument: Answering, host: str, port: int) -> AsyncIterator[int]:
     """Answer on `host:port` while the block runs; yields the port (0 asks for a free one). Raises OSError."""
     turn = asyncio.Lock()
-    writers: set[asyncio.StreamWriter] = set()
+    clients: dict[asyncio.StreamWriter, asyncio.Task[None] | None] = {}
 
     async def answer(line: str) -> str:
         async with turn:  # a second client waits until a reading is taken
             return await instrument.answer(line)
 
     async def client(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        writers.add(writer)
+        clients[writer] = asyncio.current_task()
         try:
             await _converse(reader, writer.write, answer)
         finally:
-            writers.discard(writer)
+            del clients[writer]
             writer.close()
 
     server = await asyncio.start_server(client, host, port, limit=LONGEST_LINE)
@@ -55,8 +55,10 @@ async def serve_lines_tcp(instrument: Answering, host: str, port: int) -> AsyncI
         yield server.sockets[0].getsockname()[1]
     finally:
         server.close()
-        for writer in list(writers):
+        tasks = [task for task in clients.values() if task is not None]
+        for writer in clients:
             writer.transport.abort()
+        await asyncio.gather(*tasks, return_exceptions=True)
         await server.wait_closed()
 
 

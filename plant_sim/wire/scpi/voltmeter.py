@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from plant_sim.device import SimulatedDevice
-from plant_sim.wire.scpi.instrument import Entry, ScpiInstrument, kept, number_of
+from plant_sim.wire.scpi.instrument import Entry, ScpiInstrument, fixed, number_of
 from plant_sim.wire.scpi.source_meter import LINE_HZ, NO_NUMBER, OVERHEAD_S, in_range
 
 VOLTS_PER_UNIT = 0.1
@@ -28,8 +28,8 @@ def voltmeter(device: SimulatedDevice) -> ScpiInstrument:
 
     ranges = ("0.1", "1", "10", "100", "1000")
     entries = [
-        kept(":CONFigure[:VOLTage][:DC]", "VOLT", ("",)),
-        kept("[:SENSe]:VOLTage[:DC]:RANGe", "10", ranges),
+        fixed(":CONFigure[:VOLTage][:DC]", "VOLT", ("",)),
+        fixed("[:SENSe]:VOLTage[:DC]:RANGe", "10", ranges),
         Entry("[:SENSe]:VOLTage[:DC]:NPLCycles", write=set_nplc, read=lambda _: f"{nplc[0]:+.3E}"),
         Entry(":READ", read=read, aperture_s=lambda: nplc[0] / LINE_HZ + OVERHEAD_S),
     ]
