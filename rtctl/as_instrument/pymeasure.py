@@ -26,13 +26,8 @@ class LoopAdapter(Adapter):  # type: ignore[misc, unused-ignore]
     def __init__(self, run: str | Path) -> None:
         """Attach to a run that is under way; `run`: its folder. Raises InputError."""
         super().__init__()
-        self.loop = RunningLoop(Path(run))
+        self.loop = self.connection = RunningLoop(Path(run))  # `close` closes the connection; the run goes on
         self._answers: deque[str] = deque()
-
-    def close(self) -> None:
-        """Detach; the run goes on."""
-        super().close()
-        self.loop.close()
 
     def flush_read_buffer(self) -> None:
         """Forget answers that were not read."""

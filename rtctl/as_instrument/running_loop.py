@@ -23,6 +23,7 @@ class RunningLoop:
         """Find the recording. Raises InputError where there is none."""
         self.folder = folder
         self._tail = self._opened()
+        self._is_open = True
 
     @property
     def signals(self) -> dict[str, str]:
@@ -64,8 +65,10 @@ class RunningLoop:
         control_socket.stop(self.folder)
 
     def close(self) -> None:
-        """Close the recording; the run goes on."""
-        self._tail.close()
+        """Close the recording; the run goes on. May be called again."""
+        if self._is_open:
+            self._tail.close()
+        self._is_open = False
 
     def _newest(self) -> dict[str, float]:
         if self._tail.replaced():
