@@ -55,7 +55,7 @@ def error_of(text: str) -> str:
     number, _, words = _split_once(text)
     try:
         code = int(float(number))
-    except ValueError:
+    except (ValueError, OverflowError):  # no number, infinite
         raise DriverError(
             Fault.NO_ANSWER, f"answered the error query with {shown(text)}, which begins with no number"
         ) from None

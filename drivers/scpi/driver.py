@@ -96,6 +96,7 @@ class ScpiDriver:
                 f"{self._name}: {levels[0]:.6g} {unit} was not sent: it is outside of [limits], {settings.low_A:g} to "
                 f"{settings.high_A:g} A",
             )
+        self._renew_lease()
         return self._exchange(amperes)
 
     def close(self, safe_levels: Sequence[float]) -> None:
@@ -110,12 +111,15 @@ class ScpiDriver:
         self._is_on = True  # whatever the answer is
         self._source.command(self._commands.output_on)
 
-    def _exchange(self, amperes: float) -> Measurement:
+    def _renew_lease(self) -> None:
+        """Hold the lease anew; it sleeps until the first command, as a device's watchdog does. Raises DriverError."""
         if self._lease is not None and not self._lease.renew():
             raise DriverError(
                 Fault.WATCHDOG_TRIPPED,
                 f"{self._name}: there was no command for longer than clock.watchdog, so the output was switched off",
             )
+
+    def _exchange(self, amperes: float) -> Measurement:
         level = filled(self._commands.current, amperes)
         self._source.send(f"{self._commands.read}{self._commands.separator}{level}")
         if self._reference is not None:

@@ -16,7 +16,8 @@ from rtctl.measured.readers import NEEDS, open_table
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_ALL = """
 import importlib, pkgutil, sys
-for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control"):
+for name in ("matplotlib", "PIL", "h5py", "asammdf", "nptdms", "pyuff", "distributed", "control", "pyvisa",
+             "qcodes", "pymeasure"):
     sys.modules[name] = None
 failed = []
 def walk(name):
@@ -33,6 +34,8 @@ for package in ("rtctl", "plant_sim", "drivers"):
 print(*failed)
 """
 WITHOUT = {
+    "rtctl.as_instrument.pymeasure",
+    "rtctl.as_instrument.qcodes",
     "rtctl.campaign.figures",
     "rtctl.diagnosis.report.pictures",
     "rtctl.measured.readers.tdms",

@@ -49,6 +49,7 @@ def targets() -> dict[str, Target]:
     found["codec.serial-compiled"] = Target(_serial_compiled, (), _compile_serial)
     found["codec.modbus-rtu"] = Target(_modbus_rtu, ())
     found["codec.modbus-tcp"] = Target(_modbus_tcp, (ValueError,))
+    found["codec.scpi"] = Target(_scpi, (RtctlError,))
     return found
 
 
@@ -185,12 +186,19 @@ def _load_equations(path: Path) -> None:
     read_equations(path)
 
 
+def _load_instrument(path: Path) -> None:
+    from drivers.scpi.table import load_table
+
+    load_table(str(path), path.parent)
+
+
 _LOADERS: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     "manifest": (_load_manifest, ()),
     "model": (_load_model, ("scenarios/models/*.toml",)),
     "equations": (_load_equations, ("scenarios/models/equations/*.toml",)),
     "scenario": (_load_scenario, ("scenarios/*.toml",)),
     "campaign": (_load_campaign, ("scenarios/sweeps/*.toml",)),
+    "instrument": (_load_instrument, ("drivers/scpi/tables/*.toml",)),
     "device-vo2": (_load_vo2, ("plant_sim/vo2/devices/*.toml",)),
     "device-oscillator": (_load_oscillator, ("plant_sim/oscillator/devices/*.toml",)),
 }
@@ -388,3 +396,21 @@ def _modbus_tcp(rng: random.Random, folder: Path) -> None:
         assert to_tcp(reply.transaction, reply.unit, reply.pdu) == data[: reply.used], (
             "a reply does not come back"
         )
+
+
+_ANSWERS = (b"+1.000206E+00,+1.000000E-04,+34816", b"2.5E+00,5.0E-03,160", b"+9.9E+37,+9.91E+37,0",
+            b'-222,"Parameter data out of range"', b"0.00000e+00\tQueue Is Empty\t0.00000e+00")  # fmt: skip
+
+
+def _scpi(rng: random.Random, folder: Path) -> None:
+    """Answers of an instrument, and messages to a simulated one: words or a fault, never anything else."""
+    from drivers.scpi.answers import error_of, is_off, reading_of
+    from drivers.scpi.table import load_table
+    from plant_sim.wire.scpi.grammar import units_of
+
+    said = rng.choice(_ANSWERS)
+    text = damaged(rng, said, said).decode("ascii", "replace")
+    is_off(text)
+    units_of(text)
+    reader = rng.choice((error_of, lambda one: reading_of(one, load_table("keithley-2400", Path()).answer)))
+    reader(text)

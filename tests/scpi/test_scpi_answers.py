@@ -70,9 +70,10 @@ def test_an_entry_of_an_error_queue(text: str, said: str) -> None:
     assert error_of(text) == said
 
 
-def test_what_is_no_entry_is_a_fault() -> None:
-    with pytest.raises(DriverError, match="'KEITHLEY', which begins with no number"):
-        error_of("KEITHLEY")
+@pytest.mark.parametrize("text", ["KEITHLEY", "", "nan", 'inf,"much"'])
+def test_what_is_no_entry_is_a_fault(text: str) -> None:
+    with pytest.raises(DriverError, match="which begins with no number"):
+        error_of(text)
 
 
 @pytest.mark.parametrize(

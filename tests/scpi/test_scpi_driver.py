@@ -173,6 +173,8 @@ def test_a_host_that_stalled_hears_that_the_output_was_switched_off() -> None:
     with instrument_at(device, "keithley-2450") as where:
         driver = driver_at(where)
         driver.open(**OPEN | {"watchdog_ms": 50})
+        assert not device.went_off.wait(0.2), "the watchdog sleeps until the first command"
+        driver.exchange((5.0,))
         assert device.went_off.wait(10.0)
         with pytest.raises(DriverError, match=r"no command for longer than clock\.watchdog") as caught:
             driver.exchange((5.0,))
