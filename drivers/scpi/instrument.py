@@ -134,7 +134,6 @@ class Instrument:
     def switch_off(self, *commands: str) -> bool:
         """Send `commands`, of which the last asks for the output; return whether it is said to be off. Never raises."""
         deadline_s = time.monotonic() + self._setup_timeout_s
-        self._arrived = b""  # half an answer must not be taken for the beginning of the next one
         try:
             self.send(*commands)
             for _ in range(MOST_ANSWERS):

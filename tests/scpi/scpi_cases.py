@@ -114,13 +114,15 @@ def spoilt_instrument(instrument: Answering, respond: Respond) -> Iterator[str]:
         yield address
 
 
-def driver_at(place: Place | str, table: str = "keithley-2450", compliance_V: float = 20.0) -> ScpiDriver:
+def driver_at(
+    place: Place | str, table: str = "keithley-2450", compliance_V: float = 20.0, setup_timeout_s: float = 5.0
+) -> ScpiDriver:
     """A driver of the bundled device, closed; `place` may be HOST:PORT."""
     there = tcp_place(place) if isinstance(place, str) else place
     settings = SourceSettings(
         compliance_V=compliance_V, low_A=LOW_A, high_A=HIGH_A, safe_A=LOW_A, nplc=0.02, current_range_A=0.01
     )
-    return ScpiDriver(Instrument(load_table(table, Path()), there, setup_timeout_s=1.0), settings, VO2)
+    return ScpiDriver(Instrument(load_table(table, Path()), there, setup_timeout_s), settings, VO2)
 
 
 def commanded(device: JournalledDevice) -> list[float]:
