@@ -85,8 +85,9 @@ class VisaPort:
         self._timeouts = pyvisa.constants.StatusCode.error_timeout
         try:
             self._manager: Any = pyvisa.ResourceManager(library)
-            self._resource: Any = self._manager.open_resource(resource, open_timeout=round(1e3 * timeout_s))
-            self._resource.read_termination = self._resource.write_termination = "\n"
+            self._resource: Any = self._manager.open_resource(
+                resource, open_timeout=round(1e3 * timeout_s), read_termination="\n", write_termination="\n"
+            )
         except (self._error, ValueError, LookupError) as error:
             raise OSError(f"VISA: {error}") from None
 
